@@ -38,8 +38,8 @@
 //! [`numeric`], [`counters`] and [`storage`], which keeps states and caches in files, know no physics and serve all of
 //! them; [`half_space`], the contact of rough surfaces on an elastic half-space, knows no tyre and serves the road's
 //! slices; [`radiation`] knows bodies and air alone; [`time_rule`] is how a run goes from one step to the next, a
-//! choice that a scene names. The command line is the program's own and uses what everybody can; `test_models` is for
-//! tests alone; `python`, there with the feature of that name, is the Python package's extension module and stands
+//! choice that a scene names. The command line is the program's own and uses the public parts alone; `test_models` is
+//! for tests alone; `python`, there with the feature of that name, is the Python package's extension module and stands
 //! last.
 //!
 //! SI units throughout; the time factor is exp(+s t); a contact force F >= 0 pushes the tread inwards and a

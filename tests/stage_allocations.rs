@@ -1,4 +1,4 @@
-//! What stages ask for, counted by the program's allocator; and that watching asks for nothing itself.
+//! Allocations of stages, counted by the program's allocator; and that watching asks for nothing itself.
 //!
 //! One test only in this file: whatever else ran beside it would be counted, too.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]

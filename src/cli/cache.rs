@@ -23,12 +23,12 @@ Examples:
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct CacheArguments {
-    /// What to do.
+    /// Action on the cache.
     #[command(subcommand)]
     pub action: CacheAction,
 }
 
-/// What can be done with the cache.
+/// Actions on the cache.
 #[derive(Clone, Copy, Debug, Subcommand)]
 pub enum CacheAction {
     /// List the entries with their size and whether they can be used.

@@ -1,4 +1,4 @@
-//! What a command needs to know beside its own arguments, and how it answers.
+//! Context of a command beside its own arguments, and its way to answer.
 
 use std::io::Write;
 
@@ -15,17 +15,17 @@ use super::options::GlobalOptions;
 use super::progress::{TerminalProgress, pieces};
 use super::scene_file::SceneFile;
 
-/// What a command needs to know beside its own arguments.
+/// Context of a command beside its own arguments.
 #[derive(Debug)]
 pub struct Context {
     pub options: GlobalOptions,
     /// Threads that the command is executed on.
     pub threads: usize,
-    /// Whether messages on standard error may be coloured.
+    /// True if messages on standard error may be coloured.
     pub colour: bool,
-    /// Whether the user has asked for the end.
+    /// True if the user has asked for the end.
     pub interrupt: Interrupt,
-    /// What the program's allocator counts.
+    /// Counts of the program's allocator.
     pub allocations: Option<AllocationProbe>,
 }
 

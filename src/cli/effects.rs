@@ -155,7 +155,7 @@ fn report(comparison: &Comparison) -> Report {
     report
 }
 
-/// Levels at the receivers with all effects and how they change; none where nobody listens.
+/// Tabulates levels at the receivers with all effects and their changes; none without receivers.
 fn heard(comparison: &Comparison) -> Option<Table> {
     let Comparison { all, doubts, .. } = comparison;
     let of_all = all.heard();
@@ -198,7 +198,7 @@ fn worst_of(found: &SoundLevels, reference: &SoundLevels) -> String {
     largest(changes)
 }
 
-/// Changes beyond this are cut: next to a change of thirty decibels nobody sees one of three.
+/// Changes beyond this are cut: next to a change of thirty decibels one of three cannot be seen.
 const LARGEST_DRAWN: f64 = 12.0;
 
 /// The changes of the levels, of the effects that change any; `None` where there are none, or runs too short for a

@@ -25,10 +25,10 @@ pub const INTERRUPTED: u8 = 130;
 /// Why a command did not do what it was asked for.
 #[derive(Debug, Error)]
 pub enum CliError {
-    /// Of the library's stages: scene, road, contact, results.
+    /// Errors of the library's stages: scene, road, contact, results.
     #[error(transparent)]
     Run(RunError),
-    /// Of what a file named on the command line holds.
+    /// Errors in the content of a file that is named on the command line.
     #[error("{}: {source}", path.display())]
     InFile { path: PathBuf, source: Box<CliError> },
     #[error(transparent)]

@@ -50,7 +50,7 @@ Python needs no export; this prints mean force and level of a results folder:
 pub struct ExportArguments {
     /// A results folder of `tyrewave run`.
     results: PathBuf,
-    /// What to write.
+    /// Format to write.
     #[arg(long, short)]
     format: Format,
     /// The file, or for vtk the folder; default: the results folder's name with .mat, .uff or _vtk, beside it.
@@ -61,7 +61,7 @@ pub struct ExportArguments {
     every: Option<f64>,
 }
 
-/// What can be written.
+/// Formats that can be written.
 #[derive(Clone, Copy, Debug, Eq, PartialEq, ValueEnum)]
 enum Format {
     /// Universal file, data sets 58.

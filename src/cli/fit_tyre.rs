@@ -184,12 +184,12 @@ fn record(fit: &Fit, points: &[Point]) -> serde_json::Value {
     })
 }
 
-/// Whether an interval, by its upper end, is smaller than the room that a parameter has.
+/// Tells whether an interval, by its upper end, is smaller than the room that a parameter has.
 fn is_told(value: f64, upper: f64) -> bool {
     upper / value < BOUND
 }
 
-/// What a reader is told.
+/// Tabulates a fit for the reader.
 fn tables(fit: &Fit, points: &[Point]) -> Report {
     let mut report = Report::default();
     let [before, after] = fit.chi_squared;

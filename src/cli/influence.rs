@@ -57,7 +57,7 @@ pub struct InfluenceArguments {
     cost: bool,
 }
 
-/// What everything is drawn and computed from.
+/// Source of everything that is drawn and computed.
 struct View<'a> {
     title: &'a str,
     scene: &'a Scene,

@@ -20,7 +20,7 @@ const PAIRS: usize = 3;
 /// A number of a fit.
 type Measure = fn(&FitCost) -> f64;
 
-/// What grows, in the order of the picture.
+/// Quantities that grow, in the order of the picture.
 const QUANTITIES: [(&str, Measure); 3] = [
     ("time", |cost| cost.seconds),
     ("compliance evaluations", |cost| cost.evaluations as f64),

@@ -19,7 +19,7 @@ pub fn outlive_file_limits() {
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
 }
 
-/// Whether the user has asked for the end. Clones share the answer.
+/// True if the user has asked for the end. Clones share the answer.
 #[derive(Clone, Debug, Default)]
 pub struct Interrupt {
     asked: Arc<AtomicBool>,
@@ -40,7 +40,7 @@ impl Interrupt {
     /// Listens for Ctrl-C, and on Unix for SIGTERM and SIGHUP, from now on. Once per process.
     ///
     /// # Errors
-    /// If the system does not let us, or somebody else listens already.
+    /// Fails if the system does not allow it, or another part of the program listens already.
     pub fn listen() -> Result<Self, CliError> {
         let interrupt = Self::default();
         let shared = interrupt.clone();
@@ -66,7 +66,7 @@ impl Interrupt {
         }
     }
 
-    /// What a run looks at between two steps.
+    /// Returns the flag that a run looks at between two steps.
     pub fn flag(&self) -> &AtomicBool {
         &self.asked
     }

@@ -1,7 +1,7 @@
-//! What is said on standard error: the one place that writes there.
+//! Messages on standard error: the one place that writes there.
 //!
-//! A message that nobody can hear (a full disk behind a redirection, a closed pipe) must not end a run, as `eprintln!`
-//! would: clippy refuses that and its kin everywhere in the program and the library.
+//! A message that cannot be written (a full disk behind a redirection, a closed pipe) must not end a run, as
+//! `eprintln!` would: clippy refuses that and its kin everywhere in the program and the library.
 
 use std::io::{self, Write};
 

@@ -57,7 +57,7 @@ use interrupt::Interrupt;
 use messages::tell;
 use options::GlobalOptions;
 
-/// What the whole program says under `--help` after the list of commands.
+/// Text of the whole program's `--help` after the list of commands.
 const AFTER_HELP: &str = "\
 Exit codes:
   0    done
@@ -82,12 +82,12 @@ Examples:
 pub struct CommandLine {
     #[command(flatten)]
     options: GlobalOptions,
-    /// What to do.
+    /// Command to execute.
     #[command(subcommand)]
     pub command: Command,
 }
 
-/// What tyrewave can do.
+/// Commands of tyrewave.
 #[derive(Clone, Debug, Subcommand)]
 pub enum Command {
     /// Roll a tyre: contact forces over time, and their spectrum.

@@ -10,7 +10,7 @@ use super::error::{CliError, NOT_WRITABLE, USAGE};
 
 /// More of them are a slip of the finger.
 const MOST_THREADS: u16 = 1024;
-/// What says how many threads where no option does.
+/// Variable that gives the number of threads where no option does.
 const THREADS_VARIABLE: &str = "RAYON_NUM_THREADS";
 
 /// Options that every command takes, before or after its name.
@@ -103,7 +103,7 @@ pub(super) fn poisson_ratio(text: &str) -> Result<f64, String> {
     if lies { Ok(ratio) } else { Err("Poisson's ratio lies above -1 and at most at 0.5".to_owned()) }
 }
 
-/// Whether standard error gets colours.
+/// Tells whether standard error gets colours.
 pub(super) fn allows_colour(choice: ColorChoice) -> bool {
     match choice {
         ColorChoice::Always => true,

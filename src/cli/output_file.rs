@@ -1,7 +1,7 @@
 //! Files to be written that are named on the command line.
 //!
 //! The rule: an output takes the place of an earlier output of its kind, known by how it begins, or of an empty file. A
-//! scene, a device, a link, somebody's notes stay. Where a kind cannot be told by its beginning, the user says with an
+//! scene, a device, a link, other files stay. Where a kind cannot be told by its beginning, the user says with an
 //! option that a file may be replaced, and an input is not replaced even so.
 
 use std::fs::{self, File, Metadata};
@@ -13,7 +13,7 @@ use tyrewave::storage::PendingFile;
 
 use super::error::CliError;
 
-/// What may be replaced.
+/// Replacement that is allowed.
 #[derive(Clone, Copy, Debug)]
 pub enum Replaces<'a> {
     /// Files that begin like this.
@@ -42,7 +42,7 @@ impl<'a> OutputFile<'a> {
         Ok(Self { file, replaces })
     }
 
-    /// Where its content may be put by somebody else, before [`Self::publish`].
+    /// Returns the path at which another writer may put the content, before [`Self::publish`].
     pub fn temporary(&self) -> &Path {
         self.file.temporary()
     }
@@ -113,7 +113,7 @@ fn begins_with(path: &Path, head: &str) -> bool {
     File::open(path).and_then(|mut file| file.read_exact(&mut found)).is_ok() && found == head.as_bytes()
 }
 
-/// Whether a file, of which this is known, is that of another path.
+/// Tells whether a file, of which this is known, is that of another path.
 fn is_same(path: &Path, present: &Metadata, other: &Path) -> bool {
     #[cfg(unix)]
     if let Ok(other) = fs::metadata(other) {

@@ -44,12 +44,12 @@ Examples:
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ProfileArguments {
-    /// What to do.
+    /// Action on performance.
     #[command(subcommand)]
     pub action: ProfileAction,
 }
 
-/// What can be done about performance.
+/// Actions on performance.
 #[derive(Clone, Debug, Subcommand)]
 pub enum ProfileAction {
     /// Do all workloads and write what they took, stamped with commit, compiler and machine.

@@ -1,4 +1,4 @@
-//! What a run's cost is shown as: options of `run` and `resume`.
+//! Views of a run's cost: options of `run` and `resume`.
 
 use std::path::PathBuf;
 
@@ -67,7 +67,7 @@ impl PendingProfile {
     /// Completes the files; returns the tables, where they are wanted.
     ///
     /// # Errors
-    /// Of the files.
+    /// Errors of the files.
     pub fn complete(self, report: &RunReport) -> Result<Option<Report>, CliError> {
         if let Some(trace) = report.meter.trace() {
             if let Some(file) = self.trace {

@@ -136,7 +136,7 @@ impl RadiationArguments {
     }
 }
 
-/// What is shown.
+/// Views that are shown.
 struct Views<'a> {
     title: &'a str,
     found: &'a [AtFrequency],
@@ -285,7 +285,7 @@ impl Views<'_> {
     }
 }
 
-/// What single frequencies cost, up to the highest or 4 kHz.
+/// Finds the costs of single frequencies, up to the highest or 4 kHz.
 fn costs(radiator: &Radiator, highest: f64) -> Result<Vec<(f64, Cost)>, RadiationError> {
     let frequencies = frequencies(LOWEST, highest.max(4000.0), 30);
     frequencies.into_iter().map(|frequency| Ok((frequency, radiator.cost(frequency)?))).collect()

@@ -93,8 +93,8 @@ pub fn check_page(out: &Path) -> Result<(), CliError> {
     check(out, Replaces::Beginning(PAGE_HEAD))
 }
 
-/// Writes the page of some results, whole or not at all, in place of an earlier one, and says where it is. `road` is the
-/// file of their measured road, where that is known.
+/// Writes the page of some results, whole or not at all, in place of an earlier one, and says where it is. `road` is
+/// the file of their measured road, where that is known.
 pub fn write_page(folders: &[PathBuf], road: Option<&Path>, out: &Path, context: &Context) -> Result<(), CliError> {
     let file = OutputFile::begin(out, Replaces::Beginning(PAGE_HEAD))?;
     let all: Vec<Stored> = stored(folders)?.into_iter().map(|stored| stored.with_road(road)).collect();

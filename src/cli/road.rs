@@ -79,7 +79,7 @@ impl RoadArguments {
     }
 }
 
-/// Whether a file is a road, not a scene.
+/// Tells whether a file is a road, not a scene.
 fn is_road(path: &Path) -> bool {
     path.extension().is_some_and(|ending| !ending.eq_ignore_ascii_case("toml"))
 }

@@ -28,9 +28,9 @@ pub struct Place {
 /// The work on a scene, and the files that it leaves.
 pub struct Side {
     pub loaded: LoadedScene,
-    /// What the work costs.
+    /// Cost of the work.
     pub meter: Meter,
-    /// What the summary says of the settings: at first the scene's.
+    /// Settings in the summary: at first the scene's.
     pub settings: serde_json::Value,
     target: PathBuf,
     begin: Instant,

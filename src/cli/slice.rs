@@ -61,7 +61,7 @@ pub struct SliceArguments {
     at: Vec<f64>,
 }
 
-/// What `tyrewave slice` answers.
+/// Answer of `tyrewave slice`.
 #[derive(Clone, Debug, Serialize)]
 struct SliceAnswer {
     /// Indentations past the highest point \[m\].

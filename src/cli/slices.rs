@@ -53,7 +53,7 @@ pub struct SlicesArguments {
     patches: u32,
 }
 
-/// As many patches as anybody wants to wait for.
+/// Parses a number of patches that ends within a reasonable time.
 fn patch_count() -> clap::builder::RangedI64ValueParser<u32> {
     clap::value_parser!(u32).range(1..=1000)
 }

@@ -300,7 +300,7 @@ fn sound_csv(sound: &SoundStudy) -> String {
     table::csv(header, rows)
 }
 
-/// What the presets state and what was found.
+/// Tabulates the stated errors of the presets and those found.
 fn verdict_table(verdicts: &[Verdict]) -> Table {
     let row = |verdict: &Verdict| {
         let words = match (verdict.keeps_its_error(), verdict.is_on_the_front()) {

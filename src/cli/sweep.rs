@@ -65,7 +65,7 @@ Examples:
 
 /// Tasks that are in a folder have a scene, and what is varied of it, there.
 const ELSEWHERE: [&str; 2] = ["task", "collect"];
-/// What says it.
+/// Options that vary something.
 const VARIED: [&str; 5] = ["settings", "speed", "load", "road", "latin_hypercube"];
 
 #[derive(Clone, Debug, Args)]

@@ -14,7 +14,7 @@ use tyrewave::study::sweep::{Done, Label, RepeatedTable, SweepBlock, blocks};
 use super::error::CliError;
 use super::output_file::{Replaces, check};
 
-/// What is written beside the variants' folders.
+/// File beside the variants' folders.
 const TEXT: &str = "sweep.txt";
 const TABLE: &str = "sweep.csv";
 const SOUND: &str = "sweep_sound.csv";
@@ -89,7 +89,7 @@ fn spectra(runs: &[(Label, Option<Done>)]) -> Vec<(&str, &[BandLevel])> {
     levels.filter(|(_, levels)| !levels.is_empty()).collect()
 }
 
-/// What is said of the variants that missed their load, if any did.
+/// Tells which variants missed their load, if any did.
 pub fn told_missed(missed: &[String], all: usize) -> Option<String> {
     let what = "variants missed their load by more than its tolerance";
     let told = || format!("{} of {all} {what}: {}; their results are kept", missed.len(), missed.join(", "));

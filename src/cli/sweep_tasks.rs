@@ -53,12 +53,12 @@ pub struct TaskArguments {
 }
 
 impl TaskArguments {
-    /// Whether tasks are written.
+    /// Tells whether tasks are written.
     pub fn are_written(&self) -> bool {
         self.tasks.is_some()
     }
 
-    /// Whether the tasks are there, to be done or collected.
+    /// Tells whether the tasks are there, to be done or collected.
     pub fn are_there(&self) -> bool {
         self.collect.is_some() || !self.task.is_empty()
     }

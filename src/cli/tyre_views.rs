@@ -1,4 +1,4 @@
-//! What `tyrewave tyre` shows of its results: tables, files and pictures.
+//! Views of the results of `tyrewave tyre`: tables, files and pictures.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,4 +1,4 @@
-//! What can go wrong in the contact.
+//! Errors of the contact.
 
 use thiserror::Error;
 

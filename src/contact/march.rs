@@ -32,7 +32,7 @@ use crate::numeric::largest_or_zero;
 use crate::scene::{Numerics, TimeRule};
 use crate::storage::state::{StateError, fill};
 
-/// What one step gave.
+/// Result of one step.
 #[derive(Clone, Copy, Debug)]
 pub struct StepResult {
     /// Element number of the window's first column.
@@ -89,7 +89,7 @@ pub struct March {
     totals: MarchTotals,
 }
 
-/// What the contact consists of.
+/// Zone of the contact: slices or cells.
 enum Zone {
     /// Slices, each level across the width.
     Slices(SliceZone),
@@ -107,7 +107,7 @@ struct SliceZone {
     required: Vec<f64>,
 }
 
-/// What evolves of a [`March`].
+/// State of a [`March`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct MarchState {
     step: u64,
@@ -116,7 +116,7 @@ pub struct MarchState {
     zone: ZoneState,
 }
 
-/// What evolves of a [`Zone`].
+/// State of a [`Zone`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
 enum ZoneState {
     Slices(Box<(SearchState, HistoryState)>),
@@ -253,7 +253,7 @@ impl March {
         &self.totals
     }
 
-    /// What the search did so far.
+    /// Returns the work of the search so far.
     pub fn search_counts(&self) -> SearchCounts {
         match &self.zone {
             Zone::Slices(zone) => zone.search.counts(),

@@ -1,9 +1,9 @@
 //! How much work each stage of a run will do, and how much memory it will hold: formulas in the sizes of the scene,
 //! before any of it is done.
 //!
-//! What a solver does for given sizes it says itself (`expected` beside its code); here are the sizes. What only the
-//! run can know is expected: the length of the patch from a static solution with a few hundred elements, the poles of a
-//! fit that is not in the cache from those of the default tyre.
+//! Solvers tell their own work for given sizes (`expected` beside their code); here are the sizes. Quantities that only
+//! the run can know is expected: the length of the patch from a static solution with a few hundred elements, the poles
+//! of a fit that is not in the cache from those of the default tyre.
 
 use serde::Serialize;
 
@@ -60,7 +60,7 @@ pub enum Place {
 pub struct Amount {
     /// The stage that does it.
     pub stage: Stage,
-    /// What it is counted in.
+    /// Unit of the amount.
     pub unit: Unit,
     /// How much of it.
     pub amount: f64,
@@ -77,7 +77,7 @@ pub struct Amounts {
     pub poles: f64,
     /// Work by stage, in the order of the data's way.
     pub work: Vec<Amount>,
-    /// What the exact counters are expected to say.
+    /// Expected values of the exact counters.
     pub counters: Vec<(Counter, f64)>,
     /// Memory by what holds it \[bytes\].
     pub memory: Vec<(&'static str, f64)>,

@@ -155,7 +155,7 @@ impl Plan {
         POLES[0] - POLES[1] * (self.fit.tolerance / 1e-5).log10()
     }
 
-    /// What the fits of the waves have to be.
+    /// Returns the requirements of the fits of the waves.
     pub fn cell_fit(&self) -> CellFitOptions {
         CellFitOptions { top: self.fit.top, tolerance: self.fit.tolerance, most_poles: self.fit.most_poles }
     }

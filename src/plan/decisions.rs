@@ -17,10 +17,10 @@ const CENTRIFUGAL_SHARE: f64 = 0.1;
 /// Share of the belt's tension from which a run without centrifugal tension says so.
 const WORTH_TELLING: f64 = 0.5;
 
-/// What a run simulates.
+/// Decisions on everything that a run simulates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Decisions {
-    /// What the contact consists of.
+    /// Zone of the contact: slices or cells.
     pub zone: Zone,
     /// The slice law in use; [`Slices::None`] where a slice holds no texture.
     pub slices: Slices,
@@ -40,7 +40,7 @@ pub struct Decisions {
     pub tyre: Tyre,
     /// All effects in words, in the order of the data's way.
     pub rows: Vec<Decision>,
-    /// What the user should know before the run.
+    /// Notes for the user before the run.
     pub notes: Vec<String>,
 }
 
@@ -49,7 +49,7 @@ pub struct Decisions {
 pub struct Decision {
     /// The effect.
     pub effect: &'static str,
-    /// Whether it is simulated.
+    /// True if it is simulated.
     pub on: bool,
     /// How.
     pub form: String,
@@ -284,7 +284,7 @@ fn history(scene: &Scene) -> Decision {
     Decision { effect: "memory of the tyre", on: true, form, reason: reason.to_owned() }
 }
 
-/// What the outputs ask for; without a word of theirs what effects that are on give by default.
+/// Decides the vibration that the outputs ask for; without outputs, the default of the effects that are on.
 fn vibration(scene: &Scene) -> Option<Vibration> {
     let Effects { tread_vibration, belt_vibration, tangential_motion, .. } = scene.effects;
     let [tread, belt, tangential] =

@@ -1,4 +1,4 @@
-//! What is refused before a plan sums anything: sums over the tyre's waves that would not end, or only after hours.
+//! Refusals before a plan sums anything: sums over the tyre's waves that would not end, or only after hours.
 //!
 //! A plan itself presses the tyre onto a smooth road, and no limit on the run's time protects it from a tyre whose sums
 //! have too many terms.

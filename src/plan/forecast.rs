@@ -1,4 +1,4 @@
-//! What a plan will take on this machine: work times unit costs, and how threads share it.
+//! Forecast of a plan on this machine: work times unit costs, and how threads share it.
 
 use serde::Serialize;
 
@@ -29,7 +29,7 @@ pub struct Forecast {
     pub memory: f64,
     /// Threads.
     pub threads: usize,
-    /// Whether unit costs were measured on this machine.
+    /// True if unit costs were measured on this machine.
     pub measured: bool,
 }
 
@@ -40,18 +40,18 @@ pub struct StageForecast {
     pub stage: Stage,
     /// Time of all cores in it \[s\].
     pub seconds: f64,
-    /// Whether other threads do it while the run marches on.
+    /// True if other threads do it while the run marches on.
     pub background: bool,
 }
 
-/// What this process holds at the end of a run beside what the run's plan counts, at most \[bytes\]: to be asked
+/// Largest memory of this process at the end of a run beside that of the run's plan \[bytes\]: to be asked
 /// before the plan is made.
 pub fn process_memory() -> f64 {
     resident_memory().unwrap_or_default() as f64 + PROGRAM
 }
 
 impl Plan {
-    /// What it will take on this machine. `process`: what the process itself holds \[bytes\].
+    /// Forecasts time and memory on this machine. `process`: memory of the process itself \[bytes\].
     pub fn forecast(&self, costs: &UnitCosts, threads: usize, process: f64) -> Forecast {
         Forecast::new(&self.amounts(), self.steps, costs, threads, process)
     }

@@ -85,7 +85,7 @@ impl FrontRow {
         },
     ];
 
-    /// That of a preset.
+    /// Returns the row of a preset.
     pub const fn of(preset: Preset) -> &'static Self {
         &Self::ALL[preset as usize]
     }

@@ -1,4 +1,4 @@
-//! What the inflation gives the tyre through its sidewalls, beside what is used.
+//! Tension and foundation that the inflation gives through the sidewalls, beside those used.
 
 use super::settle::Choice;
 use crate::scene::Tyre;

@@ -36,8 +36,9 @@ impl Cached for KeptReceiver {
 const PATCH_DOUBT: f64 = 0.2;
 
 impl Plan {
-    /// The frequencies that are kept for the sound of the run; none where nobody listens, or nothing is solved. The
-    /// static contact is not known yet: what is kept for a patch about as long as expected is taken for the run's.
+    /// Returns the frequencies that are kept for the sound of the run; none without receivers, or where nothing is
+    /// solved. The static contact is not known yet: what is kept for a patch about as long as expected is taken for the
+    /// run's.
     pub(crate) fn frequencies_on_disk(&self) -> Vec<f64> {
         let solved = |sound: &Sound| sound.radiation.quality == RadiationQuality::Full;
         let Some(sound) = self.sound().filter(solved) else { return Vec::new() };
@@ -63,7 +64,7 @@ impl Plan {
 /// The entries of a problem.
 pub(crate) struct KeptTransfers<'a> {
     cache: Option<Cache>,
-    /// Whether the cache has failed and is left alone.
+    /// True if the cache has failed and is left alone.
     failed: AtomicBool,
     problem: &'a TransferProblem<'a>,
     range: &'a FrequencyRange,
@@ -102,7 +103,7 @@ impl<'a> KeptTransfers<'a> {
         key.ok()
     }
 
-    /// Whether there is an entry of a frequency for every receiver; it is not looked into.
+    /// Tells whether there is an entry of a frequency for every receiver; it is not looked into.
     fn holds(&self, frequency: f64) -> bool {
         let entry = |receiver: usize| {
             let (cache, key) = self.cache.as_ref().zip(self.key(receiver, frequency))?;

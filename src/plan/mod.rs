@@ -59,7 +59,7 @@ pub(crate) const CHUNK_ROWS: i64 = 512;
 /// Lowest frequency at which the flat plate's absolute levels are those of a tyre \[Hz\]; below, curvature counts.
 const PLATE_FROM: f64 = 400.0;
 
-/// What a run will do.
+/// Plan of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// The scene, every setting decided.
@@ -87,7 +87,7 @@ pub struct Plan {
     pub lags: usize,
     /// The displacement that the contact feels.
     pub field: Field,
-    /// What the fitted model has to keep, where one is needed.
+    /// Requirements of the fitted model, where one is needed.
     pub fit: FitOptions,
     /// Poles of the model that a cache holds for it; `None`: it is still to be fitted, or none is needed.
     pub kept_poles: Option<usize>,
@@ -194,7 +194,7 @@ impl Plan {
         self
     }
 
-    /// Whether a fitted model is needed: by the recursion, or by the vibration.
+    /// Tells whether a fitted model is needed: by the recursion, or by the vibration.
     pub(crate) fn needs_model(&self) -> bool {
         let wanted = self.scene.numerics.history == History::Modal || self.decisions.vibration.is_some();
         wanted && self.decisions.zone == Zone::Slices
@@ -218,7 +218,7 @@ impl Plan {
         }
     }
 
-    /// What the user should know before the run: settings that were chosen, and what the run leaves out.
+    /// Returns the notes for the user before the run: settings that were chosen, and effects that the run leaves out.
     pub fn notes(&self) -> impl Iterator<Item = String> {
         let choice = |Choice { key, value, reason }: &Choice| format!("{key} = {value} ({reason})");
         self.choices.iter().map(choice).chain(self.decisions.notes.iter().cloned())

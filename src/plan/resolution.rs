@@ -6,7 +6,7 @@ use super::front::FrontRow;
 use crate::numeric::transform_length;
 use crate::scene::{Numerics, TimeRule};
 
-/// What a scene wants of its resolution.
+/// Wishes of a scene for its resolution.
 ///
 /// Without a row of the table: four elements per texture wavelength V/fmax, whose averaging takes 0.9 dB off the
 /// texture at fmax, none longer than 5 mm, and 5 % in phase and damping of the time rule.

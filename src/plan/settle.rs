@@ -1,4 +1,5 @@
-//! What a scene leaves open, decided: elements, steps, rule, history, tolerances and cells from `fmax`, `preset` and
+//! Settings that a scene leaves open, decided: elements, steps, rule, history, tolerances and cells from `fmax`,
+//! `preset` and
 //! `accuracy`. What the scene gives stays as it is.
 
 use serde::Serialize;
@@ -70,7 +71,7 @@ impl Settling<'_> {
         self.choices.push(Choice { key, value, reason });
     }
 
-    /// What a row of the table says beside elements and steps.
+    /// Takes the settings of a row of the table beside elements and steps.
     fn take_row(&mut self, row: &FrontRow, highest: f64) {
         let (name, error) = (row.preset.name(), row.error);
         let why = format!("preset \"{name}\"");

@@ -13,7 +13,7 @@ const COARSE: usize = 384;
 /// Height of the peaks of a measured road above its plane \[m\], which only its file knows: stones of a chip seal.
 const PEAKS: f64 = 5e-3;
 
-/// What the contact is expected to be.
+/// Expected contact on a smooth road.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Expected {
     /// Points in contact.
@@ -32,7 +32,8 @@ pub(super) fn standing(tyre: &Tyre, axle: &Axle) -> Option<StaticContact> {
 }
 
 impl Expected {
-    /// Of a scene whose tyre, `radius` \[m\] large, stands like that, with elements of a length \[m\].
+    /// Makes the expectation for a scene whose tyre, `radius` \[m\] large, stands like that, with elements of a length
+    /// \[m\].
     pub(super) fn of(scene: &Scene, standing: Option<StaticContact>, radius: f64, element: f64) -> Self {
         let elements = scene.numerics.elements as f64;
         let (depth, length) = standing.map_or((0.01, 0.1), |found| (found.indentation, found.length));

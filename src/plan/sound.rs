@@ -1,4 +1,4 @@
-//! What the sound of a run is: who hears it, in what blocks, up to where.
+//! Sound of a run: receivers, block length, highest frequency.
 
 use std::ops::Range;
 
@@ -60,7 +60,7 @@ pub struct Heard {
     pub name: String,
     /// Its name as part of a file's; no other receiver has the same.
     pub file: String,
-    /// What the scene says.
+    /// Place in the scene.
     pub place: ReceiverPlace,
     /// Its points among those of all receivers.
     pub points: Range<usize>,
@@ -77,12 +77,12 @@ impl Heard {
         }
     }
 
-    /// Whether the tyre passes it.
+    /// Tells whether the tyre passes it.
     pub fn is_passed(&self) -> bool {
         self.passage().is_some()
     }
 
-    /// Whether all of its pressures can be listened to: it moves along, as one microphone or two.
+    /// Tells whether all of its pressures can be listened to: it moves along, as one microphone or two.
     pub fn is_recorded(&self) -> bool {
         matches!(self.place, ReceiverPlace::Position { .. } | ReceiverPlace::Standard(StandardReceiver::Cpx))
     }
@@ -119,7 +119,7 @@ impl Heard {
 pub struct Sound {
     /// Settings, the highest frequency one that the time step can hold.
     pub radiation: Radiation,
-    /// Who hears it.
+    /// Receivers.
     pub heard: Vec<Heard>,
     /// The points of all receivers \[m\], as [`crate::scene::Receiver`] counts.
     pub positions: Vec<[f64; 3]>,
@@ -176,7 +176,7 @@ impl Sound {
         FrequencyRange::up_to(self.radiation.fmax, self.radiation.frequency_tolerance, air.sound_speed)
     }
 
-    /// What finding the transfers is expected to cost beside those that are kept, for a patch of a length \[m\]; `None`
+    /// Forecasts the cost of finding the transfers beside those that are kept, for a patch of a length \[m\]; `None`
     /// for a body, places or air that the run will refuse.
     pub(crate) fn expected(&self, plan: &Plan, at_rest: f64) -> Option<SetUpCost> {
         let body = plan.radiating_body(&self.radiation, at_rest).ok()?;
@@ -275,8 +275,8 @@ impl Sound {
         self.duration_for((seconds / self.layout.time_step + ends) as u64 + 1)
     }
 
-    /// What is heard of so many samples of all points at a speed \[m/s\]: how many of them are kept, and how many
-    /// samples of passages are read.
+    /// Counts the work of hearing so many samples of all points at a speed \[m/s\]: how many of them are kept, and how
+    /// many samples of passages are read.
     pub(crate) fn heard_samples(&self, samples: usize, speed: f64) -> [f64; 2] {
         let kept = self.kept_samples().min(samples) as f64;
         let one = |heard: &Heard| {
@@ -341,12 +341,12 @@ impl Plan {
         }
     }
 
-    /// What the length of a body's patch is rounded to \[m\].
+    /// Returns the step to which the length of a body's patch is rounded \[m\].
     pub(crate) fn patch_step(&self) -> f64 {
         PATCH_STEP * self.radius
     }
 
-    /// The sound of the run; `None` where nobody listens.
+    /// Returns the sound of the run; `None` without receivers.
     pub fn sound(&self) -> Option<Sound> {
         let radiation = self.decisions.radiation.as_ref()?;
         let fmax = radiation.fmax.min(BELOW_NYQUIST * 0.5 / self.time_step);
@@ -420,7 +420,7 @@ fn unlike(name: &str, index: usize, others: &[String]) -> String {
     std::iter::once(name.to_owned()).chain(numbered).find(|name| !taken(name)).unwrap_or_default()
 }
 
-/// What a receiver without a name is called.
+/// Names a receiver that has no name.
 fn name(place: &ReceiverPlace, index: usize) -> String {
     match place {
         ReceiverPlace::Position { .. } => format!("receiver-{}", index + 1),

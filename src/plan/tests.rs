@@ -1,4 +1,4 @@
-//! What a plan decides, and what it refuses.
+//! Decisions of a plan, and its refusals.
 
 use super::*;
 use crate::counters::Stage;

@@ -1,4 +1,4 @@
-//! What work is counted in, and what a unit of it costs on one core.
+//! Units of work, and the cost of each on one core.
 
 use serde::{Deserialize, Serialize};
 
@@ -96,14 +96,14 @@ impl Unit {
     }
 }
 
-/// What work costs on a machine, relative to the [typical](Unit::typical) cost of its units.
+/// Costs of work on a machine, relative to the [typical](Unit::typical) cost of its units.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub struct UnitCosts {
     /// By [`Stage`].
     pub stages: [f64; Stage::ALL.len()],
-    /// What belongs to no stage, for each step \[s\].
+    /// Time of each step that belongs to no stage \[s\].
     pub step: f64,
-    /// Whether they were measured on this machine.
+    /// True if they were measured on this machine.
     pub measured: bool,
 }
 

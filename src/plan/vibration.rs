@@ -27,20 +27,20 @@ const WAVE_FIT: f64 = 0.25;
 /// The segments of a run's vibration; phase and first position are the run's to say.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VibrationSegments {
-    /// Of the velocities.
+    /// Segments of the velocities.
     pub velocities: SegmentLayout,
-    /// Of contact over cells.
+    /// Segments of contact over cells.
     pub cells: Option<CellSegments>,
 }
 
-/// What the vibration of cells is made of.
+/// Parts of the vibration of cells.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CellSegments {
     /// Lateral numbers that the velocities, means across the strip, hear.
     pub heard: Vec<usize>,
     /// How many the run carries: there may be more than a machine can list.
     pub carried: usize,
-    /// Of the power, which all of them put in.
+    /// Segments of the power, which all waves put in.
     pub power: SegmentLayout,
 }
 
@@ -114,7 +114,7 @@ impl Plan {
         choices
     }
 
-    /// What the models of single lateral numbers have to be.
+    /// Returns the requirements of the models of single lateral numbers.
     pub fn lateral_fit(&self) -> LateralFitOptions {
         LateralFitOptions { fit: self.fit, aliases: self.scene.numerics.wavenumber_aliases }
     }

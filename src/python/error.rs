@@ -1,4 +1,4 @@
-//! What Python is told when something cannot be done: exceptions of the package's own, and the system's.
+//! Exceptions of the Python package: its own, and the system's.
 
 use std::io;
 use std::path::Path;
@@ -41,9 +41,9 @@ pub(super) struct Complaint {
     column: usize,
     /// Path of the key, such as `tyre.layers[1].thickness`; empty where no key is concerned.
     key: String,
-    /// What is wrong.
+    /// Fault.
     message: String,
-    /// What would be right.
+    /// Remedy.
     hint: String,
     /// All of it in one line.
     text: String,

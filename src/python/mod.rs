@@ -17,7 +17,7 @@ mod work;
 
 use pyo3::prelude::*;
 
-/// What the package `tyrewave` is built on.
+/// Functions that the package `tyrewave` is built on.
 #[pymodule]
 mod _native {
     #[pymodule_export]

@@ -28,7 +28,7 @@ use crate::study::calibration::calibrated;
 /// Steps between two looks at whether to stop.
 const LOOK_EVERY: u64 = 16;
 
-/// What a run would do and why, as JSON.
+/// Returns the plan of a run with its reasons, as JSON.
 #[pyfunction]
 #[pyo3(signature = (scene, threads=None))]
 pub(super) fn plan(py: Python<'_>, scene: &Scene, threads: Option<usize>) -> PyResult<String> {
@@ -110,7 +110,7 @@ pub(super) fn run_in_memory<'py>(
     Ok(found)
 }
 
-/// What every step has given, as in the files of a results folder.
+/// Values of every step, as in the files of a results folder.
 struct Arrays {
     columns: usize,
     time: Vec<f64>,
@@ -118,7 +118,7 @@ struct Arrays {
     /// Row by row.
     patch_force: Vec<f64>,
     patch_element: Vec<i64>,
-    /// Of an axle that moves.
+    /// Heights of an axle that moves.
     axle: Option<Vec<f64>>,
 }
 

@@ -1,4 +1,4 @@
-//! What a scene's tyre is like, how it radiates, what effects are worth, and sweeps.
+//! Studies of a scene: its tyre, its radiation, the worth of effects, and sweeps.
 
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
@@ -106,7 +106,7 @@ pub(super) fn radiation(
     })
 }
 
-/// What each effect is worth, as CSV; runs of at most that length \[s\].
+/// Returns the worth of each effect, as CSV; runs of at most that length \[s\].
 #[pyfunction]
 #[pyo3(signature = (scene, duration=None, threads=None, progress=None))]
 pub(super) fn effects(

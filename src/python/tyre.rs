@@ -1,4 +1,4 @@
-//! What a scene's tyre answers: compliance, mobility, influence functions.
+//! Answers of a scene's tyre: compliance, mobility, influence functions.
 
 use std::f64::consts::TAU;
 

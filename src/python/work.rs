@@ -22,7 +22,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// More threads are a slip of the finger.
 const MOST_THREADS: usize = 1024;
 
-/// What work and caller know of each other.
+/// Knowledge that work and caller share.
 #[derive(Default)]
 pub(super) struct Watched {
     /// Asks the work to stop.
@@ -30,12 +30,12 @@ pub(super) struct Watched {
     /// Steps done, and of how many; 0 of 0 outside of the steps.
     done: AtomicU64,
     steps: AtomicU64,
-    /// What is going on.
+    /// Stage under way.
     stage: Mutex<&'static str>,
 }
 
 impl Watched {
-    /// What is going on, how much of it is done, and of how much: 0 where that is not known.
+    /// Returns the stage under way, the amount done, and the whole amount: 0 where that is not known.
     fn state(&self) -> (&'static str, u64, u64) {
         let stage = *self.stage.lock().unwrap_or_else(PoisonError::into_inner);
         (stage, self.done.load(Ordering::Relaxed), self.steps.load(Ordering::Relaxed))
@@ -103,7 +103,8 @@ impl Told<'_> {
 /// Has work done on so many threads, by default one for each processor, with the interpreter let go.
 ///
 /// # Errors
-/// That of the work; the exception that stopped it, which then has the attribute `kept`: where an unfinished run is, or
+/// Returns the result of the work; raises the exception that stopped it, with the attribute `kept`: where an unfinished
+/// run is, or
 /// `None`.
 pub(super) fn carried_out<T: Send>(
     py: Python<'_>,

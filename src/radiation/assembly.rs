@@ -96,7 +96,7 @@ impl Targets {
         self.places.len()
     }
 
-    /// Whether there are none.
+    /// Tells whether there are none.
     pub fn is_empty(&self) -> bool {
         self.places.is_empty()
     }
@@ -107,7 +107,7 @@ impl Targets {
     }
 }
 
-/// What an assembly did.
+/// Work of an assembly.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AssemblyWork {
     /// Kernel evaluations of far pairs.

@@ -58,8 +58,9 @@ impl Body {
     /// A body whose middle is at `height` \[m\] over a rigid road, or without a road.
     ///
     /// # Errors
-    /// Sizes that are not positive or far from any body's, a shoulder larger than the body or of next to nothing, a middle below 5 % of the radius, a tyre that
-    /// touches the road in a line (a patch of no length) and a clearance below 1e-4 of the radius.
+    /// Sizes that are not positive or far from any body's, a shoulder larger than the body or of next to nothing, a
+    /// middle below 5 % of the radius, a tyre that touches the road in a line (a patch of no length) and a clearance
+    /// below 1e-4 of the radius.
     pub fn new(shape: Shape, height: Option<f64>) -> Result<Self, RadiationError> {
         let radius = match shape {
             Shape::Sphere { radius } => {
@@ -148,7 +149,7 @@ impl Body {
         self.height
     }
 
-    /// Whether there is a road.
+    /// Tells whether there is a road.
     pub fn on_road(&self) -> bool {
         self.height.is_some()
     }

@@ -26,7 +26,7 @@ use super::mesh::Resolution;
 use super::parity::Block;
 use super::solve::{Drive, Problem};
 
-/// What can be wrong with a file of cases.
+/// Errors of a file of cases.
 #[derive(Debug, Error)]
 pub enum CasesError {
     /// Not JSON, or not this format.
@@ -37,7 +37,7 @@ pub enum CasesError {
     Range {
         /// Which case, or the file itself.
         place: String,
-        /// What is wrong and what would be right.
+        /// Fault and remedy.
         what: &'static str,
     },
     /// A case that cannot be computed.
@@ -104,7 +104,7 @@ struct Wave {
 /// Highest order around a tyre in a file of cases: the mesh must resolve it.
 const MOST_AROUND: u32 = 64;
 
-/// What is wrong within a case.
+/// Fault within a case.
 enum Fault {
     Range(&'static str),
     Radiation(RadiationError),
@@ -251,7 +251,7 @@ impl Motion {
         }
     }
 
-    /// What the mesh must resolve \[rad/m\].
+    /// Returns the wavenumber that the mesh must resolve \[rad/m\].
     fn wavenumber(&self, body: &Body) -> f64 {
         match *self {
             Self::Wave { around, across } => (around / body.radius()).hypot(across),

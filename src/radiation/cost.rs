@@ -1,4 +1,4 @@
-//! What a boundary problem costs, before it is set up.
+//! Cost of a boundary problem, before it is set up.
 
 use super::body::Body;
 use super::elements::padded;
@@ -7,7 +7,7 @@ use super::interior::interior_points;
 use super::mesh::{Resolution, patches};
 use super::parity::{Block, MIRRORS};
 
-/// What one wavenumber costs.
+/// Cost of one wavenumber.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cost {
     /// Patches of the quarter.
@@ -31,10 +31,10 @@ pub struct Cost {
 const NEAR_EVALUATIONS: f64 = 5e3;
 
 impl Cost {
-    /// Of a body at a wavenumber \[rad/m\] with a mesh for another (the same, if no velocity asks for more).
+    /// Forecasts a body at a wavenumber \[rad/m\] with a mesh for another (the same, if no velocity asks for more).
     ///
     /// # Errors
-    /// What the mesh refuses.
+    /// Refusals of the mesh.
     pub fn expected(
         body: &Body,
         wavenumber: f64,

@@ -30,18 +30,18 @@ use crate::numeric::{in_parallel, single};
 /// Error of a draft against the full method, as a bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DraftError {
-    /// Of a third octave up to 2000 Hz \[dB\].
+    /// Error of a third octave up to 2000 Hz \[dB\].
     pub band: f64,
     /// Mid-frequency of the third octaves from which on that holds \[Hz\].
     pub from: f64,
-    /// Of the A-weighted level \[dB(A)\].
+    /// Error of the A-weighted level \[dB(A)\].
     pub level: f64,
 }
 
 /// Errors of a draft round a tyre, as far as they were measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DraftErrors {
-    /// Of the means over the coast-by line and over both cpx microphones.
+    /// Errors of the means over the coast-by line and over both cpx microphones.
     pub of_standards: DraftError,
     /// At single places nearer to the axle's direction than to that of travel.
     pub beside: DraftError,
@@ -160,7 +160,7 @@ pub fn transfers_at(problem: &TransferProblem<'_>, wavenumber: f64) -> Vec<Trans
     receivers.iter().map(one).collect()
 }
 
-/// Of a cell the angle of its middle from the patch's edge \[rad\] and the share of it outside the patch.
+/// Returns, of a cell, the angle of its middle from the patch's edge \[rad\] and the share of it outside the patch.
 fn cell_of(cell: usize, around: usize, edge: f64) -> (f64, f64) {
     let width = std::f64::consts::TAU / around as f64;
     // The cell's mirror fore-aft has the same distance.

@@ -72,7 +72,7 @@ pub struct Basis {
 }
 
 impl Basis {
-    /// Of `order` points.
+    /// Makes the basis of `order` points.
     pub fn new(order: usize) -> Self {
         let mut rule = gauss(order);
         rule.reverse();
@@ -117,7 +117,7 @@ pub struct Mesh {
     pub nodes: Vec<SurfacePoint>,
     /// A ball that holds each patch: middle and radius.
     pub balls: Vec<(Vector, f64)>,
-    /// Whether the road's image is part of the problem.
+    /// True if the road's image is part of the problem.
     pub on_road: bool,
 }
 

@@ -1,8 +1,8 @@
-//! What can go wrong with a radiation problem.
+//! Errors of a radiation problem.
 
 use thiserror::Error;
 
-/// What is wrong with a radiation problem, with the numbers that were given.
+/// Fault of a radiation problem, with the numbers that were given.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum RadiationError {
     /// A size that must be a positive finite number.
@@ -10,7 +10,7 @@ pub enum RadiationError {
     NotPositive {
         /// Which size.
         what: &'static str,
-        /// What was given.
+        /// Value given.
         value: f64,
     },
     /// A size far from any body's.
@@ -18,7 +18,7 @@ pub enum RadiationError {
     Size {
         /// Which size.
         what: &'static str,
-        /// What was given \[m\].
+        /// Value given \[m\].
         value: f64,
         /// Least that is computed \[m\].
         least: f64,
@@ -49,7 +49,7 @@ pub enum RadiationError {
         height: f64,
         /// Radius of the body \[m\].
         radius: f64,
-        /// What would be right.
+        /// Remedy.
         why: &'static str,
     },
     /// A receiver or a source that is not in the air.
@@ -101,7 +101,7 @@ pub enum RadiationError {
     Gap {
         /// Height of the gap \[m\].
         gap: f64,
-        /// What would be right.
+        /// Remedy.
         why: &'static str,
     },
     /// An order of the elements that is not available.

@@ -90,7 +90,7 @@ impl FrequencyRange {
     }
 }
 
-/// What a set-up costs, before it is begun.
+/// Cost of a set-up, before it is begun.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SetUpCost {
     /// Frequencies that are solved for: of those to start with and their midpoints. Where these do not keep the
@@ -103,7 +103,7 @@ pub struct SetUpCost {
 }
 
 impl SetUpCost {
-    /// Of a problem over a range of frequencies, of which some are known.
+    /// Forecasts a problem over a range of frequencies, of which some are known.
     ///
     /// # Errors
     /// As [`TransferProblem::check`] and [`FrequencyRange::check`].
@@ -156,12 +156,12 @@ pub struct Progress {
     pub round: usize,
 }
 
-/// What the choice of frequencies came to.
+/// Outcome of the choice of frequencies.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FrequencyReport {
     /// Frequencies.
     pub count: usize,
-    /// Of these solved now, not known before.
+    /// Number solved now, not known before.
     pub solved: usize,
     /// Largest error of an interpolated middle that was let pass \[dB\].
     pub largest_passed: f64,
@@ -173,7 +173,7 @@ pub struct FrequencyReport {
     pub solve: SolveReport,
 }
 
-/// Who is told, and who may stop the work.
+/// Receiver of progress, and the flag that stops the work.
 pub struct Watch<'a> {
     /// Asked for those of some frequencies that are known before, for instance by a set-up that was stopped: what is
     /// of the same receivers and grid is not solved again.
@@ -194,7 +194,7 @@ pub struct TransferSet {
 }
 
 impl TransferSet {
-    /// Of finished frequencies.
+    /// Makes the set of finished frequencies.
     pub fn new(mut found: Vec<FrequencyTransfers>) -> Self {
         found.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
         found.dedup_by(|a, b| same(a.frequency, b.frequency));
@@ -291,7 +291,8 @@ pub fn transfers(
     Ok((set, search.report))
 }
 
-/// What an interpolation misses of a computed frequency \[dB\]: 20 log10(1 + relative error), the worst receiver's.
+/// Returns the error of an interpolation at a computed frequency \[dB\]: 20 log10(1 + relative error), the worst
+/// receiver's.
 fn error(body: &Body, set: &TransferSet, middle: &FrequencyTransfers) -> f64 {
     let one = |(receiver, exact): (usize, &Transfer)| {
         let guess = set.at(body, receiver, middle.frequency)?;

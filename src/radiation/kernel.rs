@@ -77,7 +77,7 @@ pub struct FarColumn<'a> {
     pub wavenumber: f64,
     /// Which kernel.
     pub layer: Layer,
-    /// Whether the road's image counts.
+    /// True if the road's image counts.
     pub on_road: bool,
     /// The blocks wanted, each with its column's real and imaginary parts.
     pub columns: &'a mut [(Block, &'a mut [f64], &'a mut [f64])],

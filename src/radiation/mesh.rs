@@ -142,7 +142,7 @@ impl Sizes {
 /// The patches of a body's quarter for a wavenumber \[rad/m\].
 ///
 /// # Errors
-/// What [`Resolution::check`] refuses; a wavenumber that is not positive; [`RadiationError::Patches`].
+/// Refusals of [`Resolution::check`]; a wavenumber that is not positive; [`RadiationError::Patches`].
 pub fn patches(body: &Body, wavenumber: f64, resolution: &Resolution) -> Result<Vec<Patch>, RadiationError> {
     resolution.check()?;
     positive("the wavenumber", wavenumber)?;

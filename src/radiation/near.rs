@@ -85,7 +85,7 @@ struct Cell {
     children: Option<[usize; 2]>,
 }
 
-/// What was done.
+/// Work of the near integrals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct NearWork {
     /// Pairs of a target (or its mirror, or its image) and a patch.
@@ -113,7 +113,7 @@ pub struct NearPatch<'a> {
 }
 
 impl<'a> NearPatch<'a> {
-    /// Of a patch with its elements' nodes, for a kernel at a wavenumber \[rad/m\].
+    /// Makes the integrals of a patch with its elements' nodes, for a kernel at a wavenumber \[rad/m\].
     pub fn new(patch: &'a Patch, basis: &'a Basis, layer: Layer, wavenumber: f64) -> Self {
         let rule = Basis::new(basis.order() + EXTRA_POINTS);
         let mut this = Self {
@@ -136,7 +136,7 @@ impl<'a> NearPatch<'a> {
         this
     }
 
-    /// What was done so far.
+    /// Returns the work so far.
     pub fn work(&self) -> NearWork {
         self.work
     }

@@ -28,7 +28,7 @@ use super::parity::{Block, MIRRORS, mirrored};
 /// \[kg/(m^3 s)\], with the chart that the point lies on.
 pub type Velocity<'a> = dyn Fn(&Chart, Vector) -> Complex64 + Sync + 'a;
 
-/// What drives the field.
+/// Source of the field.
 pub enum Drive<'a> {
     /// A point source of unit strength (lap G + k^2 G = -delta), its image in the road included.
     Source(Vector),
@@ -36,7 +36,7 @@ pub enum Drive<'a> {
     Velocity(&'a Velocity<'a>),
 }
 
-/// What a problem's solution took and how well posed it was.
+/// Cost and condition of a problem's solution.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SolveReport {
     /// Unknown pressures of one block.
@@ -45,7 +45,7 @@ pub struct SolveReport {
     pub interior_points: usize,
     /// The worst block's reciprocal condition number in the 1-norm.
     pub reciprocal_condition: f64,
-    /// What the assembly did, evaluations at other points included.
+    /// Work of the assembly, evaluations at other points included.
     pub work: AssemblyWork,
     /// Real operations of the factorisations.
     pub factor_operations: f64,
@@ -79,7 +79,7 @@ impl Problem {
     /// mesh resolves: the wavenumber itself, or that of the prescribed velocity where it is larger.
     ///
     /// # Errors
-    /// What the mesh refuses; more memory than `memory_limit` \[bytes\].
+    /// Refusals of the mesh; more memory than `memory_limit` \[bytes\].
     pub fn new(
         body: &Body,
         wavenumber: f64,
@@ -260,7 +260,7 @@ fn green(distance: f64, wavenumber: f64) -> Complex64 {
 }
 
 impl Solution<'_> {
-    /// What it took.
+    /// Returns the cost of the solution.
     pub fn report(&self) -> SolveReport {
         self.report
     }

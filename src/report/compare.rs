@@ -22,7 +22,7 @@ pub struct SettingDifference {
 /// A figure of every result.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FigureComparison {
-    /// What it is.
+    /// Name of the item.
     pub name: String,
     /// Its unit.
     pub unit: &'static str,
@@ -33,7 +33,7 @@ pub struct FigureComparison {
 /// Third octaves of one signal in every result.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SpectrumComparison {
-    /// What the levels are, reference included.
+    /// Quantity of the levels, reference included.
     pub quantity: &'static str,
     /// Which signal; empty where there is one of the quantity.
     pub name: String,
@@ -48,7 +48,7 @@ pub struct BandComparison {
     pub nominal_hz: f64,
     /// Levels by result \[dB\]; none where a result has no such band or nothing in it.
     pub levels: Vec<Option<f64>>,
-    /// Whether every result vouches for its level.
+    /// True if every result vouches for its level.
     pub valid: bool,
 }
 
@@ -66,7 +66,7 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Of some results.
+    /// Compares some results.
     pub fn of(all: &[Stored]) -> Self {
         Self {
             names: all.iter().map(Stored::name).collect(),

@@ -5,7 +5,7 @@ use num_complex::Complex64;
 use crate::results::plots::{Axis, LinePlot, Series};
 use crate::tyre::influence::mobility::{Mobility, level};
 
-/// What a picture shows of a mobility.
+/// Quantity of a mobility in a picture.
 pub type Quantity = (&'static str, fn(Complex64) -> f64);
 
 /// Its level.

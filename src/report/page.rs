@@ -14,7 +14,7 @@ use crate::results::spectra::FORCE_LEVEL;
 use crate::results::vibration::VELOCITY_LEVEL;
 use crate::study::trial::level_changes;
 
-/// What every page begins with.
+/// Beginning of every page.
 pub const PAGE_HEAD: &str = "<!DOCTYPE html><html lang=\"en\"><head><meta name=\"generator\" content=\"tyrewave\">";
 
 /// The page of some results; several are compared with the first one.

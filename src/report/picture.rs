@@ -4,7 +4,7 @@
 const ELEMENTS: [&str; 10] = ["svg", "g", "path", "rect", "line", "polyline", "polygon", "circle", "text", "title"];
 
 /// The picture, if it consists of drawn elements alone: no script, no link, nothing that a page would fetch or execute.
-/// A results folder may come from somebody else.
+/// Returns a picture that is safe to embed: a results folder may come from a stranger.
 pub(super) fn harmless(svg: &str) -> Option<&str> {
     let mut rest = svg.trim();
     let whole = rest;

@@ -6,7 +6,7 @@ use crate::plan::{Amounts, Forecast, Plan};
 use crate::run::foreseen;
 use crate::scene::{LoadedScene, SceneError};
 
-/// What a plan says, as JSON: effects and choices with their reasons, sizes, work, memory and forecast.
+/// Writes a plan as JSON: effects and choices with their reasons, sizes, work, memory and forecast.
 ///
 /// # Errors
 /// Settings that JSON cannot hold.

@@ -8,7 +8,7 @@ use crate::study::radiation::{AHEAD, AtFrequency, CIRCLE, Radiator, named_receiv
 /// Angles round the tyre that shares are told up to.
 const ANGLES: usize = 72;
 
-/// What was found of a radiating tyre, frequency by frequency, as JSON.
+/// Returns the findings of a radiating tyre, frequency by frequency, as JSON.
 pub fn radiation_record(title: &str, radiator: &Radiator, found: &[AtFrequency]) -> Value {
     let receiver = |(name, position)| json!({ "name": name, "position": position });
     let of_frequency = |at: &AtFrequency| {

@@ -1,4 +1,4 @@
-//! What there is to say and to show of a road.
+//! Words and pictures of a road.
 
 use ndarray::ArrayView2;
 

@@ -1,4 +1,4 @@
-//! What a page says of one result, section by section, in the order of the data's way.
+//! Sections of a page on one result, in the order of the data's way.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -19,7 +19,7 @@ use crate::run::prepare::road_limits;
 use crate::scene::{Axle, Road, Scene, Zone};
 use crate::sound::wav::rescaled;
 
-/// What the grey of pictures of levels says.
+/// Meaning of grey in pictures of levels.
 pub(super) const GREY: &str = "Grey: bands that the run does not vouch for.";
 /// Sound files longer than this are left in their folder \[bytes\].
 const MOST_SOUND: usize = 16 << 20;
@@ -75,7 +75,7 @@ pub(super) fn in_words(stored: &Stored) -> String {
     )
 }
 
-/// What was found, in figures.
+/// Shows the findings, in figures.
 pub(super) fn figures(stored: &Stored) -> Markup {
     let outcome = &stored.summary.outcome;
     let wall = stored.summary.cost.wall_seconds;
@@ -92,7 +92,7 @@ pub(super) fn figures(stored: &Stored) -> Markup {
     }
 }
 
-/// What the user should act on.
+/// Shows the warnings.
 pub(super) fn warnings(stored: &Stored) -> Markup {
     let summary = &stored.summary;
     html! {
@@ -267,7 +267,7 @@ pub(super) fn sound(stored: &Stored, full_scale: f64) -> Result<Markup, ReportEr
     })
 }
 
-/// What it cost.
+/// Shows the cost.
 pub(super) fn cost(stored: &Stored) -> Markup {
     report(&cost_table(&stored.summary.cost))
 }

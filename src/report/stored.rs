@@ -26,7 +26,7 @@ pub enum StoredError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: std::io::Error,
     },
     /// A file that is not what its name says.
@@ -34,7 +34,7 @@ pub enum StoredError {
     Content {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Fault of the file.
         reason: String,
     },
     /// Settings that this version of the program does not take.
@@ -42,7 +42,7 @@ pub enum StoredError {
     Settings {
         /// The summary.
         path: PathBuf,
-        /// What is wrong with them.
+        /// Faults of the settings.
         source: Box<SceneError>,
     },
 }
@@ -50,7 +50,7 @@ pub enum StoredError {
 /// Third-octave levels of one signal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spectrum {
-    /// What the levels are, reference included: [`FORCE_LEVEL`], [`VELOCITY_LEVEL`] or [`SOUND_LEVEL`].
+    /// Quantity of the levels, reference included: [`FORCE_LEVEL`], [`VELOCITY_LEVEL`] or [`SOUND_LEVEL`].
     pub quantity: &'static str,
     /// Which signal; empty where there is one of the quantity.
     pub name: String,
@@ -69,7 +69,7 @@ pub struct StoredArray {
     pub values: Vec<f64>,
 }
 
-/// What a finished or interrupted run has left.
+/// Results that a finished or interrupted run has left.
 #[derive(Clone, Debug)]
 pub struct Stored {
     /// The folder.
@@ -78,11 +78,11 @@ pub struct Stored {
     pub summary: Summary,
     /// The scene as it was run.
     pub loaded: LoadedScene,
-    /// What was done, and why.
+    /// Plan of the run, with its reasons.
     pub plan: Plan,
     /// All third octaves: forces, velocities, sound.
     pub spectra: Vec<Spectrum>,
-    /// Whether the file of a measured road comes from the caller: the folder's own word on it is not taken.
+    /// True if the file of a measured road comes from the caller: the folder's own word on it is not taken.
     pub(super) knows_road: bool,
 }
 

@@ -22,7 +22,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// Of the text of a file of comma-separated values.
+    /// Reads the text of a file of comma-separated values.
     ///
     /// # Errors
     /// Rows of different lengths.

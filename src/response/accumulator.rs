@@ -71,7 +71,7 @@ impl PowerSpectrum {
     }
 }
 
-/// What evolves of a [`SpectrumAccumulator`].
+/// State of a [`SpectrumAccumulator`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct SpectrumState {
     moments: RunningMoments,
@@ -288,7 +288,7 @@ impl SpectrumAccumulator {
     }
 }
 
-/// What rises from 0 to 1 as its argument does.
+/// Rises from 0 to 1 as its argument does.
 fn slope(part: f64) -> f64 {
     (FRAC_PI_2 * (FRAC_PI_2 * part.clamp(0.0, 1.0)).sin().powi(2)).sin()
 }

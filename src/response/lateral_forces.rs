@@ -9,7 +9,7 @@ pub struct LateralForces {
     numbers: Vec<usize>,
     /// s_m(y_j) by m, j up to the middle.
     shapes: Vec<f64>,
-    /// Whether a wave is even about mid-width, by m.
+    /// True if a wave is even about mid-width, by m.
     even: Vec<bool>,
     /// Sums and differences of opposite cells of a column.
     sides: [Vec<f64>; 2],
@@ -18,7 +18,7 @@ pub struct LateralForces {
 }
 
 impl LateralForces {
-    /// Of these numbers.
+    /// Makes the resolution into these numbers.
     pub fn new(grid: &CellGrid, numbers: Vec<usize>) -> Self {
         let half = grid.across.div_ceil(2);
         Self {

@@ -1,4 +1,4 @@
-//! What is heard of the forces: third-octave levels and spectra, and the vibration of the tyre.
+//! Response to the forces: third-octave levels and spectra, and the vibration of the tyre.
 //!
 //! In the order of the data's way:
 //!

@@ -41,7 +41,7 @@ pub enum SpectrumError {
     /// A time step or segment length that is not a positive number.
     #[error("{quantity} must be a positive number of seconds, not {value}")]
     BadTime {
-        /// What it is: time step or segment length.
+        /// Name of the quantity: time step or segment length.
         quantity: &'static str,
         /// The value given \[s\].
         value: f64,
@@ -81,7 +81,7 @@ pub struct BandLevel {
     pub mean_square: f64,
     /// 10 lg(mean square / reference^2) \[dB\]; minus infinity for silence.
     pub level: f64,
-    /// Whether the signal's maker vouches for it: the band's mid-frequency is not above [`PowerSpectrum::valid_to`].
+    /// True if the signal's maker vouches for it: the band's mid-frequency is not above [`PowerSpectrum::valid_to`].
     pub valid: bool,
 }
 
@@ -147,7 +147,7 @@ impl PowerSpectrum {
         })
     }
 
-    /// What bin k stands for; the first and the last are half as wide.
+    /// Returns the interval of bin k; the first and the last are half as wide.
     fn bin_interval(&self, k: usize) -> Range<f64> {
         let start = (k as f64 - 0.5).max(0.0) * self.resolution;
         let end = ((k as f64 + 0.5) * self.resolution).min(self.nyquist);

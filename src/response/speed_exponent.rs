@@ -17,8 +17,8 @@ pub struct SpeedExponent {
 }
 
 impl SpeedExponent {
-    /// Of pairs of speed (> 0, any unit) and level \[dB\]; pairs without a finite level do not count. `None` for fewer
-    /// than two different speeds.
+    /// Fits pairs of speed (> 0, any unit) and level \[dB\]; pairs without a finite level do not count. `None` for
+    /// fewer than two different speeds.
     pub fn fit(pairs: impl IntoIterator<Item = (f64, f64)>) -> Option<Self> {
         let points: Vec<(f64, f64)> = pairs
             .into_iter()

@@ -35,7 +35,7 @@ impl ThirdOctaveBand {
 
     /// The bands that lie in `frequencies` \[Hz\] with both edges, lowest first; none if the range is empty.
     ///
-    /// A lower limit of 0 is no limit anybody could start from: it gives no bands.
+    /// Lists the bands within a range. A lower limit of 0 gives no bands: there is no first one.
     pub fn within(frequencies: Range<f64>) -> Vec<Self> {
         let (Some(first), Some(last)) = (Self::containing(frequencies.start), Self::containing(frequencies.end)) else {
             return Vec::new();
@@ -46,7 +46,7 @@ impl ThirdOctaveBand {
             .collect()
     }
 
-    /// Whether it belongs to a signal that is vouched for up to a frequency \[Hz\].
+    /// Tells whether it belongs to a signal that is vouched for up to a frequency \[Hz\].
     pub fn is_vouched_for(self, valid_to: f64) -> bool {
         // Exact mid-frequencies lie up to half a percent above the nominal ones that people ask for.
         self.mid_frequency() <= 1.01 * valid_to

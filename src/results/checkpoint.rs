@@ -69,7 +69,7 @@ pub enum CheckpointError {
     Unusable {
         /// The checkpoint.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Fault of the checkpoint.
         reason: Unusable,
     },
     /// An array does not hold what was written to it.
@@ -85,12 +85,12 @@ pub enum CheckpointError {
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: std::io::Error,
     },
 }
 
-/// What is wrong with a checkpoint.
+/// Fault of a checkpoint.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum Unusable {
     /// The file.
@@ -135,7 +135,7 @@ pub fn write(folder: &Path, value: &impl Serialize) -> Result<(), ResultsError> 
     sync_folder(folder).map_err(ResultsError::writing(folder))
 }
 
-/// What a folder's checkpoint holds.
+/// Reads a folder's checkpoint.
 ///
 /// # Errors
 /// [`CheckpointError::NoCheckpoint`], [`CheckpointError::Io`], [`CheckpointError::Unusable`].

@@ -1,4 +1,4 @@
-//! What a run cost, as `summary.json` has it.
+//! Cost of a run, as `summary.json` has it.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -21,7 +21,7 @@ pub struct Cost {
     pub threads: usize,
     /// Largest resident memory of the process \[bytes\]; `null` where the system does not tell.
     pub peak_memory: Option<u64>,
-    /// What was expected before the run; `null` for what is not planned.
+    /// Expectation before the run; `null` for what is not planned.
     pub planned: Option<Planned>,
     /// Share of the time steps that were timed, in blocks: the times of stages within the steps are theirs, taken for
     /// all.
@@ -37,19 +37,19 @@ pub struct Cost {
     pub machine_peak: Option<MachinePeak>,
     /// Exact work counters; the same for any number of threads.
     pub counters: BTreeMap<Counter, u64>,
-    /// Whether processor time and memory were looked at.
+    /// True if processor time and memory were looked at.
     #[serde(skip)]
     pub closely: bool,
 }
 
-/// What a plan expected of a run.
+/// Expectation of a plan.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub struct Planned {
     /// Wall time \[s\].
     pub wall_seconds: f64,
     /// Largest memory \[bytes\].
     pub memory: f64,
-    /// Whether the costs of units of work behind it were measured on this machine.
+    /// True if the costs of units of work behind it were measured on this machine.
     pub measured: bool,
 }
 
@@ -74,7 +74,7 @@ pub struct StepsRecord {
     pub idle_share: Option<f64>,
 }
 
-/// What a stage cost. Numbers that were not measured are `None`.
+/// Cost of a stage. Numbers that were not measured are `None`.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 pub struct StageRecord {
     /// How often it was entered.
@@ -156,7 +156,7 @@ impl Cost {
         }
     }
 
-    /// What a stage cost.
+    /// Returns the cost of a stage.
     pub fn stage(&self, stage: Stage) -> &StageRecord {
         &self.stages[&stage]
     }

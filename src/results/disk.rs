@@ -30,7 +30,7 @@ pub(super) fn replace(working: &Path, target: &Path) -> Result<Option<PathBuf>, 
     Ok(old)
 }
 
-/// What a folder that stands in the way is called for a moment.
+/// Names a folder that stands in the way, for a moment.
 pub(super) fn aside(working: &Path) -> PathBuf {
     with_suffix(working, "-old")
 }

@@ -1,4 +1,4 @@
-//! What can go wrong while results are written.
+//! Errors of writing results.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ pub enum ResultsError {
     /// A folder or file could not be made.
     #[error("cannot create {}: {source}", path.display())]
     Create {
-        /// What was to be created.
+        /// Path that was to be created.
         path: PathBuf,
         /// The system's answer.
         source: io::Error,
@@ -47,7 +47,7 @@ pub enum ResultsError {
         /// The output path.
         path: PathBuf,
     },
-    /// A results folder to which somebody has added something.
+    /// A results folder with files that are not of the run.
     #[error(
         "{} holds {entry}, which tyrewave did not write; the folder is left alone \
          (move {entry} away or choose another --out)",
@@ -96,13 +96,13 @@ pub enum ResultsError {
     Audio {
         /// The sound file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Fault of the sound.
         source: Box<crate::sound::WavError>,
     },
 }
 
 impl ResultsError {
-    /// Whether what was asked for makes no sense, so that nothing was tried: somebody's files in the way, a place
+    /// Tells errors of the request, after which nothing was tried: foreign files in the way, a place
     /// without a name, an array that is not the one to go on with.
     pub fn is_refusal(&self) -> bool {
         matches!(

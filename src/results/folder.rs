@@ -1,15 +1,15 @@
 //! The life of a results folder: under its final name there is a complete set of results or nothing of this run.
 //!
 //! 1. [`ResultsFolder::create`] makes `<final>.partial-<pid>` beside the final place, after checking that whatever
-//!    stands there already may be replaced: an empty folder, or an earlier results folder to which nobody has added
-//!    anything. A file in it is locked as long as the process lives.
+//!    stands there already may be replaced: an empty folder, or an earlier results folder without foreign files. A file
+//!    in it is locked as long as the process lives.
 //! 2. Files are written there; from the first checkpoint on ([`ResultsFolder::keep_if_stopped`]) the folder outlives
 //!    its process.
 //! 3. [`ResultsFolder::finish`] writes the summary and brings it to the disk (as every writer does), exchanges its name
-//!    with that of an older folder, deletes the older one, and last the checkpoint. Whoever comes next puts in order
-//!    what a process that was killed within that has left (`placing`).
+//!    with that of an older folder, deletes the older one, and last the checkpoint. The next process puts in order
+//!    what one that was killed within that has left (`placing`).
 //! 4. An interrupted run ends with [`ResultsFolder::finish_partial`] instead: the same under `<final>.partial`. Where
-//!    another process, or somebody's files, are in the way, it keeps the name that it has.
+//!    another process, or foreign files, are in the way, it keeps the name that it has.
 //! 5. [`ResultsFolder::reopen`] finds an unfinished run by its final name, or by its own, and goes on in the same
 //!    folder. What another process has locked is refused.
 //! 6. Dropped otherwise (an error, a panic) without a checkpoint to keep, the folder is deleted, and parents that were
@@ -76,7 +76,7 @@ impl ResultsFolder {
     }
 
     /// Puts in order what a process that was killed at the end of its run has left, by the final name or that of the
-    /// unfinished run; returns the place of whole results that nobody had been told of.
+    /// unfinished run; returns the place of whole results that have not been reported yet.
     ///
     /// # Errors
     /// Where whole results cannot get their name.
@@ -89,7 +89,7 @@ impl ResultsFolder {
         self.keep = true;
     }
 
-    /// Whether the folder holds a checkpoint to go on from.
+    /// Tells whether the folder holds a checkpoint to go on from.
     pub fn holds_checkpoint(&self) -> bool {
         self.keep
     }
@@ -147,7 +147,7 @@ impl ResultsFolder {
         self.settle().unwrap_or_else(|_| self.working.clone())
     }
 
-    /// Takes the name `<final>.partial`, or keeps the present one where that is somebody else's.
+    /// Takes the name `<final>.partial`, or keeps the present one where that belongs to another.
     fn settle(&mut self) -> Result<PathBuf, ResultsError> {
         self.finished = true;
         let target = with_suffix(&self.target, PARTIAL);
@@ -225,7 +225,7 @@ pub(super) mod tests {
     use super::*;
     use crate::results::files::ResultFiles as _;
 
-    /// What is in a folder, sorted.
+    /// Lists the names in a folder, sorted.
     pub(in crate::results) fn names(folder: &Path) -> Vec<String> {
         let mut names = entries(folder).unwrap();
         names.sort();

@@ -1,4 +1,4 @@
-//! What a run leaves behind: a folder with a summary, arrays, spectra and plots.
+//! Results of a run: a folder with a summary, arrays, spectra and plots.
 //!
 //! [`folder`] decides when and under which name the rest appears, `placing` gives it that name; [`checkpoint`] keeps
 //! the state of an unfinished run beside it, [`mod@unfinished`] finds it again; [`npy`] streams arrays while the run

@@ -6,7 +6,7 @@
 //! npyz reads these headers but patches one-dimensional shapes only.
 //!
 //! Every row goes through a running checksum on its way to the file, which a run's checkpoint keeps: a CRC-32 finds
-//! every flipped byte and costs some picoseconds a byte. The header needs none, as whoever goes on writes it anew.
+//! every flipped byte and costs some picoseconds a byte. The header needs none: it is written anew when a run goes on.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
@@ -62,7 +62,7 @@ impl NpyNumber for i64 {
 pub enum Row {
     /// One number: the array is one-dimensional, \[rows\].
     Scalar,
-    /// That many numbers: the array is two-dimensional, \[rows, columns\].
+    /// Row of that many numbers: the array is two-dimensional, \[rows, columns\].
     Columns(usize),
 }
 
@@ -75,7 +75,7 @@ impl Row {
         }
     }
 
-    /// Whether an array of that shape has such rows.
+    /// Tells whether an array of that shape has such rows.
     fn fits(self, shape: &[u64]) -> bool {
         match self {
             Self::Scalar => shape.len() == 1,
@@ -96,10 +96,10 @@ pub struct ArrayState {
 }
 
 impl ArrayState {
-    /// Whether a file begins with a header and just these rows.
+    /// Tells whether a file begins with a header and just these rows.
     ///
     /// # Errors
-    /// Of reading it.
+    /// Errors of reading it.
     pub fn is_in(&self, path: &Path) -> io::Result<bool> {
         let mut file = File::open(path)?;
         file.seek(SeekFrom::Start(HEADER_BYTES as u64))?;

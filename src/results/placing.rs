@@ -21,7 +21,7 @@ use super::unfinished::{LOCK_FILE, PARTIAL, final_name, in_use, partial_folders}
 use crate::storage::flat_folder::{self, entries};
 use crate::storage::input::{self, TABLE_BYTES};
 
-/// What an unfinished run needs and a finished one does not; the lock is the last to go.
+/// Files that an unfinished run needs and a finished one does not; the lock is the last to go.
 pub(super) const SERVICE_FILES: [&str; 4] = [CHECKPOINT_FILE, TEMPORARY_FILE, SCENE_FILE, LOCK_FILE];
 
 /// Gives a working folder its new name; an older folder there is deleted.
@@ -50,10 +50,10 @@ pub(super) fn tidy_up(target: &Path) {
 }
 
 /// Puts in order what processes that were killed while results took the name `target` have left; returns that place if
-/// whole results stand there that nobody had been told of.
+/// whole results stand there that have not been reported yet.
 ///
 /// # Errors
-/// [`ResultsError`] where whole results cannot get their name: somebody's files are there, or the system does not let
+/// [`ResultsError`] where whole results cannot get their name: foreign files are there, or the system does not let
 /// us.
 pub(super) fn put_in_order(target: &Path) -> Result<Option<PathBuf>, ResultsError> {
     let partial = with_suffix(target, PARTIAL);

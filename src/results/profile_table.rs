@@ -1,5 +1,5 @@
-//! What a run cost, as tables for the terminal: stages first, then a time step, counters below. What a run did not do
-//! has no line, what was not measured no column.
+//! Cost of a run, as tables for the terminal: stages first, then a time step, counters below. Stages that a run did not
+//! use has no line, what was not measured no column.
 
 use super::cost::Cost;
 use super::table::{Report, Table, aligned, grouped};
@@ -24,7 +24,7 @@ pub fn cost_table(cost: &Cost) -> Report {
     report
 }
 
-/// What an evaluation of the compliance takes, if there was one.
+/// Returns the time of an evaluation of the compliance, if there was one.
 fn compliance(cost: &Cost) -> Option<String> {
     let nanoseconds = cost.rates.compliance_evaluation_ns?;
     let evaluations = cost.counted(Counter::ComplianceEvaluations) as f64;
@@ -34,8 +34,8 @@ fn compliance(cost: &Cost) -> Option<String> {
     Some(format!("a compliance evaluation: {nanoseconds:.0} ns, {flop:.0} flop: {rate:.1}{peak} Gflop/s"))
 }
 
-/// What every time step costs, stage by stage: time, arithmetic, memory traffic, and the rates that they make, beside
-/// those of a core at its best.
+/// Tabulates the cost of a time step, stage by stage: time, arithmetic, memory traffic, and the rates that they make,
+/// beside those of a core at its best.
 fn step(cost: &Cost, steps: u64) -> Table {
     let row = |stage: Stage| {
         let cost = cost.stage(stage);

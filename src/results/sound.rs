@@ -10,7 +10,7 @@ use crate::sound::{Air, CoveredBands, SoundLevels};
 
 /// Third octaves at the receivers.
 pub const SOUND_FILE: &str = "sound.csv";
-/// What its A-weighted levels are.
+/// Quantity of its A-weighted levels.
 pub const SOUND_LEVEL: &str = "Sound pressure level [dB(A) re 20 uPa]";
 /// Narrow band.
 pub const SOUND_NARROW_FILE: &str = "sound_narrow.csv";
@@ -53,7 +53,7 @@ pub fn sound_narrow_csv(spectra: &[ReceiverSpectrum]) -> String {
     csv(["receiver", "frequency_hz", "density_pa2_hz"], rows)
 }
 
-/// What `summary.json` says of the sound.
+/// Part of `summary.json` on the sound.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct SoundSummary {
     /// Reference of the levels \[Pa\].
@@ -111,7 +111,7 @@ pub struct BodySummary {
     pub density: f64,
     /// Frequencies that boundary elements were solved at.
     pub frequencies: usize,
-    /// Of these, how many were solved in this run; the others were kept on disk by earlier ones.
+    /// Number of them that were solved in this run; the others were kept on disk by earlier ones.
     pub solved: usize,
     /// Unknowns of a parity block at the highest of them.
     pub unknowns: usize,
@@ -123,7 +123,7 @@ pub struct BodySummary {
 }
 
 impl BodySummary {
-    /// Of a body in some air, nothing solved.
+    /// Makes the record of a body in some air, nothing solved.
     pub fn of(quality: RadiationQuality, body: &Body, air: &Air) -> Self {
         Self {
             quality,

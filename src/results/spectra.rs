@@ -8,7 +8,7 @@ use crate::response::{BandLevel, ThirdOctaveBand};
 /// Name of the file in a results folder.
 pub const SPECTRA_FILE: &str = "spectra.csv";
 
-/// What its levels are.
+/// Quantity of its levels.
 pub const FORCE_LEVEL: &str = "Contact force level [dB re 1 N]";
 
 /// Lowest band \[Hz\]: below, a run of seconds says little.

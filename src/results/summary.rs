@@ -15,7 +15,7 @@ use crate::scene::settings_hash;
 
 /// Name of the summary in a results folder.
 pub const SUMMARY_FILE: &str = "summary.json";
-/// What `format` says in a summary of ours.
+/// Value of `format` in a summary of ours.
 pub const FORMAT: &str = "tyrewave results";
 /// Version of the layout of the results folder; raised when a reader would stumble.
 pub const FORMAT_VERSION: u32 = 1;
@@ -29,13 +29,13 @@ pub struct Summary {
     pub format_version: u32,
     /// Version of tyrewave.
     pub version: Cow<'static, str>,
-    /// Whether the run reached its end; `false`: interrupted, the arrays are shorter.
+    /// True if the run reached its end; `false`: interrupted, the arrays are shorter.
     pub complete: bool,
     /// The scene's title.
     pub title: String,
     /// SHA-256 of the scene as it was run, see [`settings_hash`].
     pub scene_sha256: String,
-    /// What the run found.
+    /// Findings of the run.
     pub outcome: Outcome,
     /// How well the contact conditions were met.
     pub contact: ContactQuality,
@@ -45,12 +45,12 @@ pub struct Summary {
     /// Sound at the receivers, where there are any and the run was long enough.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sound: Option<SoundSummary>,
-    /// What the user should act on.
+    /// Warnings that the user should act on.
     pub warnings: Vec<String>,
     /// Settings that were chosen, and what the run leaves out.
     #[serde(default)]
     pub notes: Vec<String>,
-    /// What it cost.
+    /// Cost of the run.
     pub cost: Cost,
     /// The effective settings: the scene with every default filled in.
     pub settings: serde_json::Value,
@@ -141,7 +141,7 @@ pub struct LoadResult {
     pub relative_error: f64,
     /// Tolerance of the relative error.
     pub tolerance: f64,
-    /// Whether it was met.
+    /// True if it was met.
     pub met: bool,
 }
 

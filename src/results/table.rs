@@ -75,7 +75,7 @@ impl Table {
         &self.rows
     }
 
-    /// Whether a column holds numbers, which stand to the right.
+    /// Tells whether a column holds numbers, which stand to the right.
     pub fn is_number(&self, column: usize) -> bool {
         (self.alignment)(column) == CellAlignment::Right
     }
@@ -162,7 +162,7 @@ impl fmt::Display for Table {
 #[derive(Clone, Debug, Default)]
 pub struct Report(Vec<Part>);
 
-/// What a report consists of.
+/// Parts of a report.
 #[derive(Clone, Debug)]
 pub enum Part {
     /// Lines.

@@ -9,7 +9,7 @@ use crate::storage::flat_folder::{self, entries};
 
 /// Locked while a process writes to the folder.
 pub(super) const LOCK_FILE: &str = "lock";
-/// What the name of an unfinished run's folder adds to the final one.
+/// Ending that the folder of an unfinished run adds to the final name.
 pub(super) const PARTIAL: &str = ".partial";
 
 /// The folder of an unfinished run with a checkpoint, by the run's final name or by the folder's own.
@@ -79,7 +79,7 @@ pub(super) fn lock(folder: &Path) -> Result<Option<File>, CheckpointError> {
     }
 }
 
-/// Whether a process writes to a folder.
+/// Tells whether a process writes to a folder.
 pub(super) fn in_use(folder: &Path) -> bool {
     let file = File::open(folder.join(LOCK_FILE));
     file.is_ok_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)))

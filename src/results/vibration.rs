@@ -12,7 +12,7 @@ use crate::response::{BandLevel, PowerSpectrum};
 
 /// Third octaves.
 pub const VIBRATION_FILE: &str = "vibration.csv";
-/// What its levels are.
+/// Quantity of its levels.
 pub const VELOCITY_LEVEL: &str = "Velocity level [dB re 1 m/s]";
 /// Narrow band.
 pub const VIBRATION_NARROW_FILE: &str = "vibration_narrow.csv";
@@ -89,7 +89,7 @@ pub fn vibration_narrow_csv(spectra: &[NamedSpectrum]) -> String {
     csv(NAMES.into_iter().chain(["frequency_hz", "density_m2_s2_hz"]), rows)
 }
 
-/// What `summary.json` says of the vibration.
+/// Part of `summary.json` on the vibration.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct VibrationSummary {
     /// Segments averaged, half of each shared with the next.
@@ -102,7 +102,7 @@ pub struct VibrationSummary {
     pub resolution: f64,
     /// Time at the end of the run that fills no segment and is left out \[s\].
     pub seconds_left_out: f64,
-    /// Of forces on cells, the waves across that means across the strip hear.
+    /// Lateral waves of forces on cells that means across the strip hear.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub waves_across: Option<usize>,
     /// By field.
@@ -119,9 +119,9 @@ pub struct VibrationSummary {
 pub struct FieldSummary {
     /// `tread`, `belt`, `tangential`.
     pub field: Cow<'static, str>,
-    /// Of the vibration, the mean pattern left out \[m/s\].
+    /// Root mean square of the vibration, the mean pattern left out \[m/s\].
     pub rms_velocity: f64,
-    /// Of the mean pattern, which stands over the road and passes the material \[m/s\].
+    /// Root mean square of the mean pattern, which stands over the road and passes the material \[m/s\].
     pub rms_mean_pattern: f64,
     /// 20 lg of the vibration, which has the time rule's transfer, over that with the tyre's own under the same forces
     /// \[dB\]; `null` for the first-order hold, whose transfer is the tyre's, and for cells.
@@ -135,7 +135,7 @@ pub struct FieldSummary {
 pub struct PowerSummary {
     /// Put in: forces times velocities, in the time domain.
     pub put_in: f64,
-    /// Of forces on cells, the part of it that goes into the waves that the run carries, and that is dissipated there.
+    /// Power of forces on cells that goes into the waves that the run carries, and that is dissipated there.
     /// The rest is lost in what follows the forces at once, by the time rule's damping.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub put_into_waves: Option<f64>,

@@ -1,4 +1,4 @@
-//! What there is to say about a road: extent, resolution, texture measures, and a sample to draw.
+//! Description of a road: extent, resolution, texture measures, and a sample to draw.
 
 use serde::Serialize;
 
@@ -58,7 +58,7 @@ pub struct RoadDescription {
     pub highest_frequency: Option<f64>,
     /// The same for the road's own resolution, however fine the run \[Hz\].
     pub highest_frequency_of_road: Option<f64>,
-    /// What was found and done while opening.
+    /// Findings and actions of opening.
     pub report: RoadReport,
     /// A piece to draw.
     pub sample: HeightSample,
@@ -120,7 +120,7 @@ struct Profiles {
 }
 
 impl Profiles {
-    /// Of a source, over the contact width \[m\].
+    /// Describes a source, over the contact width \[m\].
     fn of(source: Source, contact_width: f64, limits: Limits) -> Result<Self, RoadError> {
         let (spacing, shortest) = match &source {
             Source::Smooth => return Ok(Self::default()),

@@ -1,4 +1,4 @@
-//! What can be wrong with a road.
+//! Errors of a road.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ pub enum RoadError {
     File {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Fault of the file.
         fault: FileFault,
     },
     /// A CSV without units.
@@ -190,7 +190,7 @@ pub enum RoadError {
     Trend {
         /// The file.
         path: PathBuf,
-        /// What is asked for.
+        /// Longest wavelength asked for.
         longest: f64,
         /// Length of the road.
         length: f64,
@@ -219,7 +219,7 @@ pub enum RoadError {
 }
 
 impl RoadError {
-    /// Whether the file is plainly one for another kind of road.
+    /// Tells whether the file is plainly one for another kind of road.
     pub fn is_of_another_kind(&self) -> bool {
         matches!(self, Self::File { fault: FileFault::OtherKind { .. }, .. })
     }

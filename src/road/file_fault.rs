@@ -1,4 +1,4 @@
-//! What can be wrong inside a road's file. Rows and channels of arrays count from 0, lines and columns of text from 1.
+//! Faults inside a road's file. Rows and channels of arrays count from 0, lines and columns of text from 1.
 
 use std::path::PathBuf;
 

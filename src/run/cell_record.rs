@@ -1,4 +1,4 @@
-//! What is kept of contact over cells beside what every run keeps: force by row across, area and pressure against time,
+//! Record of contact over cells beside that of every run: force by row across, area and pressure against time,
 //! pictures of the patch, and the cells themselves at chosen instants.
 
 use ndarray::{Array2, ArrayView2};
@@ -44,7 +44,7 @@ pub struct CellRecorder {
     sum: Vec<f64>,
 }
 
-/// What evolves of a [`CellRecorder`], its arrays excepted.
+/// State of a [`CellRecorder`], its arrays excepted.
 #[derive(Deserialize, Serialize)]
 pub(crate) struct CellRecordState {
     moments: [RunningMoments; 3],
@@ -52,11 +52,12 @@ pub(crate) struct CellRecordState {
 }
 
 impl CellRecorder {
-    /// Of a planned run over windows of so many columns; into a folder where arrays are wanted, beginning or going on.
+    /// Makes the record of a planned run over windows of so many columns; into a folder where arrays are wanted,
+    /// beginning or going on.
     /// `None` where there are no cells.
     ///
     /// # Errors
-    /// Of the arrays.
+    /// Errors of the arrays.
     pub fn new(plan: &Plan, march: &March, place: Option<&ArrayPlace<'_>>) -> Result<Option<Self>, ResultsError> {
         let Some(cells) = march.cells() else { return Ok(None) };
         let (columns, across) = (march.geometry().columns, cells.across());
@@ -97,7 +98,7 @@ impl CellRecorder {
     /// Takes in the step that a march has just done.
     ///
     /// # Errors
-    /// Of the arrays.
+    /// Errors of the arrays.
     pub fn push(&mut self, step: u64, march: &March) -> Result<(), ResultsError> {
         let Some(cells) = march.cells() else { return Ok(()) };
         let forces = cells.forces_of_step();
@@ -192,7 +193,7 @@ impl CellRecorder {
     /// Brings all rows so far to the disk, and adds how far each array has come.
     ///
     /// # Errors
-    /// Of the arrays.
+    /// Errors of the arrays.
     pub(crate) fn sync(&mut self, written: &mut WrittenArrays) -> Result<(), ResultsError> {
         let Some(Arrays { row_force, area, peak_pressure, frames }) = &mut self.arrays else { return Ok(()) };
         written.sync(row_force)?;
@@ -206,7 +207,7 @@ impl CellRecorder {
     /// Completes the arrays; gives the bytes written.
     ///
     /// # Errors
-    /// Of the arrays.
+    /// Errors of the arrays.
     pub fn finish(&mut self) -> Result<u64, ResultsError> {
         let Some(Arrays { row_force, area, peak_pressure, frames }) = self.arrays.take() else { return Ok(0) };
         let mut written = row_force.bytes() + area.bytes() + peak_pressure.bytes();

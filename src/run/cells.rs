@@ -20,7 +20,7 @@ use crate::storage::cache::key;
 use crate::tyre::influence::{CellGrid, CellInfluence, CellRow, CellSums, WaveBand};
 use crate::tyre::poles::cells::{CellModel, fit_cells};
 
-/// What contact over cells is made from.
+/// Ingredients of contact over cells.
 pub struct CellContact<'a> {
     loaded: &'a LoadedScene,
     plan: &'a Plan,
@@ -31,7 +31,7 @@ pub struct CellContact<'a> {
 }
 
 impl<'a> CellContact<'a> {
-    /// Of a planned scene; `stop` ends the work on the influence functions once it is set.
+    /// Makes the contact of a planned scene; `stop` ends the work on the influence functions once it is set.
     pub fn new(loaded: &'a LoadedScene, plan: &'a Plan, stop: &'a AtomicBool) -> Self {
         let grid = plan.cell_grid();
         let crown: Vec<f64> = (0..grid.across).map(|j| plan.crown(grid.from_middle(j))).collect();
@@ -48,7 +48,7 @@ impl<'a> CellContact<'a> {
         self.resting.under(&self.plan.scene.rolling.axle)
     }
 
-    /// What cells of a window of so many columns feel of each other at once.
+    /// Sums the influence between the cells of a window of so many columns within an instant.
     ///
     /// # Errors
     /// A rule without a first rate.
@@ -106,7 +106,7 @@ impl<'a> CellContact<'a> {
         self.bands(columns).into_iter().map(carried).collect()
     }
 
-    /// What is left of what cells feel of each other at once, beyond the waves that carry the past.
+    /// Takes the waves that carry the past off the influence between cells within an instant.
     ///
     /// # Errors
     /// A rule without a first rate.

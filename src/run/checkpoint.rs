@@ -31,7 +31,7 @@ use crate::storage::StateError;
 use crate::storage::input::{self, SCENE_BYTES};
 use crate::storage::sealed_file::Body;
 
-/// What a checkpoint belongs to.
+/// Identity of the run of a checkpoint.
 #[derive(Deserialize, Serialize)]
 struct Owner {
     /// SHA-256 of the scene as used, as TOML.
@@ -45,7 +45,7 @@ struct Owner {
 }
 
 impl Owner {
-    /// Of a scene, with the scene as used, as TOML; reads its road file once.
+    /// Identifies a scene, with the scene as used, as TOML; reads its road file once.
     fn of(loaded: &LoadedScene) -> Result<(Self, String), RunError> {
         let road = match loaded.scene.road.file() {
             Some(file) => file_digest(file).map_err(|source| CheckpointError::Io { path: file.to_owned(), source })?,
@@ -76,7 +76,7 @@ struct RunState {
 /// A checkpoint that belongs to a known scene, version and road; its state is still to be read.
 pub struct Checkpoint {
     path: PathBuf,
-    /// What is left of the file: a [`RunState`].
+    /// Rest of the file: a [`RunState`].
     state: Body,
     /// Steps done.
     pub steps: u64,
@@ -142,7 +142,7 @@ impl Checkpoint {
 }
 
 impl RunState {
-    /// Of a run that has taken so much wall and processor time.
+    /// Takes the state of a run that has taken so much wall and processor time.
     fn of(run: &Run, times: [Duration; 2]) -> Self {
         Self {
             influence: influence_digest(&run.prepared),
@@ -182,8 +182,8 @@ pub struct Checkpoints {
 }
 
 impl Checkpoints {
-    /// Of a scene's run, as often as it wants; the run began at `begin`, by when the process had taken so much
-    /// processor time, and had taken `earlier` (wall, processor) before.
+    /// Makes the checkpoints of a scene's run, as often as it wants; the run began at `begin`, by when the process had
+    /// taken so much processor time, and had taken `earlier` (wall, processor) before.
     ///
     /// # Errors
     /// A scene that TOML cannot hold, a road file that cannot be read.
@@ -208,7 +208,7 @@ impl Checkpoints {
         cpu_time().zip(self.begin_cpu).map(|(now, begin)| self.earlier[1] + now.saturating_sub(begin))
     }
 
-    /// Whether it is time for one.
+    /// Tells whether it is time for one.
     pub fn due(&self) -> bool {
         self.interval.is_some_and(|interval| self.last.elapsed() >= interval)
     }

@@ -44,7 +44,7 @@ pub enum RunError {
         kept.display()
     )]
     Kept {
-        /// What went wrong.
+        /// Error of the results.
         source: ResultsError,
         /// The folder of the unfinished run.
         kept: PathBuf,

@@ -34,13 +34,13 @@ pub struct Run {
     next_step: u64,
     /// Contact, road and axle.
     pub(crate) prepared: Prepared,
-    /// What is recorded.
+    /// Record of the steps.
     pub(crate) record: Record,
-    /// What it costs.
+    /// Cost so far.
     pub(crate) meter: Meter,
 }
 
-/// What a run has found after its warm-up; numbers that do not exist (nothing counted yet) are `None`.
+/// Findings of a run after its warm-up; numbers that do not exist (nothing counted yet) are `None`.
 #[derive(Clone, Debug)]
 pub struct Results {
     /// Time steps done, warm-up included.
@@ -55,17 +55,17 @@ pub struct Results {
     pub rolling_resistance: Option<RollingResistance>,
     /// Averaged spectrum of the total force; `None` for a run that did not reach its end, or is too short for one.
     pub spectrum: Option<PowerSpectrum>,
-    /// What the search for the forces has done.
+    /// Work of the search for the forces.
     pub search: SearchCounts,
     /// How far the contact conditions are missed, at worst; relative to the largest force and displacement.
     pub residuals: Residuals,
     /// Sound at the receivers, where it was listened to and the run was long enough.
     pub sound: Option<HeardSound>,
-    /// What the plan has chosen, and what it leaves out.
+    /// Choices of the plan, and effects that it leaves out.
     pub notes: Vec<String>,
-    /// What the user should act on.
+    /// Warnings that the user should act on.
     pub warnings: Vec<String>,
-    /// What it cost.
+    /// Cost of the run.
     pub meter: Meter,
 }
 

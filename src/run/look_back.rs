@@ -1,4 +1,4 @@
-//! What a run leaves behind at its end: spectra, pictures, the summary.
+//! End of a run: spectra, pictures, the summary.
 
 use ndarray::ArrayView2;
 
@@ -18,7 +18,7 @@ use crate::run::prepare::Prepared;
 use crate::run::record::Record;
 use crate::scene::LoadedScene;
 
-/// What the end of a run looks back at.
+/// Ingredients of the end of a run.
 pub(crate) struct LookBack<'a> {
     pub(crate) loaded: &'a LoadedScene,
     pub(crate) plan: &'a Plan,
@@ -28,7 +28,7 @@ pub(crate) struct LookBack<'a> {
     pub(crate) steps: u64,
 }
 
-/// What the summary says of what was written at the end of a complete run.
+/// Parts of the summary on files that were written at the end of a complete run.
 #[derive(Default)]
 pub(crate) struct Written {
     vibration: Option<VibrationSummary>,
@@ -40,7 +40,7 @@ impl LookBack<'_> {
     /// summary says of the latter two.
     ///
     /// # Errors
-    /// Of the files and pictures.
+    /// Errors of the files and pictures.
     pub(crate) fn write(&self, folder: &dyn ResultFiles, meter: &mut Meter) -> Result<Written, RunError> {
         let Record { vibration, sound, .. } = self.record;
         self.spectra_and_plots(folder)?;

@@ -32,7 +32,7 @@ pub use to_folder::{RunOptions, RunReport, resume, run};
 
 use crate::plan::Plan;
 
-/// What a run of a plan will not give, known without running it: the user should act on it.
+/// Lists the results that a run of a plan will not give, known without running it: the user should act on them.
 pub fn foreseen(plan: &Plan) -> Vec<String> {
     let mut warnings = plan.warnings();
     warnings.extend(sound::unheard(plan));

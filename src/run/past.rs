@@ -17,7 +17,7 @@ use crate::tyre::layers::operations;
 use crate::tyre::poles::cache::{self, Fetched};
 use crate::tyre::poles::{FitError, FitOptions, FitTimes, RationalModel, fit_timed};
 
-/// What a way to carry the past is made from.
+/// Ingredients of a way to carry the past.
 pub struct Past<'a> {
     /// The scene.
     pub loaded: &'a LoadedScene,
@@ -48,7 +48,7 @@ pub fn fetch(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<Fet
     }
 }
 
-/// What a fit's end means for a run: the user's wish, or a complaint about the scene's tolerance, with what would be
+/// Translates a fit's end: the user's wish, or a complaint about the scene's tolerance, with its remedy
 /// `right`.
 pub fn refused(loaded: &LoadedScene, error: FitError, right: &str) -> RunError {
     match error {
@@ -103,7 +103,7 @@ fn ringing(rule: TimeRule, time_step: f64) -> String {
     )
 }
 
-/// What the points in contact feel of each other at once, and of the past; and the model that both were made from, if
+/// Influence between the points in contact within an instant, and the past; and the model that both were made from, if
 /// there is one.
 pub type Kernels = (ContactKernel, Box<dyn PastForces>, Option<RationalModel>);
 

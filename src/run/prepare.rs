@@ -48,9 +48,9 @@ pub struct Prepared {
     pub model: Option<RationalModel>,
     /// The waves of cells, and what cells feel of each other at once beyond them, where their vibration is wanted.
     pub carried: Option<(Vec<CarriedWaves>, CellInfluence)>,
-    /// What the plan has chosen, and what it leaves out.
+    /// Choices of the plan, and effects that it leaves out.
     pub notes: Vec<String>,
-    /// What the user should act on.
+    /// Warnings that the user should act on.
     pub warnings: Vec<String>,
 }
 
@@ -214,12 +214,12 @@ pub fn checked(loaded: &LoadedScene) -> Result<Plan, RunError> {
     Ok(plan)
 }
 
-/// What opening a scene's road may use.
+/// Returns the limits of opening a scene's road.
 pub fn road_limits(scene: &Scene) -> Limits {
     Limits { bytes: scene.numerics.memory_bytes() }
 }
 
-/// What the contact is summed from.
+/// Ingredients of the contact's sums.
 enum ZoneSums<'a> {
     Slices(Box<InfluenceSum>),
     Cells(Box<CellContact<'a>>),

@@ -1,4 +1,4 @@
-//! What a run tells whoever watches it.
+//! Progress of a run, for its watcher.
 
 use crate::counters::Stage;
 
@@ -14,10 +14,11 @@ pub trait Progress {
     /// The march through time begins, or goes on after `done` steps: `steps` steps of `time_step` seconds in all.
     fn march(&mut self, done: u64, steps: u64, time_step: f64);
 
-    /// That many steps are done.
+    /// Tells that so many steps are done.
     fn step(&mut self, done: u64);
 
-    /// That share of all work is done, 0 to 1, where there is more of it than one run; and what is being done.
+    /// Tells the share of all work that is done, 0 to 1, where there is more of it than one run; and the work under
+    /// way.
     fn share(&mut self, _done: f64, _doing: &str) {}
 
     /// Something that the user may want to know, as it happens.
@@ -30,7 +31,7 @@ pub trait Progress {
     fn finish(&mut self);
 }
 
-/// Nobody watches.
+/// Progress without a watcher.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Unwatched;
 

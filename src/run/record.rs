@@ -1,4 +1,4 @@
-//! What is kept of every step: streamed arrays, and the little that spectra and plots need. Memory does not grow with
+//! Record of every step: streamed arrays, and the little that spectra and plots need. Memory does not grow with
 //! the number of steps.
 
 use std::f64::consts::TAU;
@@ -28,7 +28,7 @@ struct Arrays {
     total_force: NpyWriter<f64>,
     patch_force: NpyWriter<f64>,
     patch_element: NpyWriter<i64>,
-    /// Of an axle that moves.
+    /// Heights of an axle that moves.
     axle: Option<NpyWriter<f64>>,
 }
 
@@ -64,7 +64,7 @@ pub struct StepRecord<'a> {
     pub indentation: f64,
 }
 
-/// Whether the axle's motion is a result.
+/// Tells whether the axle's motion is a result.
 fn moves(scene: &Scene) -> bool {
     matches!(scene.rolling.axle, Axle::Mass { .. })
 }
@@ -88,7 +88,7 @@ pub struct Record {
     pub cells: Option<CellRecorder>,
     /// Where vibration is wanted.
     pub vibration: Option<VibrationRecorder>,
-    /// Where somebody listens.
+    /// Recorder of the sound, with receivers.
     pub sound: Option<SoundRecorder>,
     sum_of_lengths: f64,
     /// The rule whose mean force of a step is recorded, and the step \[s\].
@@ -106,7 +106,7 @@ pub struct Drawn {
     pub force: Vec<f64>,
 }
 
-/// What evolves of a [`Record`].
+/// State of a [`Record`].
 #[derive(Deserialize, Serialize)]
 pub(crate) struct RecordState {
     force: RunningMoments,
@@ -124,7 +124,7 @@ impl Record {
     /// A recorder into a folder, of a run that begins or goes on. `shown` are the steps to draw.
     ///
     /// # Errors
-    /// Of the arrays.
+    /// Errors of the arrays.
     pub fn new(
         place: &ArrayPlace<'_>,
         scene: &Scene,
@@ -171,7 +171,7 @@ impl Record {
     /// Records a step.
     ///
     /// # Errors
-    /// Of the arrays.
+    /// Errors of the arrays.
     pub fn push(&mut self, step: StepRecord<'_>, meter: &mut Meter) -> Result<(), RunError> {
         if let Some(arrays) = &mut self.arrays {
             meter.time_in_step(Stage::Output, || {
@@ -203,7 +203,7 @@ impl Record {
     /// Brings all rows so far to the disk; how far each array has come.
     ///
     /// # Errors
-    /// Of the arrays.
+    /// Errors of the arrays.
     pub fn sync(&mut self, meter: &mut Meter) -> Result<WrittenArrays, ResultsError> {
         meter.time(Stage::Output, || {
             let mut written = WrittenArrays::default();
@@ -224,7 +224,7 @@ impl Record {
     /// Completes the arrays.
     ///
     /// # Errors
-    /// Of the arrays.
+    /// Errors of the arrays.
     pub fn finish(&mut self, meter: &mut Meter) -> Result<(), RunError> {
         if let Some(cells) = &mut self.cells {
             let written = meter.time(Stage::Output, || cells.finish())?;
@@ -295,7 +295,7 @@ impl Record {
         Some(spectrum.without(|frequency| rule.mean_response(TAU * frequency * time_step)))
     }
 
-    /// Whether the run is too short for a spectrum that was wanted.
+    /// Tells whether the run is too short for a spectrum that was wanted.
     pub fn lacks_spectrum(&self) -> bool {
         self.spectrum.is_none()
     }

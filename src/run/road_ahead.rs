@@ -19,7 +19,7 @@ const LONGEST_PERIOD: i64 = 100_000;
 /// Slices as the tyre reaches them. Memory does not grow with the way rolled; the slices of a road that repeats are
 /// made once.
 ///
-/// What is counted, kept and saved are the chunks that the tyre has reached, not those that lie ready behind: the same
+/// Only chunks that the tyre has reached are counted, kept and saved, not those that lie ready behind: the same
 /// for any number of threads.
 pub struct RoadAhead {
     maker: RoadMaker,
@@ -38,7 +38,7 @@ pub struct RoadAhead {
     slice_error: f64,
 }
 
-/// What evolves of a [`RoadAhead`].
+/// State of a [`RoadAhead`].
 #[derive(Deserialize, Serialize)]
 pub(crate) struct RoadState {
     /// Elements whose slices are in the queue.
@@ -69,7 +69,7 @@ impl RoadAhead {
     /// in, chunks are made in it ahead of their need; else each when it is needed.
     ///
     /// # Errors
-    /// Of the road and of its slices.
+    /// Errors of the road and of its slices.
     pub fn reach(
         &mut self,
         first: i64,
@@ -153,7 +153,7 @@ impl RoadAhead {
     /// counted: they have been before.
     ///
     /// # Errors
-    /// Of the road and of its slices.
+    /// Errors of the road and of its slices.
     pub(crate) fn refill(&mut self, state: &RoadState, meter: &mut Meter) -> Result<(), RunError> {
         let repeats = !self.period.is_empty();
         let (mut begin, stop) = match self.period.len() as i64 {

@@ -1,7 +1,7 @@
 //! Makes chunks of road: where they are needed, or behind the march, on a thread that it leaves free, some chunks ahead
 //! of it.
 //!
-//! One chunk is in the making at a time, each from the same rows whoever makes it: same bits, same errors. A chunk's
+//! One chunk is in the making at a time, each from the same rows on any thread: same bits, same errors. A chunk's
 //! error waits with the chunk until that is taken. What is made ahead is bounded, and so is its memory.
 
 use std::collections::VecDeque;
@@ -32,14 +32,14 @@ pub struct RoadMaker {
     ready: VecDeque<Chunk>,
 }
 
-/// What a chunk is made with.
+/// Tools that make a chunk.
 struct Bench {
     surface: RoadSurface,
     form: SliceForm,
     heights: Vec<f64>,
 }
 
-/// What becomes of the heights under an element.
+/// Form of the heights under an element.
 pub enum SliceForm {
     /// A curve.
     Curves(SliceBuilder),
@@ -69,13 +69,13 @@ impl Chunk {
 }
 
 impl RoadMaker {
-    /// Of a road and its slices.
+    /// Makes the maker of a road and its slices.
     pub fn new(surface: RoadSurface, form: SliceForm) -> Self {
         let bench = Bench { surface, form, heights: Vec::new() };
         Self { bench: Place::Here(Box::new(bench)), ready: VecDeque::with_capacity(MOST_READY) }
     }
 
-    /// Whether another chunk may be begun behind: looks whether the one before is finished.
+    /// Tells whether another chunk may be begun behind: looks whether the one before is finished.
     pub fn is_free(&mut self) -> bool {
         if let Place::Behind(made) = &self.bench {
             let Ok((bench, chunk)) = made.try_recv() else { return false };
@@ -104,7 +104,7 @@ impl RoadMaker {
     /// now, if there is none.
     ///
     /// # Errors
-    /// Of the road and of its slices.
+    /// Errors of the road and of its slices.
     pub fn take(&mut self, rows: Range<i64>, meter: &mut Meter) -> Result<Vec<RoadSlice>, RunError> {
         let chunk = match (self.ready.pop_front(), &mut self.bench) {
             (Some(chunk), _) => chunk,

@@ -25,7 +25,7 @@ pub struct PowerRecorder {
     speed: f64,
 }
 
-/// What evolves of a [`PowerRecorder`].
+/// State of a [`PowerRecorder`].
 #[derive(Deserialize, Serialize)]
 pub(crate) struct ResistanceState {
     power: PowerState,
@@ -58,7 +58,8 @@ impl PowerRecorder {
         }
     }
 
-    /// What the power so far says; `None` before the end of the warm-up, and without a mean force \[N\].
+    /// Returns the resistance of the power so far; `None` before the end of the warm-up, and without a mean force
+    /// \[N\].
     pub fn resistance(&self, mean_force: Option<f64>) -> Option<RollingResistance> {
         let (power, load) = self.mean.mean().zip(mean_force.filter(|&force| force > 0.0))?;
         let force = power / self.speed;

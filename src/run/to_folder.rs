@@ -40,7 +40,7 @@ pub struct RunOptions {
     pub watch: Watch,
 }
 
-/// What a complete run hands back.
+/// Report of a complete run.
 #[derive(Clone, Debug)]
 pub struct RunReport {
     /// The results folder.

@@ -1,4 +1,4 @@
-//! What has to fit together in a scene, over the bounds of its tables.
+//! Consistency of a scene, over the bounds of its tables.
 
 use super::problem::Problem;
 use super::table::Table;
@@ -273,7 +273,7 @@ fn stated(scene: &Scene, table: &Table<'_>) -> Option<()> {
     sound
 }
 
-/// Complains about sound that nobody hears, that an effect forbids, or that cannot be; `None` then.
+/// Complains about sound without a receiver, or that an effect forbids, or that cannot be; `None` then.
 fn sound(scene: &Scene, table: &Table<'_>) -> Option<()> {
     let heard = !scene.receivers.is_empty();
     match scene.effects.radiation {

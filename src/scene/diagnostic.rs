@@ -64,7 +64,7 @@ impl Diagnostic {
         &self.key
     }
 
-    /// What is wrong.
+    /// Returns the problem.
     pub fn problem(&self) -> &Problem {
         &self.problem
     }

@@ -85,7 +85,7 @@ impl Document {
         }
     }
 
-    /// Whether a key is in the file.
+    /// Tells whether a key is in the file.
     pub(super) fn has(&self, key: &str) -> bool {
         self.places.contains_key(key)
     }
@@ -143,7 +143,7 @@ fn parent(path: &str) -> Option<&str> {
     path.rfind(['.', '[']).map(|end| &path[..end])
 }
 
-/// Complaints that are held while a scene is read; of a file that gives more nobody wants to know which come first.
+/// Complaints that are held while a scene is read; the order of more than these does not matter.
 const MOST_HELD: usize = 512;
 
 /// The complaints collected while one scene is read.
@@ -158,17 +158,17 @@ pub(super) struct Complaints<'a> {
 }
 
 impl<'a> Complaints<'a> {
-    /// Of a scene whose values may lie outside what is plausible by a factor of `slack`.
+    /// Begins a scene whose values may lie outside what is plausible by a factor of `slack`.
     pub(super) fn new(document: &'a Document, slack: f64) -> Self {
         Self { document, slack, found: RefCell::default(), more: Cell::new(0) }
     }
 
-    /// As many more about the same scene, which nobody hears.
+    /// Begins as many more complaints about the same scene, which are not told.
     pub(super) fn unheard(&self) -> Self {
         Self::new(self.document, self.slack)
     }
 
-    /// Whether a key is in the file.
+    /// Tells whether a key is in the file.
     pub(super) fn gives(&self, key: &str) -> bool {
         self.document.has(key)
     }

@@ -7,7 +7,7 @@ use annotate_snippets::{Level, Renderer};
 
 use super::Diagnostic;
 
-/// Mistakes that are told; more of them help nobody.
+/// Mistakes that are told; more of them are no help.
 const MOST_TOLD: usize = 16;
 
 /// Why a scene cannot be used.
@@ -76,7 +76,7 @@ pub enum SceneError {
 }
 
 impl SceneError {
-    /// Of mistakes, at least one, beside `more` that are not told.
+    /// Makes the error of mistakes, at least one, beside `more` that are not told.
     pub(crate) fn invalid(mut diagnostics: Vec<Diagnostic>, more: usize) -> Self {
         let more = more + diagnostics.len().saturating_sub(MOST_TOLD);
         diagnostics.truncate(MOST_TOLD);
@@ -91,7 +91,7 @@ impl SceneError {
         }
     }
 
-    /// What is wrong, without its place: the first complaint.
+    /// Returns the first complaint, without its place.
     pub fn problem(&self) -> String {
         self.diagnostics().first().map_or_else(|| self.to_string(), |first| first.problem().to_string())
     }
@@ -127,7 +127,7 @@ impl From<Diagnostic> for SceneError {
     }
 }
 
-/// What stands behind the mistakes that are told.
+/// Writes the words behind the mistakes that are told.
 fn and_more(before: &str, more: usize) -> String {
     if more == 0 { String::new() } else { format!("{before}and {more} more") }
 }

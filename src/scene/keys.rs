@@ -39,7 +39,7 @@ macro_rules! keys {
                 Some(Self { $($key: $key?),* })
             }
 
-            /// What may stand in it.
+            /// Returns the schema of the table.
             pub(in crate::scene) fn schema() -> serde_json::Value {
                 $crate::scene::schema::table(concat!($($title),*), [$((
                     $crate::scene::keys::keys!(@name ($key $($name)?)),
@@ -66,7 +66,7 @@ macro_rules! keys {
 
 pub(super) use keys;
 
-/// Whether a value need not be written.
+/// Tells whether a value need not be written.
 pub(super) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }

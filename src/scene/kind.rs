@@ -1,4 +1,4 @@
-//! What may stand at a key: types, bounds and lists of words, each able to say what it wants.
+//! Kinds of values at a key: types, bounds and lists of words, each able to say what it wants.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -256,7 +256,7 @@ impl Kind for Flag {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Text;
 
-/// Whether a sign breaks a line, drives a terminal, or cannot stand in XML.
+/// Tells whether a sign breaks a line, drives a terminal, or cannot stand in XML.
 fn is_no_text(sign: char) -> bool {
     sign.is_control() || matches!(sign, '\u{fffe}' | '\u{ffff}')
 }
@@ -368,7 +368,7 @@ impl Kind for Column {
     }
 }
 
-/// What may be left out.
+/// Kind of a value that may be left out.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Optional<K>(pub(super) K);
 
@@ -483,7 +483,7 @@ impl<T: DeserializeOwned + Serialize> Kind for OneOf<T> {
     }
 }
 
-/// What serde says about a word that is no variant: the list of those that are.
+/// Words of serde about an unknown variant: the list of the known ones.
 #[derive(Debug, thiserror::Error)]
 #[error("one of {}", quoted(.0))]
 struct UnknownVariant(&'static [&'static str]);

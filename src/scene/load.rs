@@ -6,7 +6,8 @@
 //! 4. The tree is read key by key; all mistakes are collected.
 //! 5. File paths are made absolute, from the scene's folder, which they may not leave unless [`Reach`] says so.
 //!
-//! What the scene leaves open keeps its default here: the plan decides about it, and asks [`LoadedScene::gives`].
+//! Settings that the scene leaves open keep their default here: the plan decides about them, and asks
+//! [`LoadedScene::gives`].
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -22,13 +23,13 @@ use super::{DEFAULT, Diagnostic, Law, Problem, Scene, SceneError, consistency};
 use crate::numeric::digest::sha256;
 use crate::storage::input::{self, SCENE_BYTES};
 
-/// Syntax errors looked at; more of them help nobody.
+/// Syntax errors looked at; more of them are no help.
 const MOST_SYNTAX_ERRORS: usize = 16;
 /// How far outside of what is plausible a scene may go that says it wants to: what is further off is no tyre, and the
 /// numbers that follow from it leave what a computer can count to.
 const IMPLAUSIBLE: f64 = 1e3;
 
-/// What a tyre's file has and a scene has not.
+/// Keys that a tyre's file has and a scene has not.
 const TYRE_KEYS: [&str; 2] = ["circumference", "layers"];
 const NO_TYRE_FILE: &str = "name a tyre file, relative to the scene, or give the table [tyre]";
 const NO_FILE: &str = "give the table [tyre], as a run writes it";
@@ -49,7 +50,7 @@ pub enum Reach {
     Folder,
     /// Anywhere.
     Anywhere,
-    /// Of settings that a run has recorded: the road's anywhere; the tyre is a table among them and never a file.
+    /// Settings that a run has recorded: the road's anywhere; the tyre is a table among them and never a file.
     Recorded,
 }
 
@@ -64,7 +65,7 @@ pub struct LoadedScene {
     pub folder: PathBuf,
     /// The road's file as written.
     road_file: Option<PathBuf>,
-    /// Whether all settings are decided, as if they were all given.
+    /// True if all settings are decided, as if they were all given.
     settled: bool,
     document: Arc<Document>,
 }
@@ -181,7 +182,7 @@ impl LoadedScene {
         Self::new(text, PathBuf::from(name), self.folder.clone(), settings, Reach::Anywhere)
     }
 
-    /// Whether a key is given, such as `numerics.elements`; all are in a scene with every setting decided.
+    /// Tells whether a key is given, such as `numerics.elements`; all are in a scene with every setting decided.
     pub fn gives(&self, key: &str) -> bool {
         self.settled || self.document.has(key)
     }
@@ -228,7 +229,7 @@ impl LoadedScene {
         self.path.file_stem().unwrap_or(self.path.as_os_str()).to_string_lossy().into_owned()
     }
 
-    /// What results and plots are headed with: the scene's title, or its name where it has none.
+    /// Returns the heading of results and plots: the scene's title, or its name where it has none.
     pub fn title(&self) -> String {
         let title = if self.scene.title.is_empty() { self.name() } else { self.scene.title.clone() };
         // A file may be called anything, and so may a title that was put together in a program.
@@ -252,7 +253,7 @@ impl LoadedScene {
         Ok(settings_hash(&self.settings()?))
     }
 
-    /// What a later stage has to complain about a key, such as `road.file` or `tyre.layers[1].thickness` (items from
+    /// Makes the complaint of a later stage about a key, such as `road.file` or `tyre.layers[1].thickness` (items from
     /// 0), with its place in the file. A key that was left out is placed at the table around it.
     pub fn complain(&self, key: &str, wrong: impl Into<String>, right: impl Into<String>) -> Diagnostic {
         self.document.diagnose(key, Problem::new(wrong, right))
@@ -338,7 +339,7 @@ impl LoadedScene {
     }
 }
 
-/// What is wrong with a file outside the scene's folder, links followed. Of one that is not there, nothing: that is
+/// Returns the fault of a file outside the scene's folder, links followed. A file that is not there has none: that is
 /// told when it is read.
 fn outside(folder: &Path, file: &Path, reach: Reach) -> Option<Problem> {
     if reach != Reach::Folder {

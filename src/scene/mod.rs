@@ -1,4 +1,4 @@
-//! What the user writes: scene files, parsed and checked, with every complaint pointing into the file.
+//! Scene files, parsed and checked, with every complaint pointing into the file.
 //!
 //! [`Scene::load`] reads a file, [`Scene::from_str`] a text; both return a [`LoadedScene`], which later stages use to
 //! complain about a key ([`LoadedScene::complain`]). All mistakes of a file are collected in one [`SceneError`].

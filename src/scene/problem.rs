@@ -1,4 +1,4 @@
-//! What can be wrong with a scene.
+//! Errors of a scene.
 
 use std::fmt;
 
@@ -12,7 +12,7 @@ const MOST: usize = 1000;
 pub struct Problem {
     wrong: String,
     right: String,
-    /// Whether the key is at fault, not its value.
+    /// True if the key is at fault, not its value.
     at_key: bool,
 }
 
@@ -116,12 +116,12 @@ impl Problem {
         Self::new(format!("{value} m is not below {name}, {limit} m"), right)
     }
 
-    /// What would be right, as a short request.
+    /// Returns the remedy, as a short request.
     pub fn right(&self) -> &str {
         &self.right
     }
 
-    /// Whether the key is at fault, not its value.
+    /// Tells whether the key is at fault, not its value.
     pub(super) fn points_at_key(&self) -> bool {
         self.at_key
     }

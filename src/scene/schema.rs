@@ -1,4 +1,4 @@
-//! What may stand in a scene, as a JSON Schema that its keys are put together to, and table by table.
+//! JSON Schema of a scene, put together from its keys, table by table.
 
 use serde_json::{Map, Value, json};
 
@@ -10,7 +10,7 @@ use super::table::Kind;
 pub struct Section<'a> {
     /// Its path, such as `tyre.layers`; empty for the scene itself.
     pub path: String,
-    /// Whether there may be several of it.
+    /// True if there may be several of it.
     pub repeated: bool,
     /// Its own schema.
     pub schema: &'a Value,
@@ -52,7 +52,7 @@ pub(super) fn table<const COUNT: usize>(about: &str, keys: [(&str, &str, (Value,
     })
 }
 
-/// What may stand at a key, and whether it must be given: where there is no default.
+/// Returns the schema of a key, and whether it must be given: where there is no default.
 pub(super) fn key<T>(kind: &impl Kind<Output = T>, default: Option<T>) -> (Value, bool) {
     let mut schema = kind.schema();
     if schema["title"].is_null() {

@@ -32,8 +32,8 @@ enum Step {
 }
 
 impl Setting {
-    /// Of a text such as `rolling.speed_kmh=110`, `receiver[0].height = 1.5` or `numerics.preset=draft`: items from 0,
-    /// values as in TOML; what is no TOML is taken as a text.
+    /// Parses a text such as `rolling.speed_kmh=110`, `receiver[0].height = 1.5` or `numerics.preset=draft`: items from
+    /// 0, values as in TOML; what is no TOML is taken as a text.
     ///
     /// # Errors
     /// In words, for a text without `=` and for a path that is none.
@@ -70,12 +70,12 @@ impl Setting {
         Self { steps: vec![Step::Key(key.clone())], key, source, plain: None }
     }
 
-    /// Whether it names the tyre as a whole, which may be a file.
+    /// Tells whether it names the tyre as a whole, which may be a file.
     pub(super) fn is_tyre(&self) -> bool {
         self.key == TYRE
     }
 
-    /// Whether it names the kind of a table, which says what other keys there are.
+    /// Tells whether it names the kind of a table, which says what other keys there are.
     pub(super) fn is_kind(&self) -> bool {
         self.key.ends_with(KIND)
     }

@@ -1,4 +1,4 @@
-//! Reads a TOML table key by key and knows at the end which keys nobody asked for.
+//! Reads a TOML table key by key and knows at the end which keys were not asked for.
 
 use serde::Serialize;
 use serde_json::{Value as Json, json};
@@ -8,12 +8,12 @@ use super::Problem;
 use super::document::{Complaints, join};
 use super::problem::nearest;
 
-/// What may stand at a key.
+/// Kind of a value at a key.
 pub(super) trait Kind {
-    /// What it is read as.
+    /// Type that it is read as.
     type Output: Serialize;
 
-    /// What has to stand there, in words that continue "write ...".
+    /// Describes the wanted value, in words that continue "write ...".
     fn wanted(&self) -> String;
 
     /// Reads it, or complains and returns `None`.
@@ -98,9 +98,9 @@ pub(super) struct Table<'a> {
     entries: &'a DeTable<'a>,
     /// Keys asked for so far.
     known: Vec<&'static str>,
-    /// Keys that are not read, since they mean nothing here or nobody knows whether they do.
+    /// Keys that are not read, since they mean nothing here or their meaning is not known.
     refused: Vec<&'static str>,
-    /// Whether keys that nobody asks for are left alone.
+    /// True if keys that are not asked for are left alone.
     lenient: bool,
 }
 
@@ -122,7 +122,7 @@ impl<'a> Table<'a> {
         Some(Value { complaints: self.complaints, key: join(&self.key, key), value: value.get_ref() })
     }
 
-    /// What a key says, before or after it is read: the inner `None` where it is not given, the outer one where what
+    /// Looks at a key, before or after it is read: the inner `None` where it is not given, the outer one where what
     /// stands there is wrong, without a complaint.
     pub(super) fn peek<K: Kind>(&self, key: &str, kind: &K) -> Option<Option<K::Output>> {
         let Some(value) = self.entries.get(key) else { return Some(None) };
@@ -130,7 +130,7 @@ impl<'a> Table<'a> {
         kind.read(&Value { complaints: &unheard, key: join(&self.key, key), value: value.get_ref() }).map(Some)
     }
 
-    /// Whether a key within this table is in the file, as a path such as `layers[0].tension`.
+    /// Tells whether a key within this table is in the file, as a path such as `layers[0].tension`.
     pub(super) fn gives(&self, path: &str) -> bool {
         self.complaints.gives(&self.path(path))
     }
@@ -150,7 +150,7 @@ impl<'a> Table<'a> {
         self.complaints.slack
     }
 
-    /// Whether a key is given.
+    /// Tells whether a key is given.
     pub(super) fn has(&self, key: &str) -> bool {
         self.entries.contains_key(key)
     }
@@ -184,7 +184,7 @@ impl<'a> Table<'a> {
         self.refused.extend(keys);
     }
 
-    /// Leaves keys that nobody asks for alone: what decides about them is itself wrong.
+    /// Leaves keys that are not asked for alone: the key that decides about them is itself wrong.
     pub(super) fn be_lenient(&mut self) {
         self.lenient = true;
     }
@@ -218,13 +218,13 @@ impl<'a> Table<'a> {
         None
     }
 
-    /// Whether keys are given that nobody asked for so far.
+    /// Tells whether keys are given that were not asked for so far.
     pub(super) fn has_unknown(&self) -> bool {
         let known = self.keys();
         self.entries.keys().any(|key| !known.contains(&key.get_ref().as_ref()))
     }
 
-    /// Complains about the keys that nobody asked for.
+    /// Complains about the keys that were not asked for.
     pub(super) fn finish(self) {
         if self.lenient {
             return;
@@ -249,9 +249,9 @@ pub(super) fn array(kind: &impl Kind) -> Json {
 pub(super) struct Nested<T> {
     /// The table in words, for complaints.
     pub(super) title: &'static str,
-    /// What has to stand there.
+    /// Description of the wanted value.
     pub(super) wanted: &'static str,
-    /// What may stand in it.
+    /// Schema of the table.
     pub(super) schema: fn() -> Json,
     /// Reads its keys.
     pub(super) read: fn(&mut Table<'_>) -> Option<T>,

@@ -36,7 +36,7 @@ pub struct CoveredBands {
 }
 
 impl CoveredBands {
-    /// Of A-weighted bands, rising; `None` of none.
+    /// Finds the coverage of A-weighted bands, rising; `None` of none.
     pub fn of(a_weighted: &[BandLevel]) -> Option<Self> {
         let (first, last) = (a_weighted.first()?.band, a_weighted.last()?.band);
         let [lowest, highest] = [first, last].map(ThirdOctaveBand::nominal_frequency);

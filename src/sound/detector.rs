@@ -92,8 +92,8 @@ impl Detector {
     }
 }
 
-/// What a sound level meter shows after each sample of a pressure \[Pa\], both weightings applied \[dB re 20 uPa\]:
-/// L_AF for A and F. It hears nothing before.
+/// Returns the reading of a sound level meter after each sample of a pressure \[Pa\], both weightings applied \[dB re
+/// 20 uPa\]: L_AF for A and F. It hears nothing before.
 ///
 /// # Errors
 /// [`RateError`] for a sampling rate \[Hz\] without a weighting filter.

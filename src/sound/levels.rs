@@ -55,8 +55,8 @@ pub struct SoundLevels {
 }
 
 impl SoundLevels {
-    /// Of a spectrum of pressures \[Pa^2\], over the bands that lie whole within `frequencies` \[Hz\] and below the
-    /// Nyquist frequency. The overall levels are those of these bands: what is shown adds up.
+    /// Makes the levels of a spectrum of pressures \[Pa^2\], over the bands that lie whole within `frequencies` \[Hz\]
+    /// and below the Nyquist frequency. The overall levels are those of these bands: what is shown adds up.
     pub fn of(spectrum: &PowerSpectrum, frequencies: Range<f64>) -> Self {
         let bands = |spectrum: &PowerSpectrum| -> Vec<BandLevel> {
             let all = spectrum.third_octaves(frequencies.start, REFERENCE_PRESSURE);

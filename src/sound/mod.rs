@@ -1,4 +1,4 @@
-//! What is heard of a pressure: weighted levels, the microphones of the standards, a pass-by, a file to listen to.
+//! Sound of a pressure: weighted levels, the microphones of the standards, a pass-by, a file to listen to.
 //!
 //! Where the pressures come from is not known here: signals \[Pa\] and their spectra are given. In the order of the
 //! data's way:

@@ -1,4 +1,4 @@
-//! What a microphone beside the road hears of a tyre that rolls by, from pressures at points that move with the tyre.
+//! Pressure at a microphone beside the road as a tyre rolls by, from pressures at points that move with the tyre.
 //!
 //! The points lie on a line parallel to the travel; the microphone takes the place of one after the other, from the
 //! front to the rear. With V the speed, c the sound speed, M = V/c, x(t) the microphone's place on the line when it
@@ -24,8 +24,8 @@
 //! times 1 + M cos (K. Taylor 1978, *A transformation of the acoustic equation with implications for wind-tunnel and
 //! low-speed flight tests*, Proc. R. Soc. A 363), read where the microphone is in the moving frame. For a monopole at
 //! the origin, D q/R = q/(r (1 - M cos)^2) is the exact far field of a moving monopole (Morse and Ingard, *Theoretical
-//! Acoustics*, 11.2); without `amplification` it is q/r, the decay alone. What is left to whoever makes the points'
-//! pressures is the transformation's time at the source: what the tyre does at x_s must be given the phase factor
+//! Acoustics*, 11.2); without `amplification` it is q/r, the decay alone. The maker of the points'
+//! pressures owes the transformation's time at the source: motion of the tyre at x_s must be given the phase factor
 //! exp(i k M x_s) first. Without it parts of the tyre ahead of and behind each other interfere with a phase that is
 //! wrong by k M times their distance: 0.12 rad for 0.1 m at 1 kHz and 80 km/h.
 //!
@@ -66,9 +66,9 @@ pub enum PassByError {
     /// A number that makes no sense.
     #[error("{quantity} must be {expected}, not {value}")]
     BadValue {
-        /// What it is.
+        /// Name of the quantity.
         quantity: &'static str,
-        /// What would be right.
+        /// Remedy.
         expected: &'static str,
         /// The value given.
         value: f64,
@@ -85,7 +85,7 @@ pub enum PassByError {
     },
 }
 
-/// What a pass-by is made from.
+/// Ingredients of a pass-by.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Passage {
     /// Points in the tyre's frame \[m\], as [`super::CoastByLine::positions`] gives them.
@@ -98,7 +98,7 @@ pub struct Passage {
     pub input_rate: f64,
     /// Sampling rate of what is heard \[Hz\].
     pub output_rate: f64,
-    /// Whether the level rises ahead of the tyre and falls behind it as that of a moving source does: by 40 lg D, +1.3
+    /// True if the level rises ahead of the tyre and falls behind it as that of a moving source does: by 40 lg D, +1.3
     /// and -1.1 dB at +-10 m, 110 km/h.
     pub amplification: bool,
 }

@@ -25,7 +25,7 @@ pub enum Side {
 }
 
 impl Side {
-    /// Of y: +1 to the left, -1 to the right.
+    /// Returns the sign of y: +1 to the left, -1 to the right.
     pub fn sign(self) -> f64 {
         match self {
             Self::Left => 1.0,
@@ -55,7 +55,7 @@ pub struct CoastByLine {
     pub half_length: f64,
     /// From the centre of the track to the microphone \[m\].
     pub distance: f64,
-    /// Of the microphone over the road \[m\].
+    /// Height of the microphone over the road \[m\].
     pub height: f64,
     /// How far the tyre runs from the centre of the track towards the microphone \[m\], less than 0 for one on the far
     /// side. 0, the default: one tyre stands for the vehicle. Tyres at +-0.75 m have, at equal power, a mean of their

@@ -31,8 +31,8 @@ pub struct SpeedCoefficient {
 }
 
 impl SpeedCoefficient {
-    /// Of pairs of speed and level \[dB\], speeds in the unit of `reference_speed`; pairs without a finite level do not
-    /// count. `None` for fewer than two different speeds.
+    /// Fits pairs of speed and level \[dB\], speeds in the unit of `reference_speed`; pairs without a finite level do
+    /// not count. `None` for fewer than two different speeds.
     pub fn fit(pairs: impl IntoIterator<Item = (f64, f64)>, reference_speed: f64) -> Option<Self> {
         let relative: Vec<(f64, f64)> = pairs
             .into_iter()

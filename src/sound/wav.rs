@@ -52,7 +52,7 @@ pub enum WavError {
         sample: usize,
         /// Its pressure \[Pa\].
         pressure: f64,
-        /// What the format can hold \[Pa\].
+        /// Largest pressure of the format \[Pa\].
         full_scale: f64,
     },
     /// More than the 4 GiB that the format can count.
@@ -61,10 +61,10 @@ pub enum WavError {
         /// Size asked for.
         bytes: u64,
     },
-    /// Of the encoder.
+    /// Error of the encoder.
     #[error("the sound file cannot be made")]
     Encode(#[from] hound::Error),
-    /// Of the file system.
+    /// Error of the file system.
     #[error("the sound file cannot be written")]
     Write(#[from] io::Error),
 }
@@ -80,7 +80,7 @@ pub struct Recording {
     pub full_scale: f64,
     /// How samples are kept.
     pub format: SampleFormat,
-    /// What the sound is, for people: ASCII, no line breaks.
+    /// Description of the sound, for people: ASCII, no line breaks.
     pub description: String,
 }
 

@@ -30,7 +30,8 @@ pub fn entries(folder: &Path) -> io::Result<Vec<String>> {
     fs::read_dir(folder)?.map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned())).collect()
 }
 
-/// The path of a file in a folder, by a name that may come from a stranger: one without other folders in it, and no link.
+/// The path of a file in a folder, by a name that may come from a stranger: one without other folders in it, and no
+/// link.
 /// `None` where there is no such file.
 ///
 /// # Errors

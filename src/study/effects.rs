@@ -1,4 +1,4 @@
-//! What each effect is worth: the scene with one effect after the other switched, beside two bases.
+//! Worth of each effect: the scene with one effect after the other switched, beside two bases.
 //!
 //! 1. the base without any effect that can be taken away, and the scene with all of them;
 //! 2. each effect alone added to the base, and alone taken away from all;
@@ -168,7 +168,7 @@ impl Effect {
     }
 }
 
-/// Asks for a velocity, or no more; what nobody asks for any more goes.
+/// Asks for a velocity, or no more; settings that are then unused go.
 fn want(scene: &mut Scene, on: bool, field: fn(&mut Vibration) -> &mut bool) {
     let none = Vibration { tread: false, belt: false, tangential: false, ..Vibration::default() };
     let vibration = scene.outputs.vibration.get_or_insert(none);
@@ -215,7 +215,7 @@ pub struct Comparison {
 /// Compares. `duration` \[s\] takes the place of the scene's.
 ///
 /// # Errors
-/// Of any of the runs; [`RunError::Interrupted`].
+/// Errors of any of the runs; [`RunError::Interrupted`].
 pub fn compare(
     loaded: &LoadedScene,
     duration: f64,

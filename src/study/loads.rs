@@ -71,7 +71,7 @@ impl Standing {
 /// Mean length of the rolling patch under each load \[N\], at the scene's speed on a smooth road \[m\].
 ///
 /// # Errors
-/// Of any of the runs; [`RunError::Interrupted`].
+/// Errors of any of the runs; [`RunError::Interrupted`].
 pub fn rolling(
     scene: &Scene,
     loads: &[f64],

@@ -49,7 +49,7 @@ pub fn named_receivers(width: f64) -> [(&'static str, [f64; 3]); 3] {
     ]
 }
 
-/// What is found at a frequency.
+/// Findings at a frequency.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AtFrequency {
     /// Frequency \[Hz\].
@@ -58,7 +58,7 @@ pub struct AtFrequency {
     pub transfers: Vec<f64>,
     /// Over what it is without the tyre, by receiver \[dB\].
     pub horn: Vec<f64>,
-    /// What the tread's motion gives there under a unit force in the middle of the patch, by receiver.
+    /// Shares of the pressure by the tread's motion under a unit force in the middle of the patch, by receiver.
     pub shares: Vec<PressureShares>,
     /// |G| round the circle \[1/m\], from straight ahead by the left.
     pub circle: Vec<f64>,

@@ -13,7 +13,7 @@ use crate::run::progress::Unwatched;
 use crate::scene::{History, LoadedScene, Rolling, Scene, TimeRule};
 use crate::study::trial::{Common, Trials};
 
-/// What a rule is for a scene's tyre and time step.
+/// Properties of a rule for a scene's tyre and time step.
 #[derive(Clone, Debug)]
 pub struct RuleReport {
     /// The rule.
@@ -75,7 +75,7 @@ pub struct WorkPrecision {
 /// in a run, and while a tyre is fitted.
 ///
 /// # Errors
-/// Of a run.
+/// Errors of a run.
 pub fn work_precision(
     loaded: &LoadedScene,
     rules: &[TimeRule],

@@ -64,7 +64,7 @@ impl Sample {
     /// So many slices from the road coordinate `at` \[m\] on; fewer where the road ends.
     ///
     /// # Errors
-    /// Of the road.
+    /// Errors of the road.
     pub fn of(loaded: &LoadedScene, at: f64, slices: usize) -> Result<Self, RunError> {
         let scene = &loaded.scene;
         let read = || {

@@ -28,7 +28,7 @@ const LOOK_EVERY: u64 = 256;
 /// Ramp and settling of an axle that is held at a height, left out of a comparison \[s\]: the default tyre's modes lose
 /// 40 dB in it.
 pub const SETTLING: f64 = 0.2;
-/// What the progress counts: rolled time in this \[s\].
+/// Unit of the progress: rolled time in this \[s\].
 pub(crate) const UNIT: f64 = 1e-3;
 /// Lowest band of a trial's own levels \[Hz\].
 const LOWEST_FREQUENCY: f64 = 20.0;
@@ -53,7 +53,7 @@ pub struct Trial {
     pub force: Vec<f64>,
     /// Indentation of the rigid tyre at the last step \[m\].
     pub indentation: f64,
-    /// What it found and what it cost.
+    /// Findings and cost.
     pub results: Results,
     /// Third-octave levels of the contact force from 20 Hz on; none of a run that is too short for a spectrum.
     pub levels: Vec<BandLevel>,
@@ -92,7 +92,7 @@ impl Trial {
 
 /// Rolls one variant after the other.
 pub struct Trials<'a> {
-    /// Whether receivers hear the runs.
+    /// True if receivers hear the runs.
     heard: bool,
     stop: &'a AtomicBool,
     progress: &'a mut dyn Progress,
@@ -106,20 +106,20 @@ pub struct Trials<'a> {
 struct Shared {
     /// Time that all runs are expected to take \[s\].
     all: f64,
-    /// What the run is called.
+    /// Name of the run.
     name: String,
     /// Time that it is expected to take \[s\].
     seconds: f64,
 }
 
 impl<'a> Trials<'a> {
-    /// Of about `time` \[s\] to be rolled in all.
+    /// Begins about `time` \[s\] to be rolled in all.
     pub fn new(time: f64, stop: &'a AtomicBool, progress: &'a mut dyn Progress) -> Self {
         progress.march(0, (time / UNIT) as u64, UNIT);
         Self { heard: false, stop, progress, done: 0.0, shared: None }
     }
 
-    /// Of runs that are expected to take about `all` \[s\]: their share of it is told, see [`Self::announce`].
+    /// Begins runs that are expected to take about `all` \[s\]: their share of it is told, see [`Self::announce`].
     pub fn shared(all: f64, stop: &'a AtomicBool, progress: &'a mut dyn Progress) -> Self {
         let shared = Shared { all, name: String::new(), seconds: 0.0 };
         Self { heard: false, stop, progress, done: 0.0, shared: Some(shared) }
@@ -150,7 +150,7 @@ impl<'a> Trials<'a> {
         Self { heard: true, ..self }
     }
 
-    /// What a run looks at for its end.
+    /// Returns the flag that ends a run.
     pub fn stop(&self) -> &'a AtomicBool {
         self.stop
     }
@@ -167,7 +167,7 @@ impl<'a> Trials<'a> {
     /// the same.
     ///
     /// # Errors
-    /// Of the plan and of the run; [`RunError::Interrupted`].
+    /// Errors of the plan and of the run; [`RunError::Interrupted`].
     pub fn roll(&mut self, scene: &Scene) -> Result<Trial, RunError> {
         self.roll_seen(scene, &mut |_| {})
     }
@@ -245,7 +245,7 @@ impl<'a> Trials<'a> {
     }
 }
 
-/// What is compared of a run.
+/// Compared quantities of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Common {
     /// Distance of the instants \[s\].
@@ -297,7 +297,8 @@ pub fn least_rate(highest: f64) -> f64 {
 }
 
 impl Common {
-    /// Of a run up to the band that holds `highest` \[Hz\], within a stretch of time \[s\] that is the same for all.
+    /// Takes the quantities of a run up to the band that holds `highest` \[Hz\], within a stretch of time \[s\] that is
+    /// the same for all.
     pub fn of(trial: &Trial, within: Range<f64>, highest: f64) -> Self {
         let spacing = PASS / band(highest).upper_edge();
         let force = resampled(&trial.force, trial.plan.time_step, trial.rule.force_lead(), spacing, within);

@@ -1,9 +1,9 @@
 //! Speed of the slowest wave round a tyre, up to which a tyre can roll steadily.
 //!
-//! What stands still beside the axle of a tyre that rolls at V is to the tread a wave of n periods at the frequency
-//! n V/R. The tread moves with the force as long as Re C_zz(n, m, i n V/R) > 0, and against it from the wave's
-//! resonance on, where V is the speed of the free wave. Above the slowest one waves stand behind the patch, the mean
-//! force no longer grows with the indentation for sure, and the motion may grow without bound.
+//! A force that stands still beside the axle of a tyre that rolls at V is to the tread a wave of n periods at the
+//! frequency n V/R. The tread moves with the force as long as Re C_zz(n, m, i n V/R) > 0, and against it from the
+//! wave's resonance on, where V is the speed of the free wave. Above the slowest one waves stand behind the patch, the
+//! mean force no longer grows with the indentation for sure, and the motion may grow without bound.
 //!
 //! Cost: one evaluation of C_zz for each n, and ten times as many where a wave is slower than V.
 

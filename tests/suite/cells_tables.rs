@@ -23,7 +23,7 @@ fn roads() -> Vec<(&'static str, String)> {
     ]
 }
 
-/// What a run gave.
+/// Findings of a run.
 struct Found {
     levels: Vec<(f64, f64)>,
     mean: f64,

@@ -43,8 +43,8 @@ fn exported(results: &str, format: &str, place: &Path, more: &[&str]) -> PathBuf
     out
 }
 
-/// What a program in Python prints, in the folder of the results; `None` with a printed line where it cannot be run for
-/// want of a package.
+/// Returns the output of a program in Python, in the folder of the results; `None` with a printed line where it cannot
+/// be run for want of a package.
 fn python(packages: &[&str], program: &str, arguments: &[&Path]) -> Option<String> {
     let imports: String = packages.iter().map(|package| format!("import {package}\n")).collect();
     let run = |program: &str| {

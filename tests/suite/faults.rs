@@ -1,5 +1,5 @@
-//! Faults that a program meets in the world: messages that nobody can hear, places that are taken, limits, kills in the
-//! middle of a move. Never a wrong result, never a result lost without need.
+//! Faults that a program meets in the world: messages that cannot be written, places that are taken, limits, kills in
+//! the middle of a move. Never a wrong result, never a result lost without need.
 #![cfg(unix)]
 
 use std::fs;

@@ -1,4 +1,4 @@
-//! What a new user meets: a scene to begin with, its check, settings on the command line, answers as JSON.
+//! First run of a new user: a scene to begin with, its check, settings on the command line, answers as JSON.
 
 use std::fs;
 use std::process::Output;

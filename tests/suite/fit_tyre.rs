@@ -27,7 +27,7 @@ fn truth() -> Tyre {
     plate_tyre()
 }
 
-/// What is fitted unless somebody says otherwise.
+/// Returns the parameters that are fitted by default.
 fn usual() -> Vec<Parameter> {
     Parameter::ALL.into_iter().filter(|parameter| parameter.is_usually_free()).collect()
 }

@@ -16,14 +16,14 @@ const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.02\nduration = 0.05\naxle =
 const USAGE: i32 = 2;
 /// Longer than any refusal takes, in a build without optimisation beside other tests.
 const SOON: Duration = Duration::from_secs(20);
-/// Bytes of a message that nobody reads to its end.
+/// Bytes of a message that is too long to be read to its end.
 const LONG: usize = 30_000;
 
 fn with_road(road: &str) -> String {
     scene_text(64, road, ROLLING, "memory = 0.1", "")
 }
 
-/// What the program says; ended, and told, where it does not end soon.
+/// Returns the output of the program; ended, and told, where it does not end soon.
 fn outcome(folder: &Path, arguments: &[&str]) -> Output {
     let mut child = command(folder, arguments).stdin(Stdio::null()).spawn().unwrap();
     let begin = Instant::now();

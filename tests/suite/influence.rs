@@ -14,7 +14,7 @@ use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use tyrewave::tyre::poles::cache::{fetch, key};
 use tyrewave::tyre::poles::{FitError, FitOptions, RationalModel, fit, fit_unless_stopped};
 
-/// Nobody stops a test.
+/// Flag that never stops a test.
 static NEVER: AtomicBool = AtomicBool::new(false);
 
 fn options(tyre: &Tyre, elements: usize, tolerance: f64, top_frequency: f64) -> FitOptions {

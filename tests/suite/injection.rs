@@ -38,10 +38,10 @@ const CALLS: [&str; 15] = [
     "flock,fcntl",
 ];
 
-/// What happens to a call.
+/// Faults of a call.
 const FAULTS: [&str; 3] = ["error=EIO", "error=ENOSPC", "signal=KILL"];
 
-/// What is run: its arguments.
+/// Arguments of the run.
 const RUN: [&str; 6] = ["run", "scene.toml", "--out", "out", "--threads", "1"];
 const RESUME: [&str; 4] = ["resume", "out", "--threads", "1"];
 
@@ -174,7 +174,7 @@ impl Trials {
         println!("{command} {always} {calls} {fault}: {met} calls, {wrong} wrong so far");
     }
 
-    /// What there is after a fault, and after somebody has gone on with it.
+    /// Judges the state after a fault, and after a user has gone on with it.
     fn judge(&self, place: &Path, output: &Output, in_two_moves: bool) -> Result<(), String> {
         let found = content(&place.join("out"));
         let is_whole = found.as_ref() == Some(&self.whole);

@@ -9,7 +9,7 @@ use tyrewave::test_models::replaced;
 
 use crate::common::{folder_with, names, tyrewave};
 
-/// What is answered.
+/// Answers of the program.
 const ANSWERS: &str = include_str!("twenty_mistakes.txt");
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/suite/twenty_mistakes.txt");
 
@@ -38,7 +38,7 @@ quality = "draft"
 
 const MADE: &str = "kind = \"made\"\nseed = 1";
 
-/// What was meant to be written, and what was.
+/// Mistakes: the words that were meant, and those that were written.
 const MISTAKES: [(&str, &str, &str); 20] = [
     ("a slip in a key", "speed_kmh = 80.0", "sped_kmh = 80.0"),
     ("a decimal comma", "duration = 2.5", "duration = 2,5"),

@@ -1,4 +1,4 @@
-//! What the README says is so.
+//! Statements of the README, executed.
 
 use std::fs;
 use std::process::Command;

@@ -127,7 +127,8 @@ fn four_tyres_far_away_are_6_db_louder_than_one_and_close_by_as_their_places_say
 #[test]
 fn draft_quality_pass_by_and_vehicle_hear_the_air_of_the_road() {
     // A washboard of 40 mm, a tone of 556 Hz, that the tread takes on and that stands on the road.
-    let receivers = "[[receiver]]\nname = \"near\"\nstandard = \"cpx\"\n[[receiver]]\nname = \"one\"\nstandard = \"coast-by\"\n\
+    let receivers = "[[receiver]]\nname = \"near\"\nstandard = \"cpx\"\n\
+                     [[receiver]]\nname = \"one\"\nstandard = \"coast-by\"\n\
                      [[receiver]]\nname = \"four\"\nstandard = \"coast-by\"\nvehicle = {}\n";
     let folder = tempfile::tempdir().unwrap();
     let road = washboard_of(folder.path(), 0.04);

@@ -13,7 +13,7 @@ use crate::common::{command, folder_with, names, tyrewave};
 
 const ROAD: &str = "kind = \"made\"\nseed = 4\nspacing = 0.01\nwavelengths = [0.2, 0.16, 0.125, 0.1, 0.08]\n\
     levels = [46.0, 46.0, 46.0, 46.0, 46.0]";
-/// What is swept; six variants.
+/// Arguments of a sweep with six variants.
 const SWEEP: [&str; 6] = ["sweep", "scene.toml", "--speed", "40..80:20", "--load", "2500,3000"];
 
 fn scene(road: &str, duration: f64) -> String {

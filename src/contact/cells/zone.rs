@@ -23,12 +23,12 @@ pub enum CellPast {
     Direct(Box<DirectPast>),
 }
 
-/// What evolves of a [`CellPast`].
+/// State of a [`CellPast`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub enum CellPastState {
-    /// Of [`CellPast::Modal`].
+    /// State of [`CellPast::Modal`].
     Modal(WavePastState),
-    /// Of [`CellPast::Direct`].
+    /// State of [`CellPast::Direct`].
     Direct(DirectPastState),
 }
 
@@ -84,7 +84,7 @@ pub struct CellZone {
     forces: Vec<f64>,
     first_element: i64,
     required: Vec<f64>,
-    /// What the past displaces \[m\].
+    /// Displacements left over from the past \[m\].
     old: Vec<f64>,
     /// Forces and displacements at the step's instants, one after the other: those that are told.
     instant_forces: Vec<f64>,
@@ -93,7 +93,7 @@ pub struct CellZone {
     mean: Vec<f64>,
 }
 
-/// What evolves of a [`CellZone`].
+/// State of a [`CellZone`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct CellZoneState {
     past: CellPastState,
@@ -102,7 +102,7 @@ pub struct CellZoneState {
     first_element: i64,
 }
 
-/// What an instant gave.
+/// Result of an instant.
 pub(crate) struct Instant {
     /// How far the contact conditions are missed.
     pub residuals: Residuals,
@@ -110,16 +110,16 @@ pub(crate) struct Instant {
     pub largest_force: f64,
     /// Largest required displacement \[m\].
     pub largest_displacement: f64,
-    /// Whether every required displacement is a number.
+    /// True if every required displacement is a number.
     pub is_sound: bool,
-    /// Whether an outermost column of the window carries force.
+    /// True if an outermost column of the window carries force.
     pub is_at_end: bool,
 }
 
 impl CellZone {
     /// At rest. `crown`: height of the tread above its middle by cell across \[m\]; `tolerance` is how far a cell may
-    /// be from where it is required to be, relative to the largest required displacement; a step has so many stages. The
-    /// window is longer by `margin` columns at either end than what is told.
+    /// be from where it is required to be, relative to the largest required displacement; a step has so many stages.
+    /// The window is longer by `margin` columns at either end than what is told.
     pub fn new(
         influence: CellInfluence,
         crown: Vec<f64>,
@@ -198,7 +198,7 @@ impl CellZone {
         &self.required[self.told()]
     }
 
-    /// What the search did so far.
+    /// Returns the work of the search so far.
     pub fn search_counts(&self) -> SearchCounts {
         let CellCounts { iterations, fallbacks, products, .. } = self.search.counts();
         let cells = self.forces.len() as u64;
@@ -208,8 +208,9 @@ impl CellZone {
         SearchCounts { solves: iterations, fallbacks, work, ..SearchCounts::default() }
     }
 
-    /// Solves for the contact at a stage of the step, `rises` being the heights of the undeformed tread by column of the
-    /// window, which begins with `first_element`, and leaves the forces summed over each column that is told in `rows`.
+    /// Solves for the contact at a stage of the step, `rises` being the heights of the undeformed tread by column of
+    /// the window, which begins with `first_element`, and leaves the forces summed over each column that is told in
+    /// `rows`.
     pub(crate) fn solve(
         &mut self,
         (stage, first_element): (usize, i64),

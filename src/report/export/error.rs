@@ -13,7 +13,7 @@ pub enum ExportError {
     /// The run has not written what the format needs.
     #[error("the run has not written {what}: {key} was false, or the run was too short")]
     Missing {
-        /// What is missing.
+        /// Missing part.
         what: &'static str,
         /// The key of the scene that would have it written.
         key: &'static str,
@@ -27,7 +27,7 @@ pub enum ExportError {
     /// More than the format has room for.
     #[error("{name} is larger than the 2 GiB that a variable of this format may have")]
     TooLarge {
-        /// What.
+        /// Name of the part.
         name: String,
     },
 }

@@ -8,7 +8,7 @@ use super::mat_file::{self, Value};
 use crate::report::stored::Stored;
 use crate::report::table::Column;
 
-/// What every file of ours begins with.
+/// Beginning of every file of ours.
 pub const MAT_HEAD: &str = "MATLAB 5.0 MAT-file, Platform: tyrewave,";
 
 /// Units of arrays, by the beginning of their names; the longer one first where two fit.
@@ -69,7 +69,7 @@ pub fn mat(stored: &Stored) -> Result<Vec<u8>, ExportError> {
 
 type Fields = Vec<(String, Value)>;
 
-/// What arrays are read with, and its units.
+/// Returns the figures beside the arrays, and their units.
 fn figures(stored: &Stored) -> (Fields, Fields) {
     let plan = &stored.plan;
     let mut run: Fields = [

@@ -21,7 +21,7 @@ const LONGEST_NAME: usize = 63;
 /// A reader may count bytes with a sign.
 const MOST_BYTES: usize = i32::MAX as usize;
 
-/// What a variable holds.
+/// Content of a variable.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     /// Numbers row by row, and their rows and columns.
@@ -65,7 +65,7 @@ pub fn file(head: &str, about: &str, variables: &[(String, Value)]) -> Result<Ve
     Ok(bytes)
 }
 
-/// What a name may have: a letter first, then letters, digits and underscores.
+/// Makes a valid name: a letter first, then letters, digits and underscores.
 pub fn name(text: &str) -> String {
     let mut name: String = text.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     if !name.starts_with(|first: char| first.is_ascii_alphabetic()) {

@@ -14,7 +14,7 @@ use crate::results::spectra::SPECTRA_FILE;
 use crate::results::vibration::{VIBRATION_FILE, VIBRATION_NARROW_FILE};
 use crate::sound::levels::mean_square;
 
-/// What every file of ours begins with.
+/// Beginning of every file of ours.
 pub const UFF_HEAD: &str = "    -1\n   151\ntyrewave results";
 
 /// Smaller numbers are written as zero: their exponents would not fit.
@@ -229,7 +229,7 @@ impl Function<'_> {
     }
 }
 
-/// Whose file it is, and SI units. It has no dates: the same results give the same bytes.
+/// Writes the origin of the file, and SI units. It has no dates: the same results give the same bytes.
 fn header(stored: &Stored) -> String {
     let mut text = String::new();
     begin(&mut text, 151);

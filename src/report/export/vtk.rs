@@ -12,7 +12,7 @@ use std::fmt::Write;
 use super::error::ExportError;
 use crate::report::stored::{Stored, StoredArray};
 
-/// What every file of ours begins with.
+/// Beginning of every file of ours.
 pub const VTK_HEAD: &str = "<?xml version=\"1.0\"?>\n<!-- A contact patch of tyrewave. -->\n";
 
 /// Most instants of an export.
@@ -104,7 +104,7 @@ impl Patch {
         self.frames.is_empty()
     }
 
-    /// What the user should know: instants that are left out.
+    /// Notes the instants that are left out.
     pub fn note(&self) -> Option<String> {
         let last = self.frames.last().map_or(0.0, |frame| frame.2);
         let cut = || format!("{} instants after {last:.4} s are left out: {MOST_FRAMES} are the most", self.left_out);

@@ -11,7 +11,7 @@ use crate::study::paper::{Paper, Statement, Verdict};
 
 pub use pictures::{Picture, pictures};
 
-/// What the paper says, beside what was found.
+/// Tabulates the paper's statements beside the findings.
 pub fn statement_table(statements: &[Statement]) -> Table {
     let rows = statements.iter().map(|of| {
         let statement = format!("{}: {}", of.place, of.subject);

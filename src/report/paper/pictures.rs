@@ -15,7 +15,7 @@ pub struct Picture {
     pub place: &'static str,
     /// Name of its file.
     pub file: &'static str,
-    /// What it shows.
+    /// Subject of the picture.
     pub caption: String,
     /// The picture.
     pub svg: String,

@@ -5,7 +5,7 @@
 //! G's integrals, receiver by receiver, with factors that the receivers share, bin by bin. G's integrals are held for
 //! the few frequencies that are interpolated between and made when the bins come to them.
 //!
-//! Of forces that are resolved across every m has its own amplitude: there is no sum over m, and a product for each
+//! Each m has its own amplitude where forces are resolved across: there is no sum over m, and a product for each
 //! pair (n, m).
 
 use std::ops::Range;
@@ -41,7 +41,7 @@ pub(super) struct Components {
 pub(super) struct Found<'a> {
     /// Wavenumbers times components.
     waves: usize,
-    /// Of all receivers at a bin.
+    /// Width of all receivers at a bin.
     width: usize,
     bins: usize,
     /// By n from -most, component, bin, and of them the real parts by receiver, then the imaginary ones.
@@ -61,8 +61,8 @@ impl Components {
         Self { integrals, strip, most, receivers, components, held, parts, known, found: Vec::new() }
     }
 
-    /// Bytes of a receiver, with G on so many cells, so many integrals of a wavenumber, and so many components of so many
-    /// bins at a time.
+    /// Bytes of a receiver, with G on so many cells, so many integrals of a wavenumber, and so many components of so
+    /// many bins at a time.
     pub(super) fn bytes(around: usize, integrals: usize, components: usize, bins: usize) -> usize {
         8 * around * (4 * integrals + integrals + components * bins)
     }

@@ -25,8 +25,8 @@
 //! w I_n - (n Omega/2)(I_(n-1) + I_(n+1)) = (w - n Omega) I_n + n Omega Int G (1 - cos(theta)) exp(i kx_n x) dS
 //! ```
 //!
-//! times its displacement. Air at rest beside the axle, w I_n, and air that turns with the tread, (w - n Omega) I_n, are
-//! measures of the doubt. A static flattening is silent in all three.
+//! times its displacement. Air at rest beside the axle, w I_n, and air that turns with the tread, (w - n Omega) I_n,
+//! are measures of the doubt. A static flattening is silent in all three.
 //!
 //! - [`model`]: the tyre and its forces; [`surface`]: G on the tread, and what the tread's waves take of it;
 //! - [`transfer`]: pressures from the spectra of forces, by way of `components`, for unit amplitude of each wavenumber,
@@ -34,7 +34,7 @@
 //! - [`shares`]: which waves and which part of the circumference make it;
 //! - [`stream`]: forces, step by step, to pressures over time.
 //!
-//! Of the propagation delay r0/c from the contact to the receiver whole time steps are taken off: a response then
+//! Whole time steps are taken off the propagation delay r0/c from the contact to the receiver: a response then
 //! begins with its force however far away it is heard. The forces of a Runge-Kutta rule's stages act at their own times
 //! with their own weights, on the tyre itself (s = i w); those of a multistep rule act on the tyre as the rule sees it.
 

@@ -1,4 +1,4 @@
-//! What the pressures at receivers are made of beside the air's part: the tyre, and how forces act on it.
+//! Model of the pressures at receivers beside the air's part: the tyre, and the action of forces on it.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use crate::tyre::influence::SurfaceWaves;
 /// Part of the highest frequency over which the transfers fall to zero, so that they ring for a short time only.
 const TAPER: f64 = 0.05;
 
-/// What transfers are made of beside G.
+/// Ingredients of transfers beside G.
 #[derive(Clone, Debug)]
 pub struct PressureModel {
     /// Segments in which forces are transformed; whole revolutions.
@@ -89,14 +89,14 @@ impl PressureModel {
         }
     }
 
-    /// What of a wave of n periods a force has that is even over an element.
+    /// Returns the share of a wave of n periods that a force even over an element has.
     pub(super) fn mean_over_element(&self, n: i64) -> f64 {
         let tyre = self.waves.waves;
         sinc(0.5 * tyre.kx(n) * tyre.circumference / self.layout.elements as f64)
     }
 
-    /// What makes pressure at a bin of the integrals of G, m by m, weight by weight, for unit amplitude of the forces'
-    /// component n at each stage; `strip` is [`Self::strip`], `mean` [`Self::mean_over_element`].
+    /// Finds the factors from the integrals of G to the pressure at a bin, m by m, weight by weight, for unit amplitude
+    /// of the forces' component n at each stage; `strip` is [`Self::strip`], `mean` [`Self::mean_over_element`].
     pub(super) fn factors(&self, bin: usize, n: i64, mean: f64, strip: &[f64], out: &mut [Complex64]) {
         let resolution = self.layout.resolution();
         let material = self.layout.material_bin(bin, n) as f64 * resolution;

@@ -42,7 +42,7 @@ pub struct PressureStream {
     waiting: Vec<BlockSpectra>,
 }
 
-/// What evolves of a [`PressureStream`].
+/// State of a [`PressureStream`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct PressureState {
     forces: Vec<f64>,
@@ -58,8 +58,8 @@ pub struct BlockPressures<'a> {
 }
 
 impl PressureStream {
-    /// Of so many steps' forces in windows of the model's layout, whose segments are the blocks and begin with the
-    /// layout's substep.
+    /// Makes the stream of so many steps' forces in windows of the model's layout, whose segments are the blocks and
+    /// begin with the layout's substep.
     pub fn new(transfers: PressureTransfers, steps: u64) -> Self {
         let mut planner = RealFftPlanner::new();
         let layout = &transfers.model.layout;
@@ -143,7 +143,7 @@ impl PressureStream {
         (shared * Self::batches(receivers).0 as f64 + each * receivers as f64) as u64
     }
 
-    /// Whether the next step completes a block.
+    /// Tells whether the next step completes a block.
     pub fn completes_next(&self) -> bool {
         self.forces.len() + self.layout().width() == self.layout().length() * self.layout().width()
     }
@@ -163,7 +163,7 @@ impl PressureStream {
         complete
     }
 
-    /// Whether the pressures of the blocks that wait are to be made now.
+    /// Tells whether the pressures of the blocks that wait are to be made now.
     pub fn is_due(&self) -> bool {
         let most = Self::together(self.layout(), self.transfers.model.bins(), u64::MAX);
         self.waiting.len() >= most || (self.ahead == 0 && !self.waiting.is_empty())
@@ -256,7 +256,7 @@ impl PressureStream {
 }
 
 impl<'a> BlockPressures<'a> {
-    /// Of spectra of blocks of a layout.
+    /// Finds pressures from spectra of blocks of a layout.
     #[cfg(test)]
     pub(super) fn new(
         layout: &'a SegmentLayout,

@@ -34,7 +34,8 @@ pub struct SurfaceGreen {
 }
 
 impl SurfaceGreen {
-    /// Of the transfers from a body's tread to one receiver at rising frequencies \[Hz\], of one side or both.
+    /// Makes G from the transfers from a body's tread to one receiver at rising frequencies \[Hz\], of one side or
+    /// both.
     pub fn of(body: &Body, known: impl IntoIterator<Item = (f64, Transfer)>) -> Self {
         let half_width = half_tread(body);
         let mut green = Self { frequencies: Vec::new(), around: 0, across: Vec::new(), half_width, values: Vec::new() };
@@ -59,12 +60,12 @@ impl SurfaceGreen {
     }
 }
 
-/// Weights that G is met with: 1, and 1 - cos(theta) with the angle theta = 2 pi x/L from the contact. Each makes of the
-/// wave n the waves n - 1, n and n + 1, times these factors.
+/// Weights that G is met with: 1, and 1 - cos(theta) with the angle theta = 2 pi x/L from the contact. Each makes of
+/// the wave n the waves n - 1, n and n + 1, times these factors.
 pub(super) const WEIGHTS: [[f64; 3]; 2] = [[0.0, 1.0, 0.0], [-0.5, 1.0, -0.5]];
 
-/// Int G exp(i kx_n x) cos(ky_m y) dS over the tread for the waves of a tyre, n by n, m by m, weight by weight, of those
-/// that are odd about mid-width with sin(ky_m y) \[m\].
+/// Int G exp(i kx_n x) cos(ky_m y) dS over the tread for the waves of a tyre, n by n, m by m, weight by weight, of
+/// those that are odd about mid-width with sin(ky_m y) \[m\].
 pub(super) struct WaveIntegrals {
     /// Largest |n|: as far as the cells can tell waves apart.
     most_around: usize,

@@ -1,10 +1,10 @@
 //! From the spectra of forces to those of the pressures at receivers.
 //!
-//! What all receivers share, the tyre's compliances and what forces are to each wavenumber, is found once for each bin.
+//! Shared parts, the tyre's compliances and the forces' part in each wavenumber, are found once for each bin.
 //! The rest are products of real matrices in single precision, whose rows are the receivers: over the integrals
-//! of a wavenumber and the frequencies that G is interpolated between, then over the wavenumbers to the blocks of forces. They are made for
-//! the bins between two of G's frequencies at a time, and for many blocks at a time: the first product serves them all,
-//! so nothing of the size of places times bins is kept of a receiver.
+//! of a wavenumber and the frequencies that G is interpolated between, then over the wavenumbers to the blocks of
+//! forces. They are made for the bins between two of G's frequencies at a time, and for many blocks at a time: the
+//! first product serves them all, so nothing of the size of places times bins is kept of a receiver.
 
 use std::ops::Range;
 
@@ -23,7 +23,7 @@ use crate::response::vibration::SegmentLayout;
 /// Most bins whose components are in memory together.
 const TOGETHER: usize = 32;
 
-/// What pressures are made from: the tyre, and G of every receiver.
+/// Ingredients of pressures: the tyre, and G of every receiver.
 #[derive(Clone, Debug)]
 pub struct PressureTransfers {
     /// The tyre and its forces.

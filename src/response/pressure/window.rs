@@ -44,7 +44,7 @@ pub(super) struct Window {
 }
 
 impl Window {
-    /// Of a layout, for components up to a largest |n|.
+    /// Makes the window of a layout, for components up to a largest |n|.
     pub(super) fn new(layout: &SegmentLayout, most: usize) -> Self {
         let (columns, half) = (layout.columns, layout.columns.div_ceil(2));
         let from_middle = 0.5 * (columns as f64 - 1.0);
@@ -137,7 +137,7 @@ impl Window {
         }
     }
 
-    /// What a unit force at the window's middle is to the component n at a bin.
+    /// Adds the part of a unit force at the window's middle in the component n at a bin.
     fn act(&self, model: &PressureModel, bin: usize, n: i64, stage: usize, substep: usize) -> Complex32 {
         let [weight, time] = self.actions[stage];
         let ahead = self.places[substep * (self.most + 1) + n.unsigned_abs() as usize];

@@ -107,7 +107,7 @@ impl Axis {
         Self::with_ticks(title, -0.5..words.len() as f64 - 0.5, ticks)
     }
 
-    /// What a value is called: its tick's label, else the number.
+    /// Returns the label of a value: its tick's, else the number.
     pub(super) fn label(&self, value: f64) -> String {
         let tick = self.ticks.iter().find(|(tick, _)| tick.total_cmp(&value).is_eq());
         tick.map_or_else(|| four_digits(value), |(_, label)| label.clone())

@@ -35,7 +35,7 @@ pub enum PlotError {
     Draw {
         /// Which picture.
         picture: &'static str,
-        /// What the library said (its error has a type per backend).
+        /// Message of the library (its error has a type per backend).
         message: String,
     },
     /// Data of lengths that do not belong together.
@@ -154,7 +154,7 @@ pub(super) enum Grid {
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
-/// What the pictures draw on. Errors of the backend are kept until the end: it writes to memory and has none of its
+/// Drawing area of the pictures. Errors of the backend are kept until the end: it writes to memory and has none of its
 /// own.
 pub(super) struct Sheet<'a> {
     area: Area<'a>,
@@ -217,7 +217,7 @@ impl Sheet<'_> {
         self.keep(result);
     }
 
-    /// What a pointer is told over a place.
+    /// Adds the text that a pointer shows over a place.
     pub(super) fn value(&mut self, x: Range<i32>, y: &Range<i32>, text: &str) {
         // Writing to a string does not fail.
         let _ = writeln!(

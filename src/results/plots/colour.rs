@@ -41,7 +41,7 @@ const LINES: [RGBColor; 7] = [
     RGBColor(0, 0, 0),
 ];
 
-/// Of levels that a run does not vouch for.
+/// Colour of levels that a run does not vouch for.
 pub(super) const UNVOUCHED: RGBColor = RGBColor(190, 190, 190);
 
 /// Colour of the part `fraction` of a range, cut to \[0, 1\].

@@ -32,7 +32,7 @@ pub struct ComparisonPlot<'a> {
     pub title: &'a str,
     /// Horizontal axis.
     pub x: Axis,
-    /// What is compared: a colour and a form each.
+    /// Names of the compared items: a colour and a form each.
     pub names: Vec<&'a str>,
     /// The panels, from the top.
     pub panels: Vec<ComparisonPanel>,

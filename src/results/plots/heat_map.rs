@@ -31,8 +31,8 @@ pub enum Colours {
     Extent,
     /// The same between two values.
     Between(Range<f64>),
-    /// Of values with a sign: others to either side of zero, following the root of the value, so that a hundredth of
-    /// the largest is seen beside it.
+    /// Colours of values with a sign: others to either side of zero, following the root of the value, so that a
+    /// hundredth of the largest is seen beside it.
     Diverging,
 }
 
@@ -45,7 +45,7 @@ pub struct HeatMap<'a> {
     pub x: Axis,
     /// Vertical axis, upwards; its range is that of all rows, outer edge to outer edge.
     pub y: Axis,
-    /// What the colours mean, unit included.
+    /// Quantity of the colours, unit included.
     pub quantity: &'a str,
     /// The values: \[rows, columns\], row 0 at the bottom.
     pub values: ArrayView2<'a, f64>,

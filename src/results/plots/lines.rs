@@ -112,7 +112,7 @@ impl LinePlot<'_> {
         if all.len() > MOST_BEYOND { Vec::new() } else { all }
     }
 
-    /// What the curves are worth in each of some strips across the picture: of every curve the point next to the
+    /// Returns the values of the curves in each of some strips across the picture: of every curve the point next to the
     /// strip's middle.
     fn values(&self, vouched: impl Fn(usize, usize) -> bool) -> Vec<(Range<f64>, String)> {
         let mut strips = vec![vec![None::<(f64, usize)>; self.series.len()]; STRIPS];

@@ -14,7 +14,7 @@ const ASPECTS: (f64, f64) = (0.3, 1.2);
 pub struct PatchMap<'a> {
     /// Title over the picture.
     pub title: &'a str,
-    /// What the colours mean, unit included.
+    /// Quantity of the colours, unit included.
     pub quantity: &'a str,
     /// The values: \[cells along, cells across\], NaN where there is none.
     pub values: ArrayView2<'a, f64>,

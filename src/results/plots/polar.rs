@@ -24,7 +24,7 @@ pub struct PolarPlot<'a> {
     pub title: &'a str,
     /// Source of the sound.
     pub source: &'a str,
-    /// What the levels are, with their unit.
+    /// Quantity of the levels, with their unit.
     pub quantity: &'a str,
     /// Curves: angles from straight ahead by the left \[degrees\], levels \[dB\].
     pub series: Vec<Series<'a>>,

@@ -1,4 +1,4 @@
-//! What adds up to a whole, over what it is counted up along and the frequency.
+//! Shares that add up to a whole, over a coordinate and the frequency.
 
 use ndarray::Array2;
 
@@ -18,9 +18,9 @@ const RANGE: std::ops::Range<f64> = -0.6..1.6;
 pub struct ShareMap<'a> {
     /// Title over the picture.
     pub title: &'a str,
-    /// What is counted up along; its range is that of all shares of a row, outer edge to outer edge.
+    /// Coordinate along which shares add up; its range is that of all shares of a row, outer edge to outer edge.
     pub x: Axis,
-    /// What the colours mean.
+    /// Quantity of the colours.
     pub quantity: &'a str,
     /// Frequencies, rising \[Hz\].
     pub frequencies: &'a [f64],

@@ -14,7 +14,7 @@ const DEEPEST: f64 = 90.0;
 pub struct ThirdOctavePlot<'a> {
     /// Title over the picture.
     pub title: &'a str,
-    /// What the levels are, reference included: `Force level [dB re 1 N]`.
+    /// Quantity of the levels, reference included: `Force level [dB re 1 N]`.
     pub quantity: &'a str,
     /// Name for the legend (may be empty) and levels, bands rising without a gap.
     pub spectra: Vec<(&'a str, &'a [BandLevel])>,
@@ -89,7 +89,7 @@ impl ThirdOctavePlot<'_> {
         self.error.filter(|(from, _)| level.valid && level.band.mid_frequency() >= *from).map(|(_, error)| error)
     }
 
-    /// What the spectra are worth in a band.
+    /// Returns the values of the spectra in a band.
     fn value(&self, band: i32) -> String {
         let mut text = format!("{} Hz", ThirdOctaveBand(band).label());
         for (name, levels) in &self.spectra {

@@ -39,7 +39,7 @@ impl Source {
     /// Reads what a scene describes, of a wide road the strip that the lattice covers.
     ///
     /// # Errors
-    /// Of the road's file and of the spectrum asked for.
+    /// Errors of the road's file and of the spectrum asked for.
     pub fn read(spec: &Road, lattice: Lattice, bytes: u64, report: &mut RoadReport) -> Result<Self, RoadError> {
         lattice.check()?;
         let (map, at_end) = match spec {

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::storage::StateError;
 
-/// What is kept of a point.
+/// Kept samples of a point.
 #[derive(Clone, Debug, Default)]
 pub(super) struct KeptSignal {
     /// Samples of each excerpt.
@@ -15,7 +15,7 @@ pub(super) struct KeptSignal {
     state: KeptState,
 }
 
-/// What evolves of a [`KeptSignal`].
+/// State of a [`KeptSignal`].
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub(super) struct KeptState {
     /// Samples that were taken in.
@@ -25,7 +25,7 @@ pub(super) struct KeptState {
 }
 
 impl KeptSignal {
-    /// Of excerpts of these samples.
+    /// Makes a signal of excerpts of these samples.
     pub(super) fn of(wanted: Vec<Range<usize>>) -> Self {
         let excerpts = vec![Vec::new(); wanted.len()];
         Self { wanted, state: KeptState { taken: 0, excerpts } }

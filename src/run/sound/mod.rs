@@ -39,7 +39,7 @@ pub struct SoundRecorder {
     /// How the transfers were found.
     way: Way,
     stream: PressureStream,
-    /// What is heard of forces on cells.
+    /// Lateral waves of forces on cells.
     lateral: Option<LateralForces>,
     /// By point.
     spectra: Vec<SpectrumAccumulator>,
@@ -91,7 +91,7 @@ pub(super) fn unheard(plan: &Plan) -> Vec<String> {
     sound.heard.iter().filter(|heard| heard.is_passed()).filter_map(missing).collect()
 }
 
-/// What evolves of a [`SoundRecorder`].
+/// State of a [`SoundRecorder`].
 #[derive(Deserialize, Serialize)]
 pub(crate) struct SoundState {
     stream: PressureState,
@@ -100,7 +100,7 @@ pub(crate) struct SoundState {
 }
 
 impl SoundRecorder {
-    /// A recorder of a prepared run; `None` if nobody listens, or, with a warning, if the run is too short.
+    /// Makes the recorder of a prepared run; `None` without receivers, or, with a warning, if the run is too short.
     ///
     /// # Errors
     /// A body or receivers that cannot be, a plan that needs too much memory: complaints about the scene;
@@ -203,7 +203,7 @@ impl SoundRecorder {
         });
     }
 
-    /// What it has heard so far.
+    /// Saves the sound so far.
     ///
     /// # Errors
     /// Too short for a spectrum.

@@ -10,7 +10,7 @@ use crate::sound::resample::FILE_RATE;
 
 /// A passage along a line of points, and the samples of their pressures that it takes.
 pub(super) struct Passages {
-    /// What is heard of them.
+    /// Pass-by of the points.
     pub(super) passing: PassBy,
     /// By point, in samples from the passage's beginning, without the delays that were taken off.
     needed: Vec<Range<i64>>,
@@ -19,7 +19,7 @@ pub(super) struct Passages {
 }
 
 impl Passages {
-    /// Of points that the tyre passes; `None` where they are no line.
+    /// Plans the passages of points that the tyre passes; `None` where they are no line.
     pub(super) fn of(sound: &Sound, way: &Way, points: Range<usize>, speed: f64) -> Option<Self> {
         let rate = 1.0 / sound.layout.time_step;
         let passing = PassBy::new(Passage {

@@ -34,7 +34,7 @@ pub(super) struct Passing {
     samples: Range<usize>,
     /// Samples before it in which the detector settles.
     lead: usize,
-    /// What is listened to \[Hz\].
+    /// Band that is listened to \[Hz\].
     band: Range<f64>,
 }
 
@@ -50,7 +50,7 @@ struct Tyre {
     early: i64,
 }
 
-/// What a microphone beside the road hears.
+/// Sound at a microphone beside the road.
 pub(super) struct HeardPassing {
     /// By passage, A-weighted levels F \[dB\] at the samples of a line; minus infinity where they are none of the
     /// passage.
@@ -63,7 +63,7 @@ pub(super) struct HeardPassing {
 }
 
 impl Passing {
-    /// Of a receiver, listening to a band \[Hz\]; `None` where the tyre does not pass it.
+    /// Makes the passing of a receiver that listens to a band \[Hz\]; `None` where the tyre does not pass it.
     pub(super) fn of(sound: &Sound, way: &Way, heard: &Heard, speed: f64, band: &Range<f64>) -> Option<Self> {
         let passage = heard.passage()?;
         let line =
@@ -160,8 +160,8 @@ impl Passing {
         Some(HeardPassing { levels, sound, sounding })
     }
 
-    /// What a sound level meter shows of a line's pressures \[dB\]. It has heard the mean of the lead before, so that a
-    /// steady noise has its level at once, and what is read comes after the lead.
+    /// Returns the reading of a sound level meter for a line's pressures \[dB\]. It has heard the mean of the lead
+    /// before, so that a steady noise has its level at once, and what is read comes after the lead.
     fn levels(&self, pressures: &[f64]) -> Option<Vec<f64>> {
         let weighted = WeightingFilter::new(FrequencyWeighting::A, FILE_RATE).ok()?.apply(pressures);
         let lead = &weighted[..self.lead.min(weighted.len())];
@@ -191,7 +191,7 @@ impl Passing {
 }
 
 impl Line {
-    /// What is heard of a stretch \[Pa\].
+    /// Returns the pressures of a stretch \[Pa\].
     fn pressures(&self, stretch: usize, signals: &[KeptSignal]) -> Option<Vec<f64>> {
         let point = |receiver: usize, _| signals[self.points.start + receiver].excerpt(stretch).collect();
         self.passages.passing.synthesise(point).ok()

@@ -1,4 +1,4 @@
-//! What a run's sound is written as: tables, pictures, files to listen to, the summary.
+//! Results of a run's sound: tables, pictures, files to listen to, the summary.
 
 use std::ops::Range;
 
@@ -32,7 +32,7 @@ impl SoundRecorder {
     /// Writes levels, pictures and sounds of a complete run; what the summary says of them.
     ///
     /// # Errors
-    /// Of the files and pictures.
+    /// Errors of the files and pictures.
     pub fn write(&self, loaded: &LoadedScene, folder: &dyn ResultFiles) -> Result<SoundSummary, RunError> {
         let points = self.point_spectra()?;
         let spectra = self.receiver_spectra(&points);
@@ -206,7 +206,7 @@ fn write_pass_by(
     Ok(PassBySummary { file, passages: levels.len(), maximum, deviation })
 }
 
-/// What is listened to of a receiver, before its full scale is known.
+/// Sound of a receiver, before its full scale is known.
 struct Audible {
     channels: Vec<Vec<f64>>,
     description: &'static str,

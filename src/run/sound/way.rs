@@ -23,7 +23,7 @@ use crate::tyre::influence::SurfaceWaves;
 /// Tolerance of the waves' compliances.
 pub(crate) const WAVES: f64 = 1e-4;
 
-/// What is left of the way when its transfers are made.
+/// Rest of the way when its transfers are made.
 pub(super) struct Way {
     /// The air.
     pub(super) air: Air,
@@ -51,7 +51,7 @@ fn delays(sound: &Sound, body: &Body, air: &Air) -> (Vec<u64>, Vec<f64>) {
     sound.positions.iter().map(late).map(split).unzip()
 }
 
-/// What a way is found from.
+/// Ingredients of a way.
 pub(super) struct Seeking<'a> {
     /// The scene.
     pub(super) loaded: &'a LoadedScene,
@@ -66,7 +66,7 @@ pub(super) struct Seeking<'a> {
 }
 
 impl Seeking<'_> {
-    /// What the pressures at all points of a sound are made from.
+    /// Finds the transfers to all points of a sound.
     ///
     /// # Errors
     /// Complaints about the scene; [`RunError::Interrupted`].
@@ -182,7 +182,7 @@ impl Seeking<'_> {
     }
 }
 
-/// What a set of transfers is to the tread's waves.
+/// Turns a set of transfers into G on the tread.
 fn surface_greens(set: TransferSet, body: &Body, sound: &Sound) -> Vec<SurfaceGreen> {
     let mut by_receiver = vec![Vec::new(); sound.points()];
     for found in set.into_frequencies() {

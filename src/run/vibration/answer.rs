@@ -14,7 +14,7 @@ use crate::tyre::influence::Field;
 use crate::tyre::poles::lateral::fit_lateral;
 use crate::tyre::poles::{RationalModel, TangentialModel, lateral_tangential_model, tangential_model};
 
-/// What would be right where a fit is refused.
+/// Remedy where a fit is refused.
 const INSTEAD: &str = "another tolerance, or no [outputs.vibration]";
 
 /// The tyre.
@@ -27,7 +27,7 @@ pub(super) struct TyreAnswer {
 
 /// How it answers one component.
 struct Component {
-    /// What is observed of its velocity: the mean over the strip.
+    /// Observed share of its velocity: the mean over the strip.
     share: f64,
     /// m of a component of forces on cells.
     number: Option<usize>,
@@ -36,7 +36,7 @@ struct Component {
 }
 
 impl TyreAnswer {
-    /// Of a prepared run, for these lateral numbers, or for forces that are even across.
+    /// Finds the answer of a prepared run, for these lateral numbers, or for forces that are even across.
     ///
     /// # Errors
     /// A fit that was refused; [`RunError::Interrupted`].

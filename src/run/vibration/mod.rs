@@ -44,7 +44,7 @@ pub struct VibrationRecorder {
     steps: u64,
 }
 
-/// What evolves of a [`VibrationRecorder`].
+/// State of a [`VibrationRecorder`].
 #[derive(Deserialize, Serialize)]
 pub(crate) struct RecorderState {
     accumulator: VibrationState,
@@ -225,7 +225,7 @@ fn tables(layout: &SegmentLayout, tyre: &TyreAnswer, fields: &[VibrationField], 
     fields.iter().filter_map(table).for_each(take);
 }
 
-/// What is heard of forces on cells, and the tables that it is made from where they are kept.
+/// Returns the sums of forces on cells, and the tables that they are made from where they are kept.
 fn heard(
     layout: &SegmentLayout,
     tyre: &TyreAnswer,

@@ -13,14 +13,14 @@ use crate::response::vibration::{
 use crate::run::prepare::Prepared;
 use crate::storage::StateError;
 
-/// What a recorder of cells has beside that of slices.
+/// Parts of a recorder of cells beside that of slices.
 pub(super) struct ResolvedForces {
-    /// What the velocities hear.
+    /// Lateral waves of the velocities.
     heard: LateralForces,
     /// All that the run carries.
     carried: LateralForces,
     power: VibrationAccumulator,
-    /// What cells feel of each other at once beyond the waves.
+    /// Influence between cells within an instant beyond the waves.
     beyond: CellProduct<f64>,
     /// Displacements of the step's instants by the waves alone \[m\].
     displacements: Vec<f64>,
@@ -29,7 +29,7 @@ pub(super) struct ResolvedForces {
     columns: usize,
 }
 
-/// What evolves of [`ResolvedForces`].
+/// State of [`ResolvedForces`].
 #[derive(Deserialize, Serialize)]
 pub(super) struct ResolvedState {
     power: VibrationState,
@@ -37,7 +37,7 @@ pub(super) struct ResolvedState {
 }
 
 impl ResolvedForces {
-    /// Of a prepared run, whose segments have these begins; `None` without waves.
+    /// Makes the parts of a prepared run, whose segments have these begins; `None` without waves.
     pub(super) fn new(
         plan: &Plan,
         prepared: &mut Prepared,
@@ -91,7 +91,7 @@ impl ResolvedForces {
         self.power.push(self.carried.of(forces, self.columns), power)
     }
 
-    /// Whether the next step completes a segment of the power.
+    /// Tells whether the next step completes a segment of the power.
     pub(super) fn completes_next(&self) -> bool {
         self.power.completes_next()
     }

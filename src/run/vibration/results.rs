@@ -1,4 +1,4 @@
-//! What a run's vibration is written as: tables, maps, pictures, the summary.
+//! Results of a run's vibration: tables, maps, pictures, the summary.
 
 use crate::counters::{Counter, Meter};
 use crate::response::vibration::{
@@ -28,11 +28,11 @@ const NON_ROTATING: &str = "non-rotating";
 pub struct HeardVibration {
     /// Spectra by field, frame and place.
     pub spectra: Vec<NamedSpectrum>,
-    /// What a summary says of them.
+    /// Part of a summary on them.
     pub summary: VibrationSummary,
 }
 
-/// What a complete run gave.
+/// Findings of a complete run.
 struct Heard {
     spectra: Vec<FieldSpectra>,
     /// By the tyre's own transfer, where that is known.
@@ -47,7 +47,7 @@ impl VibrationRecorder {
     /// Writes spectra, maps and pictures of a complete run; what the summary says of them.
     ///
     /// # Errors
-    /// Of the files and pictures.
+    /// Errors of the files and pictures.
     pub fn write(
         &self,
         loaded: &LoadedScene,
@@ -66,7 +66,7 @@ impl VibrationRecorder {
         Ok(Some(summary))
     }
 
-    /// What it has taken in of a complete run, with maps where they are wanted.
+    /// Returns the vibration of a complete run, with maps where they are wanted.
     pub(crate) fn found(&self, maps: bool, meter: &mut Meter) -> Option<(HeardVibration, Vec<FieldSpectra>)> {
         let patch = self.accumulator.finish()?;
         // The power balance is the tread's.

@@ -7,7 +7,7 @@ use crate::scene::keys::keys;
 use crate::scene::kind::{Bounds, Optional};
 use crate::scene::table::{Kind, Nested, Table};
 
-/// What holds the axle: a load, a height, or a mass under a load that moves.
+/// Support of the axle: a load, a height, or a mass under a load that moves.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Axle {
@@ -54,11 +54,11 @@ impl Axle {
     pub const LOAD_TOLERANCE: f64 = 0.01;
 }
 
-/// What it is on the tyre that bears it, is asked when the scene is read.
+/// The scene's check compares it with the tyre that bears it.
 const LOAD: Bounds = Bounds::positive("N").plausible(1e-3, 1e8);
 
 keys! {
-    /// What holds the axle: a load, with or without a mass that moves, or a height.
+    /// Support of the axle: a load, with or without a mass that moves, or a height.
     #[derive(Debug)]
     AxleKeys {
         /// Vertical load \[N\]: the height is found so that it is the mean force. Or give an `indentation`.

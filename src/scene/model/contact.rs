@@ -14,7 +14,7 @@ keys! {
     /// Contact laws.
     #[derive(Clone, Debug, PartialEq, Serialize)]
     Contact {
-        /// What the contact consists of.
+        /// Zone of the contact: slices or cells.
         #[serde(skip_serializing_if = "is_default")]
         zone: Zone = Zone::default() => OneOf::new(),
         /// How the tread deforms.
@@ -130,7 +130,7 @@ fn contact(table: &mut Table<'_>) -> Option<Contact> {
     Some(read)
 }
 
-/// What the contact consists of.
+/// Zone of the contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Zone {

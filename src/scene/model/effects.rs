@@ -7,7 +7,7 @@ use crate::scene::keys::keys;
 use crate::scene::kind::OneOf;
 use crate::scene::table::{Nested, Table};
 
-/// Whether an effect is simulated.
+/// True if an effect is simulated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Switch {

@@ -1,4 +1,4 @@
-//! What is in a tyre: its inflation, the sidewalls that bear it, and the air as a resonator.
+//! Content of a tyre: its inflation, the sidewalls that bear it, and the air as a resonator.
 
 use std::f64::consts::PI;
 
@@ -55,7 +55,7 @@ impl Inflation {
     }
 }
 
-/// What the inflation gives the belt through its sidewalls, see [`Sidewalls::carry`].
+/// Tension and foundation that the inflation gives the belt through its sidewalls, see [`Sidewalls::carry`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Carried {
     /// Tension along the belt, per width \[N/m\]; below 0 it would be compressed.
@@ -67,7 +67,8 @@ pub struct Carried {
 }
 
 impl Sidewalls {
-    /// What sidewalls under the pressure p give a belt of width B whose inner face has the radius R_b.
+    /// Finds the tension and foundation by sidewalls under the pressure p for a belt of width B whose inner face has
+    /// the radius R_b.
     ///
     /// A wall of length l = 2 phi r_s does not stretch; the pressure makes it an arc under the membrane force p r_s.
     /// Both walls pull a length of the belt inwards by 2 p r_s cos(phi) = p l cos(phi)/phi over the chord l

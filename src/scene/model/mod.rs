@@ -1,4 +1,4 @@
-//! What a scene says: one type per table of the TOML file, each with its keys and what has to fit together in it.
+//! Model of a scene: one type per table of the TOML file, each with its keys and what has to fit together in it.
 //!
 //! SI units throughout; a key carries its unit in its name only where people think in another one (`speed_kmh`).
 //! Values are as the user wrote them or the documented default; [`Scene::load`] has checked their ranges.

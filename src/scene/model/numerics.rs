@@ -180,7 +180,7 @@ pub enum History {
 }
 
 keys! {
-    /// What is written to the results folder beside `summary.json`.
+    /// Files in the results folder beside `summary.json`.
     #[derive(Clone, Debug, PartialEq, Serialize)]
     Outputs {
         /// `time.npy`, `total_force.npy`, `patch_force.npy`, `patch_element.npy`.

@@ -37,13 +37,13 @@ impl Road {
     /// Largest size of a cell chosen for a road \[m\].
     pub const CELL: f64 = 0.002;
 
-    /// Whether a section across may be other than level.
+    /// Tells whether a section across may be other than level.
     pub fn varies_across(&self) -> bool {
         !matches!(self, Self::Smooth | Self::Profile(ProfileRoad { lateral: Lateral::Extruded, .. }))
     }
 
     /// Size of cells for levels within a decibel or so \[m\]: half the shortest wave of a made road, the spacing of a
-    /// height map; [`Self::CELL`] at most. What waves other files hold nobody knows before they are read: a quarter of
+    /// height map; [`Self::CELL`] at most. The waves of other files are not known before they are read: a quarter of
     /// that at least, which a coarse chip seal wants (profiles/README.md).
     pub fn cell(&self) -> f64 {
         let shortest = match self {
@@ -91,7 +91,7 @@ pub enum Lateral {
     Isotropic,
 }
 
-/// What happens past the end of a measured road.
+/// Continuation past the end of a measured road.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum AtEnd {
@@ -129,7 +129,7 @@ keys! {
         lateral: Lateral = Lateral::default() => OneOf::new(),
         /// Seed of the random phases (`lateral = "isotropic"`).
         seed: u64 = 0 => Whole::least(0),
-        /// What happens past the end.
+        /// Continuation past the end.
         at_end: AtEnd = AtEnd::default() => OneOf::new(),
     }
 }
@@ -145,10 +145,10 @@ keys! {
         /// Lateral position v of the tyre's middle \[m\]; default: the middle of the valid columns.
         #[serde(skip_serializing_if = "Option::is_none")]
         lateral_position: Option<f64> = None => Optional(COORDINATE),
-        /// Whether the slow trend (longer than `longest_wavelength`) is removed, as for texture.
+        /// True if the slow trend (longer than `longest_wavelength`) is removed, as for texture.
         #[serde(skip_serializing_if = "Option::is_none")]
         longest_wavelength: Option<f64> = None => Optional(LENGTH),
-        /// What happens past the end.
+        /// Continuation past the end.
         at_end: AtEnd = AtEnd::default() => OneOf::new(),
     }
 }
@@ -163,7 +163,7 @@ keys! {
         dx: f64 => LENGTH,
         /// Column spacing \[m\].
         dy: f64 => LENGTH,
-        /// What happens past the end.
+        /// Continuation past the end.
         at_end: AtEnd = AtEnd::default() => OneOf::new(),
     }
 }

@@ -21,7 +21,7 @@ keys! {
         /// one.
         #[serde(skip_serializing_if = "Option::is_none")]
         start: Option<f64> = None => Optional(Bounds::any("m").plausible(1e-9, 1e7)),
-        /// What holds the axle.
+        /// Support of the axle.
         axle: Axle => AXLE,
     }
 }

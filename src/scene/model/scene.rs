@@ -18,7 +18,7 @@ keys! {
     Scene {
         /// Free text, shown in results and plots.
         title: String = String::new() => Text,
-        /// Whether numbers are tried that no tyre, road or run has: up to a thousand times outside of what is
+        /// True if numbers are tried that no tyre, road or run has: up to a thousand times outside of what is
         /// plausible.
         #[serde(skip_serializing_if = "is_default")]
         allow_implausible: bool = false => Flag,
@@ -31,11 +31,11 @@ keys! {
         /// Contact law of tread and road slices.
         #[serde(serialize_with = "of_zone")]
         contact: Contact = Contact::default() => CONTACT,
-        /// What is simulated beside the contact itself.
+        /// Effects beside the contact itself.
         effects: Effects = Effects::default() => EFFECTS,
         /// Resolution and tolerances.
         numerics: Numerics = Numerics::default() => NUMERICS,
-        /// What is written.
+        /// Outputs.
         outputs: Outputs = Outputs::default() => OUTPUTS,
         /// Where the sound pressure is wanted; `[[receiver]]` in the file.
         #[serde(rename = "receiver", skip_serializing_if = "Vec::is_empty")]

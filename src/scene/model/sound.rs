@@ -81,7 +81,7 @@ impl StandardReceiver {
     }
 }
 
-/// What is followed of a passage: at least the 20 m that the standards read.
+/// Lengths of a passage: at least the 20 m that the standards read.
 const PASSAGE: Bounds = Bounds::between(20.0, 1e3, "m");
 
 /// From axle to axle of anything that rolls.
@@ -131,9 +131,9 @@ keys! {
         acoustic_gap: f64 = 0.0 => Bounds::between(0.0, 0.05, "m"),
         /// Motion of the air at the tread: at rest over the road, at rest beside the axle, or round with the tread.
         air: AirMotion = AirMotion::Road => OneOf::new(),
-        /// Of the air \[degrees Celsius\].
+        /// Temperature of the air \[degrees Celsius\].
         temperature: f64 = 20.0 => Bounds::between(-50.0, 60.0, "degrees Celsius"),
-        /// Whether files to listen to are written.
+        /// True if files to listen to are written.
         audio: bool = true => Flag,
         /// Pressure that is 1 in files to listen to \[Pa\]; left out, one that holds the loudest file of a run, a sweep
         /// or a report is chosen for all of them.
@@ -160,8 +160,8 @@ pub enum AirMotion {
     /// At rest over the road: texture that the tread has taken on stands still in it where tyre and road touch.
     #[default]
     Road,
-    /// With the axle: a shape that stands still beside it is silent, however fast the tread runs through it. A measure of
-    /// the doubt: it is true a quarter of the way round from the contact.
+    /// With the axle: a shape that stands still beside it is silent, however fast the tread runs through it. A measure
+    /// of the doubt: it is true a quarter of the way round from the contact.
     Axle,
     /// With the tread: a measure of the doubt about the layer of air that the tread drags along.
     WithTread,
@@ -212,15 +212,16 @@ keys! {
         /// Places beside the passing tyre (UN R117, ISO 362), close to it (ISO 11819-2), or round it for its
         /// directivity or its sound power (ISO 3744).
         standard: Option<Standard> = None => Optional(OneOf::new()),
-        /// Of `coast-by`: from the tyre's path, or the middle of the vehicle's, to its left \[m\].
+        /// Distance for `coast-by`: from the tyre's path, or the middle of the vehicle's, to its left \[m\].
         distance: f64 = StandardReceiver::DISTANCE => FROM_TYRE,
         /// Above the road \[m\]: of `circle`, and of `coast-by`, there by default as in UN R117.
         height: Option<f64> = None => Optional(FROM_TYRE),
-        /// Of `circle`, round the vertical through the axle, or of `hemisphere`, round the point under it \[m\].
+        /// Radius for `circle`, round the vertical through the axle, or for `hemisphere`, round the point under it
+        /// \[m\].
         radius: Option<f64> = None => Optional(FROM_TYRE),
-        /// Of `coast-by`: the vehicle whose four tyres are heard; one tyre alone where it is left out.
+        /// Vehicle for `coast-by`, whose four tyres are heard; one tyre alone where it is left out.
         vehicle: Option<Vehicle> = None => Optional(VEHICLE),
-        /// Of `coast-by`: length of road over which the passage is followed and heard, half of it before the
+        /// Passage for `coast-by`: length of road over which the tyre is followed and heard, half of it before the
         /// microphone; left out, the level rises and falls by 10 dB \[m\].
         passage: Option<f64> = None => Optional(PASSAGE),
     }

@@ -33,10 +33,10 @@ keys! {
         /// level without.
         #[serde(skip_serializing_if = "Option::is_none")]
         crown_radius: Option<f64> = None => Optional(CROWN),
-        /// What the sides allow.
+        /// Support of the sides.
         #[serde(skip_serializing_if = "is_default")]
         sides: Sides = Sides::default() => OneOf::new(),
-        /// Whether the layers are a hollow cylinder; a flat plate otherwise.
+        /// True if the layers are a hollow cylinder; a flat plate otherwise.
         #[serde(skip_serializing_if = "is_default")]
         curvature: bool = false => Flag,
         /// The pressure within and the sidewalls that bear it.
@@ -52,7 +52,7 @@ keys! {
     }
 }
 
-/// What the sides of the tyre allow.
+/// Support of the tyre's sides.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sides {
@@ -84,20 +84,20 @@ keys! {
     /// One elastic layer.
     #[derive(Clone, Debug, PartialEq, Serialize)]
     Layer {
-        /// What people call it: belt, tread, ...
+        /// Name of the layer: belt, tread, ...
         name: String => Name,
         /// Thickness h \[m\].
         thickness: f64 => THICKNESS,
         /// Tension per width along x and y \[N/m\]; the prestress is T/h. Compression could buckle the layer, which is
         /// outside of a linear model.
         tension: [f64; 2] = [0.0; 2] => Exactly(TENSION),
-        /// What it is made of.
+        /// Material of the layer.
         material: Material => MATERIAL,
     }
 }
 
 impl Layer {
-    /// Whether the layer is under tension in any direction.
+    /// Tells whether the layer is under tension in any direction.
     pub fn is_tense(&self) -> bool {
         self.tension.iter().any(|tension| tension.abs() > 0.0)
     }
@@ -120,15 +120,15 @@ impl Tyre {
         Self { crown_radius: None, ..self.clone() }
     }
 
-    /// What inflation and sidewalls give, where the arcs of the sidewalls are known; tension and foundation of the tyre
-    /// are these values where the scene left them out.
+    /// Returns the values by inflation and sidewalls, where the arcs of the sidewalls are known; tension and foundation
+    /// of the tyre are these values where the scene left them out.
     pub fn carried(&self) -> Option<Carried> {
         let inflation = self.inflation.as_ref()?;
         let inner_radius = self.radius() - self.thickness();
         inflation.sidewalls().map(|arc| arc.carry(inflation.pressure, self.width, inner_radius))
     }
 
-    /// Whether any layer is under tension along the circumference.
+    /// Tells whether any layer is under tension along the circumference.
     pub fn is_tense_along(&self) -> bool {
         self.layers.iter().any(|layer| layer.tension[0] > 0.0)
     }

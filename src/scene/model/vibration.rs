@@ -70,26 +70,26 @@ fn vibration(table: &mut Table<'_>) -> Option<Vibration> {
     Some(read)
 }
 
-/// Who looks at the tyre.
+/// Frame of the observer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Frames {
     /// Both of the following.
     #[default]
     Both,
-    /// Somebody on the tread.
+    /// Frame of an observer on the tread.
     Material,
-    /// Somebody beside the road who moves along with the axle.
+    /// Frame of an observer beside the road who moves along with the axle.
     NonRotating,
 }
 
 impl Frames {
-    /// Whether spectra in the material frame are wanted.
+    /// Tells whether spectra in the material frame are wanted.
     pub const fn material(self) -> bool {
         matches!(self, Self::Both | Self::Material)
     }
 
-    /// Whether spectra in the non-rotating frame are wanted.
+    /// Tells whether spectra in the non-rotating frame are wanted.
     pub const fn non_rotating(self) -> bool {
         matches!(self, Self::Both | Self::NonRotating)
     }

@@ -1,4 +1,4 @@
-//! What a complaint looks like.
+//! Form of complaints.
 
 use super::super::{Scene, SceneError};
 use super::edited;

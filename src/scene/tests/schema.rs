@@ -1,4 +1,4 @@
-//! What the schema says is what the reader reads.
+//! Agreement of the schema with the reader.
 
 use serde_json::{Value, json};
 use toml::Table;
@@ -8,7 +8,7 @@ use super::super::{DEFAULT, PLATE, Scene};
 use super::files::scenes;
 use super::{BASE, complaints};
 
-/// Whether a value is as a schema wants it, by the words that schemas of scenes use.
+/// Tells whether a value is as a schema wants it, by the words that schemas of scenes use.
 pub(super) fn fits(value: &Value, schema: &Value) -> bool {
     let beyond = |limit: &Value, wrong: fn(f64, f64) -> bool| {
         value.as_f64().zip(limit.as_f64()).is_some_and(|(value, limit)| wrong(value, limit))

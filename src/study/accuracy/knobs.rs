@@ -11,7 +11,7 @@ use crate::study::accuracy::options::{StudyOptions, Sweep};
 use crate::study::accuracy::settings::Settings;
 use crate::study::trial::least_rate;
 
-/// What turning a knob changes.
+/// Change by turning a knob.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
@@ -28,9 +28,9 @@ pub enum Kind {
 pub struct Knob {
     /// Its name.
     pub name: String,
-    /// What it changes.
+    /// Kind of the change.
     pub kind: Kind,
-    /// What its runs are compared with, where that is not the reference of all.
+    /// Reference of its runs, where that is not the reference of all.
     pub anchor: Option<Settings>,
     /// A word for each setting, and all settings.
     #[serde(skip)]
@@ -240,7 +240,8 @@ fn slices(scene: &Scene, reference: &Settings) -> Vec<Knob> {
     vec![Knob::error("cells", cells), Knob::error("slice tolerance", curves)]
 }
 
-/// What only the direct history has, at the scene's own elements and steps: at the reference's it would take days.
+/// Makes the knobs that only the direct history has, at the scene's own elements and steps: at the reference's it would
+/// take days.
 fn direct(scene: &Scene, own: &Settings, reference: &Settings) -> Vec<Knob> {
     let refuse = |name: &str, reason: &str| Knob::error(name, Err(reason.to_owned()));
     let own = &own.numerics;

@@ -13,7 +13,7 @@ use crate::scene::{History, Scene};
 use crate::study::accuracy::settings::Settings;
 use crate::study::trial::{Common, Difference, Trial, Trials};
 
-/// What a run costs.
+/// Cost of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Cost {
     /// Multiply-adds in a second rolled: those counted in the march, and what the plan has for the road, whose cells
@@ -32,13 +32,13 @@ pub struct Cost {
 /// Settings that were rolled: how far from others, and at what cost.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Point {
-    /// What it is called.
+    /// Name of the run.
     pub label: String,
     /// Its settings.
     pub settings: Settings,
     /// How far it is from what it is compared with.
     pub difference: Difference,
-    /// What it cost.
+    /// Cost of the run.
     pub cost: Cost,
 }
 
@@ -108,7 +108,7 @@ impl<'a, 'b> Lab<'a, 'b> {
     /// Settings beside others that they are compared with; both are rolled unless they were before.
     ///
     /// # Errors
-    /// Of a run.
+    /// Errors of a run.
     pub fn point(&mut self, label: &str, settings: &Settings, other: &Settings) -> Result<Point, RunError> {
         self.named(label, label, settings, other)
     }

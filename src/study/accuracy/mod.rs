@@ -57,18 +57,18 @@ pub struct Refined {
     pub rms: Richardson,
     /// Difference of the force.
     pub force: Richardson,
-    /// Of the mean force.
+    /// Doubt of the mean force.
     pub mean_force: Richardson,
-    /// Of the patch's length.
+    /// Doubt of the patch's length.
     pub contact_length: Richardson,
-    /// Of the rolling resistance.
+    /// Doubt of the rolling resistance.
     pub rolling_resistance: Richardson,
 }
 
 /// All of a study.
 #[derive(Clone, Debug, Serialize)]
 pub struct Study {
-    /// What was asked for.
+    /// Options asked for.
     pub options: StudyOptions,
     /// The reference.
     pub reference: Point,
@@ -91,7 +91,7 @@ pub struct Study {
     pub threads: usize,
     /// Runs that were rolled.
     pub rolled: usize,
-    /// Whether all was done; `false`: the user stopped it, and this is what there was.
+    /// True if all was done; `false`: the user stopped it, and this is what there was.
     pub complete: bool,
 }
 

@@ -1,10 +1,10 @@
-//! What a study is asked for.
+//! Options of a study.
 
 use serde::Serialize;
 
 use crate::scene::Scene;
 
-/// What a study rolls beside the reference.
+/// Runs of a study beside the reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sweep {
@@ -19,7 +19,7 @@ pub enum Sweep {
     Nothing,
 }
 
-/// What a study is to do.
+/// Options of a study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StudyOptions {
     /// Highest frequency compared \[Hz\].
@@ -28,7 +28,7 @@ pub struct StudyOptions {
     pub duration: f64,
     /// Combinations rolled.
     pub runs: usize,
-    /// What is rolled beside the reference.
+    /// Runs beside the reference.
     pub sweep: Sweep,
     /// Elements of the reference; default: twice the scene's, or a quarter more than the finest preset's where the
     /// presets are rolled.

@@ -1,4 +1,4 @@
-//! Whether a sequence of ever finer runs converges, and what error is left (Richardson's extrapolation, applied to
+//! Convergence of a sequence of ever finer runs, and the error that is left (Richardson's extrapolation, applied to
 //! norms of differences).
 //!
 //! With an error C h^p a run with step h differs from that with 2 h by d1 = C h^p (2^p - 1) and from that with h/2 by
@@ -9,7 +9,7 @@ use serde::Serialize;
 /// Orders below this are no convergence that one could extrapolate.
 const LEAST_ORDER: f64 = 0.5;
 
-/// What three runs say about the error of the middle one.
+/// Error of the middle one of three runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Richardson {
     /// Difference of the coarser and the middle run.
@@ -20,7 +20,7 @@ pub struct Richardson {
     pub order: Option<f64>,
     /// Estimated error of the middle run.
     pub error: f64,
-    /// Whether the differences shrink so that the estimate is one; otherwise it is the larger difference.
+    /// True if the differences shrink so that the estimate is one; otherwise it is the larger difference.
     pub converges: bool,
 }
 

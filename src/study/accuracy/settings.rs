@@ -1,4 +1,4 @@
-//! What trades accuracy for time in a scene: the settings that a study varies.
+//! Settings that a study varies, which trade accuracy for time in a scene.
 
 use serde::Serialize;
 

@@ -70,7 +70,7 @@ impl SoundPoint {
 /// All ways.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SoundStudy {
-    /// What the others are compared with.
+    /// Reference of the others.
     pub reference: SoundPoint,
     /// Every knob's settings, then the scene's.
     pub points: Vec<SoundPoint>,
@@ -125,11 +125,11 @@ struct Rolled<'a, 'b> {
     trials: &'a Trials<'b>,
 }
 
-/// Studies the sound of a scene up to `highest` \[Hz\]; `held`: the same with its axle held and nobody listening.
-/// `None` where nobody listens, or for a run that is too short.
+/// Studies the sound of a scene up to `highest` \[Hz\]; `held`: the same with its axle held and without receivers.
+/// `None` without receivers, or for a run that is too short.
 ///
 /// # Errors
-/// Of a run; [`RunError::Interrupted`].
+/// Errors of a run; [`RunError::Interrupted`].
 pub fn study(scene: &Scene, held: &Scene, highest: f64, trials: &Trials<'_>) -> Result<Option<SoundStudy>, RunError> {
     if scene.receivers.is_empty() {
         return Ok(None);
@@ -167,7 +167,7 @@ impl<'a, 'b> Rolled<'a, 'b> {
         Ok(Self { scene, run, first: plan.warm_up_steps, width, forces, trials })
     }
 
-    /// What a way lets hear, and how far it is from a reference.
+    /// Finds the levels by a way, and their distance from a reference.
     fn point(
         &mut self,
         label: String,

@@ -1,4 +1,4 @@
-//! Whether the presets are what they say.
+//! Verdict on the presets: the errors found beside those stated.
 
 use serde::Serialize;
 
@@ -12,7 +12,7 @@ use crate::study::accuracy::{Point, Study};
 /// 2.1, 1.2 and 1.9 times for the three presets).
 pub const LARGEST_EXCESS: f64 = 2.5;
 
-/// What a study has found about a preset.
+/// Findings of a study about a preset.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verdict {
     /// The preset.
@@ -26,12 +26,12 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// Whether the preset keeps its stated error.
+    /// Tells whether the preset keeps its stated error.
     pub fn keeps_its_error(&self) -> bool {
         self.found <= self.stated
     }
 
-    /// Whether it lies on the front, within [`LARGEST_EXCESS`].
+    /// Tells whether it lies on the front, within [`LARGEST_EXCESS`].
     pub fn is_on_the_front(&self) -> bool {
         self.excess <= LARGEST_EXCESS
     }

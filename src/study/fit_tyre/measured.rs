@@ -30,7 +30,7 @@ pub struct Point {
     pub mobility: Complex64,
 }
 
-/// What is wrong with a file of mobilities.
+/// Faults of a file of mobilities.
 #[derive(Debug, Error)]
 pub enum MeasuredError {
     /// No records, as the CSV reader says with the position.
@@ -80,9 +80,9 @@ pub enum MeasuredError {
         column: usize,
         /// The column's name.
         name: &'static str,
-        /// What stands there.
+        /// Text found.
         found: String,
-        /// What would be right.
+        /// Remedy.
         wanted: String,
     },
     /// A mobility of 0 has no level.
@@ -96,7 +96,7 @@ pub enum MeasuredError {
     /// No values at all.
     #[error("there is a header, but no line with numbers follows")]
     Empty,
-    /// More values than anybody measures.
+    /// More values than a measurement has.
     #[error("line {line}: more than {MOST_VALUES} values; average them, or leave frequencies out")]
     TooMany {
         /// The first line too many.
@@ -129,7 +129,7 @@ enum Patch {
     Given(f64),
 }
 
-/// What a patch's side has to be on a tyre of a width \[m\], in words.
+/// Describes the valid sides of a patch on a tyre of a width \[m\].
 fn sides(width: f64) -> String {
     format!("a length from {SMALLEST_PATCH} m to the tyre's width, {width} m")
 }

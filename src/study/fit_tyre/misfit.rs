@@ -14,9 +14,9 @@ const DECIBELS: f64 = 20.0 * std::f64::consts::LOG10_E;
 /// Uncertainties of the measured values, standard deviations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Uncertainty {
-    /// Of levels \[dB\].
+    /// Uncertainty of levels \[dB\].
     pub level: f64,
-    /// Of phases, in degrees.
+    /// Uncertainty of phases, in degrees.
     pub phase: f64,
 }
 

@@ -87,7 +87,7 @@ pub struct Estimate {
     pub deviation: f64,
     /// 95 % interval, wider by sqrt(chi^2/N) where that is above 1.
     pub interval: [f64; 2],
-    /// Whether it ended at a bound: the start was too far away, or the measurement does not tell it.
+    /// True if it ended at a bound: the start was too far away, or the measurement does not tell it.
     pub at_bound: bool,
 }
 
@@ -108,7 +108,7 @@ pub struct Fit {
     pub mobilities: Vec<Complex64>,
     /// Differences of level and phase over their uncertainties, computed less measured; two for each measured value.
     pub residuals: Vec<f64>,
-    /// Whether the last descent ended because nothing was left to gain.
+    /// True if the last descent ended because nothing was left to gain.
     pub converged: bool,
 }
 

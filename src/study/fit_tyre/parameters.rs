@@ -1,4 +1,4 @@
-//! What of a tyre can be fitted.
+//! Parameters of a tyre that can be fitted.
 
 use std::ops::Range;
 
@@ -83,9 +83,9 @@ impl Parameter {
         }
     }
 
-    /// Whether it is fitted unless somebody says otherwise: thickness and density of the tread are weighed and measured
-    /// better than any mobility tells them, and with them known the others are told well. The foundation's losses show
-    /// in the lowest modes only.
+    /// Tells whether it is fitted by default: thickness and density of the tread are weighed and
+    /// measured better than any mobility tells them, and with them known the others are told well. The foundation's
+    /// losses show in the lowest modes only.
     pub const fn is_usually_free(self) -> bool {
         !matches!(self, Self::TreadThickness | Self::TreadDensity | Self::FoundationLoss)
     }

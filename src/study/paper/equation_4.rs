@@ -1,4 +1,4 @@
-//! What the paper's equation 4 becomes as the time step falls, beside the local law.
+//! Limit of the paper's equation 4 as the time step falls, beside the local law.
 
 use serde::Serialize;
 
@@ -45,7 +45,7 @@ impl Equation4 {
     /// coupling with the longest steps is told, too.
     ///
     /// # Errors
-    /// Of the runs.
+    /// Errors of the runs.
     pub fn of(
         held: &Scene,
         halvings: u32,
@@ -81,7 +81,7 @@ impl Equation4 {
         Ok((Self { elements: held.numerics.elements, steps, couplings }, search))
     }
 
-    /// What the paper says of it.
+    /// Returns the paper's statement on it.
     pub fn statement(&self) -> Statement {
         let words = |refined: &Refined| {
             let [first, .., last] = refined.differences.as_slice() else { return refined.name.to_owned() };
@@ -107,7 +107,7 @@ fn order(differences: &[f64]) -> f64 {
     }
 }
 
-/// Whether every sequence of differences converges.
+/// Tells whether every sequence of differences converges.
 fn judge(all: &[&[f64]]) -> Verdict {
     let converges = |differences: &&[f64]| match differences {
         [.., coarse, fine] => Richardson::new(*coarse, *fine).converges,

@@ -1,4 +1,4 @@
-//! What influence functions take of the time: by sums, and by poles.
+//! Share of the influence functions in the time: by sums, and by poles.
 //!
 //! Sums of two kinds: as the paper has them, without aliases and with lateral waves as short as the shortest round the
 //! tyre; and to the accuracy of the poles. H_n(s) for n = 0..=N/2 at all points of the contour of a memory as long as
@@ -26,7 +26,7 @@ const ABOUT_HALF: [f64; 2] = [0.4, 0.6];
 /// The golden ratio's part beyond 1: its multiples are spread evenly over 0 to 1.
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
-/// What influence functions take, beside a run.
+/// Time of the influence functions, beside a run.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct InfluenceShare {
     /// Values Ht_n(s) that there are.
@@ -119,7 +119,7 @@ impl InfluenceShare {
         [self.plain.seconds, self.fit.seconds].map(|influence| influence / (influence + self.march))
     }
 
-    /// What the paper says of it.
+    /// Returns the paper's statements on it.
     pub fn statements(&self) -> [Statement; 2] {
         let [sums, poles] = self.shares();
         let paper = "they are the most time-consuming step";

@@ -41,7 +41,7 @@ pub struct MobilityFigure {
 }
 
 impl MobilityFigure {
-    /// Of a tyre at so many frequencies.
+    /// Finds the mobility of a tyre at so many frequencies.
     pub fn of(tyre: &Tyre, points: u32) -> Self {
         let frequencies = frequencies(BAND[0], BAND[1], points);
         let mobility = driving_point(tyre, &PATCHES, &frequencies);
@@ -75,7 +75,7 @@ impl MobilityFigure {
         }
     }
 
-    /// What the paper says of it.
+    /// Returns the paper's statements on it.
     pub fn statements(&self) -> [Statement; 2] {
         [
             Statement {

@@ -64,7 +64,7 @@ pub struct PaperOptions {
 }
 
 impl Default for PaperOptions {
-    /// What takes a minute or less on two cores.
+    /// Returns options that take a minute or less on two cores.
     fn default() -> Self {
         Self {
             elements: 512,
@@ -99,7 +99,7 @@ pub struct Paper {
     pub search: SearchFigure,
     /// Equation 4 with ever smaller steps.
     pub equation_4: Equation4,
-    /// What influence functions take.
+    /// Share of the influence functions.
     pub influence: InfluenceShare,
     /// Everything beside what the paper says.
     pub statements: Vec<Statement>,
@@ -108,7 +108,7 @@ pub struct Paper {
 /// Computes the paper's figures and statements for a scene's tyre and road.
 ///
 /// # Errors
-/// Of the road and of any of the runs; [`RunError::Interrupted`].
+/// Errors of the road and of any of the runs; [`RunError::Interrupted`].
 pub fn recompute(
     loaded: &LoadedScene,
     options: &PaperOptions,

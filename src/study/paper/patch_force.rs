@@ -66,7 +66,7 @@ impl Recorder {
         self.force.extend_from_slice(run.forces());
     }
 
-    /// What was kept.
+    /// Returns the kept forces.
     pub fn finish(self, plan: &Plan) -> PatchForces {
         let steps = self.time.len();
         let (mut carried, mut inside) = (0_usize, 0_usize);
@@ -95,7 +95,7 @@ impl Recorder {
 }
 
 impl PatchForces {
-    /// What the paper says of it.
+    /// Returns the paper's statement on it.
     pub fn statement(&self) -> Statement {
         Statement {
             place: "figure 5",

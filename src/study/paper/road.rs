@@ -25,10 +25,10 @@ pub struct RoadFigure {
 }
 
 impl RoadFigure {
-    /// Of the scene's road.
+    /// Draws the scene's road.
     ///
     /// # Errors
-    /// Of the road.
+    /// Errors of the road.
     pub fn of(loaded: &LoadedScene) -> Result<Self, RunError> {
         let scene = &loaded.scene;
         let read = || describe(&scene.road, Plan::new(scene).lattice()?, scene.rolling.speed(), road_limits(scene));
@@ -41,7 +41,7 @@ impl RoadFigure {
         })
     }
 
-    /// What the paper says of it.
+    /// Returns the paper's statement on it.
     pub fn statement(&self) -> Statement {
         let depth = self
             .mean_profile_depth

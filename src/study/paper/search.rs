@@ -13,7 +13,7 @@ const RARE: f64 = 0.01;
 /// Relative residual up to which the contact conditions hold.
 const SOLVED: f64 = 1e-6;
 
-/// What the search of a run has done.
+/// Work of the search of a run.
 #[derive(Clone, Debug, Serialize)]
 pub struct Solves {
     /// Instants by the solves that they took.
@@ -40,7 +40,7 @@ pub struct SearchFigure {
 }
 
 impl Solves {
-    /// Of a run.
+    /// Counts the work of a run.
     pub fn of(trial: &Trial) -> Self {
         Self::new(trial.results.search.solves_per_step(), trial.results.search.fallbacks, trial.results.residuals)
     }
@@ -63,7 +63,7 @@ impl Solves {
 }
 
 impl SearchFigure {
-    /// What the paper says of it.
+    /// Returns the paper's statements on it.
     pub fn statements(&self) -> [Statement; 2] {
         let Self { local, equation_4 } = self;
         let fallbacks = local.fallbacks + equation_4.fallbacks;

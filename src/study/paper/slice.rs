@@ -27,7 +27,7 @@ pub struct SliceFigure {
     pub equation_4: Changed,
 }
 
-/// What becomes of the force with a half-space under the slices in place of springs.
+/// Change of the force with a half-space under the slices in place of springs.
 #[derive(Clone, Debug, Serialize)]
 pub struct Changed {
     /// Mean force with springs, and with the half-space \[N\].
@@ -54,10 +54,10 @@ impl Changed {
 }
 
 impl SliceFigure {
-    /// Of so many slices of a scene's road, and of its force; `springs` is the scene, rolled.
+    /// Compares so many slices of a scene's road, and its force; `springs` is the scene, rolled.
     ///
     /// # Errors
-    /// Of the road and of the runs.
+    /// Errors of the road and of the runs.
     pub fn of(
         loaded: &LoadedScene,
         slices: usize,
@@ -81,7 +81,7 @@ impl SliceFigure {
         })
     }
 
-    /// What the paper says of it.
+    /// Returns the paper's statement on it.
     pub fn statement(&self) -> Statement {
         Statement {
             place: "figure 4",

@@ -1,8 +1,8 @@
-//! What the paper says beside what was found.
+//! Statements of the paper beside the findings.
 
 use serde::Serialize;
 
-/// Whether what was found is what the paper says.
+/// True if what was found is what the paper says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
@@ -24,7 +24,7 @@ impl Verdict {
         }
     }
 
-    /// That of a question.
+    /// Returns the verdict on a question.
     pub const fn of(agrees: bool) -> Self {
         if agrees { Self::Agrees } else { Self::Disagrees }
     }
@@ -35,15 +35,15 @@ impl Verdict {
 pub struct Statement {
     /// Where it stands: `figure 2`, `equation 4`.
     pub place: &'static str,
-    /// What it is about.
+    /// Subject of the statement.
     pub subject: &'static str,
-    /// What the paper says.
+    /// Statement of the paper.
     pub paper: &'static str,
-    /// What was found, with its numbers.
+    /// Finding, with its numbers.
     pub found: String,
-    /// Whether that is the same.
+    /// True if that is the same.
     pub verdict: Verdict,
-    /// What would agree; or why nothing can be compared.
+    /// Criterion of agreement; or the reason why nothing can be compared.
     pub why: String,
 }
 

@@ -45,7 +45,7 @@ impl TreadLaws {
     /// The laws beside the elastic tread, which was rolled already.
     ///
     /// # Errors
-    /// Of the runs.
+    /// Errors of the runs.
     pub fn of((scene, elastic): (&Scene, &Trial), highest: f64, trials: &mut Trials<'_>) -> Result<Self, RunError> {
         let mut bedding = scene.clone();
         bedding.contact.tread = Tread::Bedding;
@@ -67,7 +67,7 @@ impl TreadLaws {
         Ok(Self { mean_of_bedding: mean(of_bedding), most: largest(of_bedding, |change| change), laws })
     }
 
-    /// What the paper says of it.
+    /// Returns the paper's statements on it.
     pub fn statements(&self) -> [Statement; 2] {
         let above = self.laws[1].changes.iter().filter(|change| change.change > 0.0).count();
         let uncoupled = largest(&self.laws[2].changes, f64::abs);

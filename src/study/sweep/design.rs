@@ -20,7 +20,7 @@ pub enum Design {
     LatinHypercube {
         /// How many.
         points: usize,
-        /// Of the random numbers.
+        /// Seed of the random numbers.
         seed: u64,
     },
 }

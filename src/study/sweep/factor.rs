@@ -1,4 +1,4 @@
-//! What is varied: a key of the scene and its values.
+//! Factor of a sweep: a key of the scene and its values.
 
 use std::str::FromStr;
 
@@ -6,7 +6,7 @@ use crate::scene::Setting;
 
 /// Most values that one range may stand for; a slip of the finger must not start a million runs.
 const MOST_VALUES: usize = 1000;
-/// What is said of a range without steps.
+/// Complaint about a range without steps.
 pub(super) const NEEDS_STEPS: &str = "a grid needs steps, FROM..TO:STEP; --latin-hypercube does without";
 
 /// A key of a scene that is varied.
@@ -14,7 +14,7 @@ pub(super) const NEEDS_STEPS: &str = "a grid needs steps, FROM..TO:STEP; --latin
 pub struct Factor {
     /// The key, such as `road.seed`.
     pub key: String,
-    /// What it takes.
+    /// Values of the key.
     pub values: Values,
 }
 
@@ -50,7 +50,8 @@ impl Values {
 }
 
 impl Factor {
-    /// Of a setting whose value is a [`Range`] or a list `A,B,C`; `None` for any other, a text in quotes among them.
+    /// Parses a setting whose value is a [`Range`] or a list `A,B,C`; `None` for any other, a text in quotes among
+    /// them.
     ///
     /// # Errors
     /// In words, for a range that is none and a value that is given twice.
@@ -81,7 +82,7 @@ impl Factor {
         Ok(Some(Self { key: key.to_owned(), values }))
     }
 
-    /// Whether its values are draws of the same thing, over which results are averaged: those of a seed.
+    /// Tells whether its values are draws of the same thing, over which results are averaged: those of a seed.
     pub fn repeats(&self) -> bool {
         is_seed(&self.key)
     }
@@ -127,7 +128,7 @@ fn parts(text: &str) -> Vec<&str> {
     text.split(is_comma).map(str::trim).collect()
 }
 
-/// Whether a key is that of a seed.
+/// Tells whether a key is that of a seed.
 pub fn is_seed(key: &str) -> bool {
     key.rsplit('.').next() == Some("seed")
 }

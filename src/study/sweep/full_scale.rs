@@ -17,7 +17,7 @@ use crate::storage::input::{self, TABLE_BYTES};
 /// Gives all files to listen to in some results the largest full scale among them.
 ///
 /// # Errors
-/// Of a file that cannot be written. Folders that are no results, and files that are no sound of ours, stay.
+/// Errors of a file that cannot be written. Folders that are no results, and files that are no sound of ours, stay.
 pub fn share_full_scale(folders: &[PathBuf]) -> Result<(), ResultsError> {
     let known: Vec<(&PathBuf, Summary)> = folders.iter().filter_map(|folder| Some((folder, read(folder)?))).collect();
     let all = known.iter().flat_map(|(_, summary)| audio(summary));

@@ -1,4 +1,4 @@
-//! What a sweep of settings has found: means over seeds with their 95 % confidence, for every combination of the rest.
+//! Findings of a sweep of settings: means over seeds with their 95 % confidence, for every combination of the rest.
 //!
 //! With n values x_i of mean m, s^2 = sum (x_i - m)^2/(n - 1) and t the two-sided 95 % quantile of Student's
 //! distribution for n - 1 degrees of freedom, the mean of endless draws lies within m +- t s/sqrt(n) in 19 of 20 cases.
@@ -37,7 +37,7 @@ pub struct Mean {
 }
 
 impl Mean {
-    /// Of values; `None` without a finite one.
+    /// Makes the mean of values; `None` without a finite one.
     pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
         let values: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
         let (first, count) = (*values.first()?, values.len() as f64);
@@ -59,7 +59,7 @@ impl Mean {
 /// Something that is found in every run.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Quantity {
-    /// What comes first in tables.
+    /// Order in tables.
     rank: (u8, i32),
     name: String,
     unit: &'static str,
@@ -78,10 +78,10 @@ pub struct RepeatedRow {
 /// A combination, how many runs it was to have, and what they have found.
 type Values = (Vec<String>, usize, BTreeMap<Quantity, Vec<f64>>);
 
-/// What was found.
+/// Findings of a sweep.
 #[derive(Clone, Debug, Default)]
 pub struct RepeatedTable {
-    /// What is varied, seeds left out.
+    /// Factors, seeds left out.
     pub factors: Vec<String>,
     /// The combinations, in the order of the sweep.
     pub rows: Vec<RepeatedRow>,
@@ -89,7 +89,7 @@ pub struct RepeatedTable {
 }
 
 impl RepeatedTable {
-    /// Of a sweep's variants and what each has found; `None` where nothing but road, load and speed is varied.
+    /// Collects a sweep's variants and the findings of each; `None` where nothing but road, load and speed is varied.
     pub fn new(runs: &[(Label, Option<Done>)]) -> Option<Self> {
         let kept = |label: &Label| label.choices.iter().filter(|choice| !choice.repeats).cloned().collect::<Vec<_>>();
         let (first, _) = runs.first().filter(|(label, _)| label.is_of_a_design())?;
@@ -237,7 +237,7 @@ const SOUND: u8 = 1;
 const RESISTANCE: u8 = 2;
 const BAND: u8 = 3;
 
-/// What a run has found; of bands those that it vouches for.
+/// Lists the findings of a run; of bands those that it vouches for.
 fn quantities(done: &Done) -> Vec<(Quantity, f64)> {
     let mut found = Vec::new();
     let mut add = |rank: (u8, i32), name: &str, unit, value| {

@@ -38,10 +38,10 @@ pub enum Outcome {
     Failed(RunError),
 }
 
-/// What a variant that is done has found, as its folder says.
+/// Findings of a finished variant, as its folder says.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 pub struct Done {
-    /// Whether an earlier sweep had finished it.
+    /// True if an earlier sweep had finished it.
     #[serde(skip)]
     pub found: bool,
     /// Third-octave levels of the contact force \[dB re 1 N\].
@@ -58,7 +58,7 @@ pub struct Done {
 }
 
 impl Outcome {
-    /// What it has found, if it is done.
+    /// Returns its findings, if it is done.
     pub fn done(&self) -> Option<&Done> {
         match self {
             Self::Done(done) => Some(done),
@@ -167,7 +167,7 @@ pub fn sweep(
     outcomes.into_iter().map(ended).collect()
 }
 
-/// The content, whoever has panicked while holding it.
+/// Locks the content, even after a panic of its last holder.
 fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }
@@ -241,7 +241,7 @@ fn carry_out(variant: &Variant, target: &Path, threads: usize, stop: &AtomicBool
     }
 }
 
-/// Whether there is a checkpoint of just this variant; what is left of others, or unusable, is cleared away.
+/// Tells whether there is a checkpoint of just this variant; what is left of others, or unusable, is cleared away.
 fn resumable(variant: &Variant, target: &Path, progress: &mut dyn Progress) -> bool {
     if let Ok(folder) = unfinished(target) {
         match Checkpoint::read(&folder) {

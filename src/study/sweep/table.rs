@@ -26,7 +26,7 @@ pub struct BandLine {
 }
 
 impl BandLine {
-    /// Whether every level that the growth was found from is vouched for.
+    /// Tells whether every level that the growth was found from is vouched for.
     fn vouched(&self) -> bool {
         self.levels.iter().flatten().all(|level| level.valid)
     }
@@ -39,7 +39,7 @@ pub struct SweepBlock {
     pub group: String,
     /// Speeds \[km/h\].
     pub speeds: Vec<f64>,
-    /// What was found at each; empty where the variant is not done.
+    /// Findings at each; empty where the variant is not done.
     pub found: Vec<Done>,
     /// Bands, rising.
     pub lines: Vec<BandLine>,
@@ -60,7 +60,7 @@ pub fn blocks(runs: &[(Label, Option<Done>)]) -> Vec<SweepBlock> {
 }
 
 impl SweepBlock {
-    /// Of what was found at each speed \[km/h\].
+    /// Makes the block of the findings at each speed \[km/h\].
     pub fn new(group: &str, speeds: Vec<f64>, found: Vec<Done>) -> Self {
         let mut bands: Vec<i32> = found.iter().flat_map(|done| &done.levels).map(|level| level.band.0).collect();
         bands.sort_unstable();
@@ -153,7 +153,7 @@ impl SweepBlock {
 
 /// Levels at the receivers as CSV: one row per group, receiver and speed, with the regression L = L_ref + b
 /// lg(v/v_ref);
-/// `None` where nobody listened.
+/// `None` without receivers.
 pub fn sound_csv(blocks: &[SweepBlock]) -> Option<String> {
     let header = ["group", "receiver", "speed_kmh", "level_db_a", "growth_db_per_decade", "level_at_80_kmh_db_a"];
     let mut rows: Vec<Vec<String>> = Vec::new();

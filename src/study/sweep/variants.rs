@@ -21,7 +21,7 @@ const SPEED: &str = "speed km/h";
 /// Most letters that a value has in the name of a folder.
 const MOST_LETTERS: usize = 40;
 
-/// What is varied; an empty list leaves the scene's own value.
+/// Factors of a sweep; an empty list leaves the scene's own value.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Axes {
     /// Speeds \[km/h\].
@@ -34,14 +34,14 @@ pub struct Axes {
     pub points: Vec<Vec<Setting>>,
 }
 
-/// What one variant has of something that is varied.
+/// Choice of one variant for one factor.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 pub struct Choice {
     /// The key, or in words.
     pub factor: String,
     /// The value.
     pub value: String,
-    /// Whether results are averaged over it: it is a seed.
+    /// True if results are averaged over it: it is a seed.
     pub repeats: bool,
 }
 
@@ -50,18 +50,18 @@ pub struct Choice {
 pub struct Label {
     /// Name of the variant and of its results folder.
     pub name: String,
-    /// What it has in common with the variants at other speeds: road, load and settings, as far as they are varied.
+    /// Choices shared with the variants at other speeds: road, load and settings, as far as they are varied.
     pub group: String,
     /// Speed \[km/h\].
     pub speed: f64,
-    /// What it has of everything that is varied.
+    /// Choices for all factors.
     pub choices: Vec<Choice>,
 }
 
 /// One scene of a sweep.
 #[derive(Clone, Debug)]
 pub struct Variant {
-    /// What the tables say of it.
+    /// Label in the tables.
     pub label: Label,
     /// The scene, open where the scene of the sweep is open.
     pub loaded: LoadedScene,
@@ -70,7 +70,7 @@ pub struct Variant {
 }
 
 impl Label {
-    /// Whether it is one of a design: not only road, load and speed are varied.
+    /// Tells whether it is one of a design: not only road, load and speed are varied.
     pub fn is_of_a_design(&self) -> bool {
         self.choices.iter().any(|choice| ![ROAD, LOAD, SPEED].contains(&choice.factor.as_str()))
     }
@@ -84,7 +84,7 @@ pub enum SweepError {
     Scene {
         /// The variant.
         name: String,
-        /// What is wrong with it.
+        /// Fault of the scene.
         source: SceneError,
     },
     /// A file that does not make a road.
@@ -92,7 +92,7 @@ pub enum SweepError {
     Road {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// Fault.
         message: String,
     },
 }
@@ -144,7 +144,7 @@ struct Combination<'a> {
 }
 
 impl Combination<'_> {
-    /// What is chosen: factors, values and how both are said together.
+    /// Returns the choices: factors, values and how both are said together.
     fn choices(&self, speed: f64) -> (Vec<Choice>, Vec<String>) {
         let (mut choices, mut labels) = (Vec::new(), Vec::new());
         let mut add = |factor: &str, value: String, label: String| {

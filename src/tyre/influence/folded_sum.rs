@@ -14,7 +14,7 @@
 //!   the tolerance. The reference.
 //! - [`Truncation::Fixed`]: a fixed number of m and p, for comparisons.
 //!
-//! Of a curved tyre waves below the tread's thickness count as flat in all of them; what curvature does to those is
+//! Waves of a curved tyre below the tread's thickness count as flat in all of them; the effect of curvature on those is
 //! added to the first two (`super::short_waves`).
 //!
 //! Cost: `Tail` some 30 evaluations of C_zz for each n and s (N = 512), `Bounded` some thousands at a tolerance of
@@ -57,7 +57,7 @@ pub struct InfluenceSum {
     pub(super) tolerance: f64,
     /// Where there is none the sums are ended by a bound, and by these:
     pub(super) tail: Option<HalfSpaceTail>,
-    /// What curvature does to waves that are taken as flat.
+    /// Effect of curvature on waves that are taken as flat.
     curvature: Option<Arc<Curvature>>,
     /// Number of odd m, if fixed.
     pub(super) lateral_terms: Option<usize>,
@@ -173,7 +173,7 @@ impl InfluenceSum {
         SumAt { tail: self.tail.as_ref().map(|tail| tail.at(kernel.tread())), kernel, curvature }
     }
 
-    /// What curvature adds to Ht_n of the surface by waves that are taken as flat \[m/N\].
+    /// Returns the addition of curvature to Ht_n of the surface by waves that are taken as flat \[m/N\].
     pub(super) fn by_curvature(&self, n: usize, at: &SumAt) -> Complex64 {
         match (&self.curvature, &at.curvature) {
             (Some(curvature), Some(change)) => short_waves::sum(change, &curvature.moments[n]),

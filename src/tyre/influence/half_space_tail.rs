@@ -37,7 +37,7 @@ pub(super) struct HalfSpaceTailAt {
     class: usize,
     /// phi_j (Q/mu)^j/mu.
     series: [Complex64; TERMS],
-    /// Whether the series converges above the largest cut-off; where not, the rest is bounded instead.
+    /// True if the series converges above the largest cut-off; where not, the rest is bounded instead.
     pub(super) converges: bool,
 }
 
@@ -55,7 +55,7 @@ impl HalfSpaceTailAt {
 }
 
 impl HalfSpaceTail {
-    /// Of a tread, given also at the largest s at which the sums will be wanted.
+    /// Makes the tail of a tread, given also at the largest s at which the sums will be wanted.
     pub(super) fn new(tread: &Layer, at_largest: &LayerAt<Complex64>, projection: &Projection, tolerance: f64) -> Self {
         let smallest = thickness_limit(tread.thickness, tolerance);
         let classes = TailClasses::new(smallest, series_limit(at_largest));

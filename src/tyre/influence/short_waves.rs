@@ -1,4 +1,4 @@
-//! What curvature does to the short waves of a curved tyre, which the sums take as a flat layer's.
+//! Effect of curvature on the short waves of a curved tyre, which the sums take as a flat layer's.
 //!
 //! A wave so short that it does not feel the tread's thickness is evaluated on the flat layers, or not at all, as part
 //! of the half-space's tail. Curvature still changes its C_zz, by 1/(k R) to first order: 6e-5 of it at low
@@ -46,7 +46,7 @@ const DIRECTIONS: [f64; 3] = [0.0, 0.5, 1.0];
 const DEEP: f64 = 30.0;
 /// Least reach of the bands over the shortest wave that is prepared.
 const LEAST_REACH: f64 = 4.0;
-/// What a Chebyshev sum of twenty terms has to reach in a band: ten then leave a tenth of the change.
+/// Error that a Chebyshev sum of twenty terms has to reach in a band: ten then leave a tenth of the change.
 const RESOLVED: f64 = 5e-3;
 /// Frequencies at which that is looked at, for each factor of ten.
 const FREQUENCIES: f64 = 12.0;

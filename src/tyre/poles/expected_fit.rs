@@ -1,4 +1,4 @@
-//! What a fit is expected to take and to give, before it is done: from those of the flat car tyre.
+//! Expected cost and poles of a fit, before it is done: from those of the flat car tyre.
 
 use crate::scene::Tyre;
 use crate::tyre::poles::ladder::REAL;

@@ -10,7 +10,7 @@ use std::sync::{Mutex, PoisonError};
 /// The table's file.
 pub const TABLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/profiles/HARD_CASES.md");
 
-/// What stands over the rows.
+/// Head over the rows.
 const HEAD: &str = "\
 # Hard cases
 

@@ -1,4 +1,4 @@
-//! What several tests need: runs in a temporary folder, in memory or by the program, and reading results back.
+//! Shared parts of several tests: runs in a temporary folder, in memory or by the program, and reading results back.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "test code; clippy sees a module of helpers only")]
 
 use std::fs::{self, File};
@@ -22,7 +22,7 @@ pub mod hard_case;
 pub struct Results {
     /// Where they are.
     pub folder: TempDir,
-    /// What the run handed back.
+    /// Report of the run.
     pub report: RunReport,
 }
 

@@ -26,9 +26,9 @@ mod scenes;
 
 /// Longest that a parser may take for a file of some kilobytes, in any build.
 const LONGEST: Duration = Duration::from_secs(20);
-/// What is told of, and looked at.
+/// Time beyond which an execution is told of, and looked at.
 const TOLD: Duration = Duration::from_secs(1);
-/// What opening a road or solving a case may use \[bytes\].
+/// Memory for opening a road or solving a case \[bytes\].
 const MEMORY: u64 = 1 << 24;
 
 /// A parser and what it is fed.

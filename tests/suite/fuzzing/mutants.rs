@@ -3,7 +3,7 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// What is put in the place of a number.
+/// Numbers that replace a number.
 const NUMBERS: [&str; 20] = [
     "0",
     "-0",
@@ -26,7 +26,7 @@ const NUMBERS: [&str; 20] = [
     "18446744073709551615",
     "6148914691236517206",
 ];
-/// What is put anywhere.
+/// Tokens that are put anywhere.
 const TOKENS: [&str; 24] = [
     "[", "]", "{", "}", "(", ")", "\"", "'", "=", ",", ";", "\n", "\r\n", "\0", "$", "$$$$", "#", "!", "\t", ":", "[[",
     "null", "true", "\u{feff}",

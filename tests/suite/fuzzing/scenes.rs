@@ -119,7 +119,7 @@ fn scene(bases: &[Table], all: &[Section<'_>], random: &mut ChaCha8Rng) -> Strin
     scene.to_string()
 }
 
-/// What became of a scene.
+/// Plans a scene and tells the end.
 fn planned(text: &str) -> String {
     let outcome = Scene::from_str(text, "random").and_then(|loaded| {
         loaded.check_time_domain()?;

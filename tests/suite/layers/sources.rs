@@ -164,7 +164,7 @@ fn statements(source: &Source) -> (Vec<(Names, String)>, Vec<Names>, String) {
     (handed_on, used, rest)
 }
 
-/// What the modules hand on and take.
+/// Uses between modules.
 pub struct Uses<'a> {
     sources: &'a [Source],
     places: BTreeMap<&'a [String], usize>,

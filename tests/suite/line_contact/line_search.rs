@@ -23,7 +23,7 @@ const PATIENCE: usize = 10;
 pub struct LineContact {
     /// Pressure/E* of every cell.
     pub pressure: Vec<f64>,
-    /// Whether each cell is in contact.
+    /// True if each cell is in contact.
     pub touching: Vec<bool>,
     /// Multiply-adds of the factorisations.
     pub multiply_adds: u64,

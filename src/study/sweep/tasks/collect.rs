@@ -1,4 +1,4 @@
-//! What is there of all tasks, and what is missing.
+//! Collection of all tasks' outcomes, and of the missing ones.
 
 use std::path::PathBuf;
 
@@ -10,7 +10,7 @@ use crate::study::sweep::tasks::numbers::Numbers;
 use crate::study::sweep::tasks::outcomes::Outcomes;
 use crate::study::sweep::variants::Label;
 
-/// What is there of all tasks.
+/// Outcomes of all tasks.
 #[derive(Debug, Default)]
 pub struct Collection {
     /// The tasks, in the order of their numbers, and what those that are done have found.

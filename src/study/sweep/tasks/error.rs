@@ -27,7 +27,7 @@ pub enum TaskError {
     Unusable {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Fault of the file.
         reason: Unusable,
     },
     /// Tasks of another version of the program.
@@ -76,7 +76,7 @@ pub enum TaskError {
     Scene {
         /// Name of the task.
         task: String,
-        /// What is wrong with it.
+        /// Fault of the scene.
         source: SceneError,
     },
     /// A file that cannot be read.
@@ -84,7 +84,7 @@ pub enum TaskError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
     /// A file that cannot be written.

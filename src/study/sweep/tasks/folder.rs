@@ -26,11 +26,11 @@ const TASKS_FORMAT: Format = Format { magic: b"TWAVESHD", version: 1, name: "a s
 /// Tasks in a shard. A million of them are a thousand files; one task is found by reading a few megabytes.
 const SHARD: u64 = 1000;
 
-/// What the manifest says beside the program's version.
+/// Content of the manifest beside the program's version.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 struct Manifest {
     title: String,
-    /// Whether the scene wants pictures.
+    /// True if the scene wants pictures.
     plots: bool,
     count: u64,
     /// SHA-256 of the ids.
@@ -51,13 +51,13 @@ pub struct TaskFolder {
 pub struct Written {
     /// The folder.
     pub folder: TaskFolder,
-    /// Whether they were there already.
+    /// True if they were there already.
     pub found: bool,
     /// Longest time that the plan of a task expects on one thread \[s\], and that of all together.
     pub seconds: [f64; 2],
     /// Largest memory that the plan of a task expects \[bytes\].
     pub memory: f64,
-    /// Whether tasks are done one after the other, see [`Task::alone`].
+    /// True if tasks are done one after the other, see [`Task::alone`].
     pub alone: bool,
 }
 
@@ -148,7 +148,7 @@ impl TaskFolder {
         &self.manifest.title
     }
 
-    /// Whether the scene wants pictures.
+    /// Tells whether the scene wants pictures.
     pub fn plots(&self) -> bool {
         self.manifest.plots
     }

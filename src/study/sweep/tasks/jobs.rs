@@ -10,19 +10,19 @@ use crate::study::sweep::tasks::folder::Written;
 
 /// Most elements of a job array.
 const MOST_ELEMENTS: u64 = 1000;
-/// What an element should take at least \[s\].
+/// Least time of an element \[s\].
 const ELEMENT_SECONDS: f64 = 60.0;
 /// Time limit and memory of an element over what the plan expects: unit costs of another machine, a slow disk.
 const TIME_MARGIN: f64 = 3.0;
 const MEMORY_MARGIN: f64 = 1.5;
-/// What every element may take besides \[s\], \[MB\]: tyre fitted anew, program started.
+/// Allowance of every element \[s\], \[MB\]: tyre fitted anew, program started.
 const START_SECONDS: f64 = 300.0;
 const START_MEGABYTES: f64 = 128.0;
 /// Time that an element is given for its checkpoints before it is ended \[s\].
 const NOTICE_SECONDS: u64 = 60;
 /// How often HyperQueue starts an element again whose worker was lost.
 const CRASH_LIMIT: u32 = 20;
-/// What Slurm's script does before and after the program. Slurm's notice (of a time limit, of a job of a higher
+/// Words of Slurm's script before and after the program. Slurm's notice (of a time limit, of a job of a higher
 /// priority) may reach the shell alone; and an element that ends within its notice counts as failed: Slurm does not put
 /// it back.
 const SLURM_AROUND: [&str; 2] = [
@@ -68,7 +68,7 @@ pub struct Jobs<'a> {
     pub seconds: f64,
     /// Largest memory of a task \[bytes\].
     pub memory: f64,
-    /// Whether results folders are kept.
+    /// True if results folders are kept.
     pub keep_results: bool,
 }
 
@@ -80,7 +80,7 @@ pub fn chunk(count: u64, seconds: f64, threads: usize) -> u64 {
 }
 
 impl<'a> Jobs<'a> {
-    /// Of tasks that were written; paths are absolute.
+    /// Makes the jobs of tasks that were written; paths are absolute.
     pub fn of(written: &Written, program: &'a Path, folder: &'a Path, threads: usize) -> Self {
         let Written { folder: tasks, seconds, memory, alone, .. } = written;
         let (count, chunk) = (tasks.count(), tasks.chunk());
@@ -106,7 +106,8 @@ impl<'a> Jobs<'a> {
         (at_a_time * self.memory / 1e6 * MEMORY_MARGIN + START_MEGABYTES).ceil() as u64
     }
 
-    /// What an element does, in bash: the variable has its number, `does` goes before the program, `ends` after it.
+    /// Writes the work of an element, in bash: the variable has its number, `does` goes before the program, `ends`
+    /// after it.
     fn element(&self, variable: &str, [does, ends]: [&str; 2]) -> String {
         let Self { chunk, threads, count, .. } = self;
         let [program, folder] = [self.program, self.folder].map(quoted);
@@ -119,7 +120,7 @@ impl<'a> Jobs<'a> {
         )
     }
 
-    /// What the limits are from, as comments.
+    /// Writes the reasons of the limits, as comments.
     fn reasons(&self, how: &str) -> String {
         let Self { count, chunk, at_a_time, seconds, memory, .. } = self;
         format!(

@@ -1,4 +1,4 @@
-//! A sweep as tasks in a folder, for whoever can start processes on many machines: batch systems, a loop in a shell.
+//! A sweep as tasks in a folder, for systems that start processes on many machines: batch systems, a loop in a shell.
 //!
 //! 1. [`task`]: one scene with all that doing it takes, named by its content;
 //! 2. [`folder`]: the tasks on disk, many to a file, and the manifest that says that they are all there;
@@ -17,8 +17,8 @@
 //! DIR/shard-0007/lock-N     held by the process that does task N
 //! ```
 //!
-//! Nothing rests on the locks, which not every shared disk has: files take their names when they are whole, and whoever
-//! does a task finds the same bytes. They keep two processes from doing the same work.
+//! Nothing rests on the locks, which not every shared disk has: files take their names when they are whole, and any
+//! process that does a task finds the same bytes. They keep two processes from doing the same work.
 
 pub mod collect;
 pub mod error;

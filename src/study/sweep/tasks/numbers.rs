@@ -7,7 +7,7 @@ use std::fmt;
 pub struct Numbers(Vec<u64>);
 
 impl Numbers {
-    /// Of numbers in any order, each once.
+    /// Collects numbers in any order, each once.
     pub fn new(numbers: impl IntoIterator<Item = u64>) -> Self {
         let mut numbers: Vec<u64> = numbers.into_iter().collect();
         numbers.sort_unstable();

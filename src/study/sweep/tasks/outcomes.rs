@@ -1,9 +1,10 @@
-//! What tasks have found.
+//! Outcomes of tasks.
 //!
-//! A task that is done leaves a small file. A million of those are more than a shared disk likes: whoever does many
-//! tasks makes one file of each 64 that it has written, and once all tasks of a shard are done they become
-//! one file, by whoever sees it first. A file that takes the place of others has its name before those go, and whoever
-//! misses one of them looks again: at any moment every outcome is found, however many write and collect at once.
+//! A task that is done leaves a small file. A million of those are more than a shared disk likes: a process that does
+//! many tasks makes one file of each 64 that it has written, and once all tasks of a shard are done they become one
+//! file, by the first process that sees it. A file that takes the place of others has its name before those go, and a
+//! reader that misses one of them looks again: at any moment every outcome is found, however many write and collect at
+//! once.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -42,17 +43,17 @@ pub struct Outcomes<'a> {
     tasks: &'a [Task],
 }
 
-/// What is there of a shard.
+/// Outcomes of a shard.
 #[derive(Debug, Default)]
 pub struct Found {
-    /// What each task has found, in their order.
+    /// Findings of each task, in their order.
     pub done: Vec<Option<Done>>,
     /// Files that are there and cannot be used: their tasks are to be done again, unless others know of them.
     pub unusable: Vec<(PathBuf, Unusable)>,
 }
 
 impl<'a> Outcomes<'a> {
-    /// Of a shard and its tasks.
+    /// Opens the outcomes of a shard and its tasks.
     pub fn of(folder: &TaskFolder, shard: u64, tasks: &'a [Task]) -> Self {
         Self { folder: folder.shard_folder(shard), first: folder.numbers(shard).start, tasks }
     }
@@ -115,7 +116,7 @@ impl<'a> Outcomes<'a> {
         Ok(true)
     }
 
-    /// Whether a task of the shard has been done by somebody whose outcome is not one file with others.
+    /// Tells whether a task of the shard has been done by another process whose outcome is not one file with others.
     pub fn has(&self, index: usize) -> bool {
         let mut found = Found { done: vec![None; self.tasks.len()], unusable: Vec::new() };
         let name = format!("{OUTCOME}{}", self.first + index as u64);
@@ -157,7 +158,7 @@ impl<'a> Outcomes<'a> {
         write_sealed(&FORMAT, path, &done.into_iter().map(entry).collect::<Vec<_>>())
     }
 
-    /// Keeps the reason why a task of the shard has failed, for whoever collects; what cannot be kept has been told.
+    /// Keeps the reason why a task of the shard has failed, for the collection; what cannot be kept has been told.
     pub fn keep_failure(&self, index: usize, reason: &str) {
         let _ = fs::write(self.file(FAILED, index), reason);
     }
@@ -220,7 +221,7 @@ mod tests {
         (0..COUNT).map(|index| Task::example(&format!("scene {index}"))).collect()
     }
 
-    /// What a task finds, by its number.
+    /// Makes the findings of a task, by its number.
     fn done(index: usize) -> Done {
         let load = LoadResult { wanted: 0.1 + index as f64, relative_error: 1.0 / 3.0, tolerance: 0.01, met: false };
         Done { load: Some(load), ..Done::default() }

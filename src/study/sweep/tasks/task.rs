@@ -14,7 +14,7 @@ use crate::study::sweep::variants::{Label, Variant};
 pub struct Task {
     /// SHA-256 of scene and road: its name by content.
     pub id: String,
-    /// What the tables say of it.
+    /// Label in the tables.
     pub label: Label,
     /// The scene as TOML, open where the scene of the sweep is open, its tyre within, the path of its road absolute.
     scene: String,
@@ -24,12 +24,12 @@ pub struct Task {
     pub seconds: f64,
     /// Largest memory that the plan expects, the program itself not included \[bytes\].
     pub memory: f64,
-    /// Whether it has all threads to itself: what several at a time would each solve is solved once and kept.
+    /// True if it has all threads to itself: what several at a time would each solve is solved once and kept.
     pub alone: bool,
 }
 
 impl Task {
-    /// Of a variant. `road`: SHA-256 of its road file's content;
+    /// Makes the task of a variant. `road`: SHA-256 of its road file's content;
     ///
     /// # Errors
     /// A scene that TOML cannot hold.
@@ -74,7 +74,7 @@ fn failed(name: &str) -> impl Fn(SceneError) -> TaskError + use<'_> {
 
 #[cfg(test)]
 impl Task {
-    /// A task that nobody does, of a scene that is none.
+    /// Makes a task that is never done, of a scene that is none.
     pub(super) fn example(scene: &str) -> Self {
         Self {
             id: sha256(&[scene]),

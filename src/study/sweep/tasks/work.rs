@@ -20,7 +20,7 @@ use crate::study::sweep::tasks::outcomes::{Outcomes, TOGETHER};
 use crate::study::sweep::tasks::task::Task;
 use crate::study::trial::UNIT;
 
-/// Name of the file that whoever does a task holds, before the task's number.
+/// Name of the file that the doer of a task holds, before the task's number.
 const LOCK: &str = "lock-";
 
 /// How tasks are done.
@@ -28,7 +28,7 @@ const LOCK: &str = "lock-";
 pub struct Work {
     /// Threads in all: so many tasks at a time, unless they need all for each.
     pub threads: usize,
-    /// Whether the results folder of a task stays; without it only what the tables need does.
+    /// True if the results folder of a task stays; without it only what the tables need does.
     pub keep_results: bool,
 }
 
@@ -47,7 +47,7 @@ pub enum Ended {
     Failed(String),
 }
 
-/// What is told of a task, as it happens.
+/// Event of a task.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event<'a> {
     /// It goes on where it had been stopped: time rolled and to be rolled in all \[s\].
@@ -60,7 +60,7 @@ pub enum Event<'a> {
     Ended(&'a Ended),
 }
 
-/// Whoever is told of tasks, by number and name.
+/// Listener to the events of tasks, by number and name.
 pub type Tell<'a> = &'a (dyn Fn(u64, &str, Event<'_>) + Sync);
 
 impl TaskFolder {
@@ -94,7 +94,7 @@ impl TaskFolder {
 /// Does tasks of a shard.
 struct Worker<'a> {
     outcomes: Outcomes<'a>,
-    /// What it has found, each in a file of its own still.
+    /// Findings, each in a file of its own still.
     kept: Mutex<Vec<(usize, Done)>>,
     tasks: &'a [Task],
     work: Work,

@@ -75,7 +75,7 @@ pub struct SumAt {
 
 /// Bytes of a [`SumAt`], at most: of a flat tyre, and of a curved one (measured for the tyres of `scenes/tyres`; a test
 /// counts them).
-const POINT_BYTES: [f64; 2] = [1e4, 2e4];
+const POINT_BYTES: [f64; 2] = [4e3, 1.5e4];
 
 /// Short waves of a curved tyre, and moments of the sum's weights for n = 0..=N/2.
 #[derive(Debug)]
@@ -259,8 +259,9 @@ mod tests {
 
     #[test]
     fn the_kernel_on_a_contour_holds_no_more_than_is_expected_of_flat_and_curved_tyres() {
+        let mut misses = Vec::new();
         for text in [PLATE, DEFAULT] {
-            for (elements, tolerance) in [(64, 1e-4), (512, 1e-4), (256, 1e-7)] {
+            for (elements, tolerance) in [(256, 1e-4), (512, 1e-7), (1024, 1e-4), (2048, 1e-5)] {
                 let tyre = Scene::from_str(text, "default").unwrap().scene.tyre;
                 let projection = Projection::new(&tyre, elements);
                 let time_step = projection.element / 22.2;
@@ -271,10 +272,12 @@ mod tests {
                 let expected = InfluenceSum::expected_bytes(&tyre, contour.len());
                 let each = bytes / contour.len();
                 println!("N = {elements}, {tolerance:e}, curved: {}: {each} bytes each", tyre.curvature);
-                let held = bytes as f64;
-                assert!(held < expected && expected < 6.0 * held, "N = {elements}: {held} held, {expected} expected");
+                if bytes as f64 > expected {
+                    misses.push(format!("N = {elements}, {tolerance:e}: {bytes} bytes held, {expected} expected"));
+                }
             }
         }
+        assert!(misses.is_empty(), "{misses:#?}");
     }
 
     /// Bytes of its series; those of the layers are few.

@@ -451,18 +451,21 @@ mod tests {
         scene.receivers = vec![place(None), place(Some(vehicle)), place(Some(Vehicle { wheelbase: 2.0, ..vehicle }))];
         let sound = Plan::new(&scene).sound().unwrap();
         let [one, four, short] = [0, 1, 2].map(|receiver| &sound.heard[receiver]);
-        assert_eq!((one.points.clone(), one.lines().len(), one.tyres()), (0..129, 1, 1));
-        // 16 m and half of 2.7 m are 17.35 m: 70 steps of 0.25 m to either side.
-        assert_eq!((four.points.clone(), four.tyres()), (129..411, 4));
-        assert_eq!(four.lines(), [129..270, 270..411]);
-        assert_eq!((sound.positions[129], sound.positions[269]), ([17.5, 6.75, 1.2], [-17.5, 6.75, 1.2]));
-        assert_eq!((sound.positions[270], sound.positions[410]), ([17.5, 8.25, 1.2], [-17.5, 8.25, 1.2]));
-        assert_eq!(short.points.len(), 2 * 137, "17 m are 68 steps, and no more");
+        // Three times 7.595 m, and 6 m for the detector before them: 116 steps of 0.25 m, and 92 behind.
+        assert_eq!((one.points.clone(), one.lines().len(), one.tyres()), (0..209, 1, 1));
+        assert_eq!((sound.positions[0], sound.positions[208]), ([29.0, 7.5, 1.2], [-23.0, 7.5, 1.2]));
+        // Half of 2.7 m more at either end.
+        assert_eq!((four.points.clone(), four.tyres()), (209..647, 4));
+        assert_eq!(four.lines(), [209..428, 428..647]);
+        assert_eq!((sound.positions[209], sound.positions[427]), ([30.25, 6.75, 1.2], [-24.25, 6.75, 1.2]));
+        assert_eq!((sound.positions[428], sound.positions[646]), ([30.25, 8.25, 1.2], [-24.25, 8.25, 1.2]));
+        assert_eq!(short.points.len(), 2 * 217);
         // Each tyre finds the microphone on its side's line, up to the ends of what one tyre passes.
-        for x in [16.0, -16.0] {
+        for x in [22.7, -22.7] {
             for (tyre, [ahead, aside, _]) in vehicle.seen_from_tyres([x, 7.5, 1.2]).into_iter().enumerate() {
                 let line = &sound.positions[four.lines()[tyre % 2].clone()];
-                assert!(ahead.abs() <= line[0][0] && (aside - line[0][1]).abs() < 1e-12, "tyre {tyre}: {ahead}");
+                let along = line[line.len() - 1][0]..=line[0][0];
+                assert!(along.contains(&ahead) && (aside - line[0][1]).abs() < 1e-12, "tyre {tyre}: {ahead}");
             }
         }
         let files: Vec<&str> = sound.heard.iter().map(|heard| heard.file.as_str()).collect();
@@ -497,7 +500,7 @@ mod tests {
             (plan.sound().unwrap().points(), plan.amounts().memory_on(2))
         };
         let [(few, least), (some, one), (many, four)] = [0, 1, 4].map(&mut memory);
-        assert_eq!([few, some, many], [2, 284, 1130]);
+        assert_eq!([few, some, many], [2, 440, 1754]);
         assert!(one < 0.8e9, "{one:.2e} bytes of {some} points, {least:.2e} of {few}");
         let slope = (four - one) / (many - some) as f64;
         assert!(slope < 1.4e6, "{slope:.2e} bytes a point");

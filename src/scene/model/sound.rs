@@ -75,14 +75,16 @@ impl StandardReceiver {
     /// Height of the coast-by microphone \[m\].
     pub const HEIGHT: f64 = 1.2;
     /// Length of the passage by a microphone at a distance and height \[m\]: that of a point source, whose level falls
-    /// with the distance squared, rises and falls by 10 dB over +-3 times its least distance.
+    /// with the distance squared, rises and falls by 10 dB over +-3 times its least distance; no less than is read.
     pub fn passage(distance: f64, height: f64) -> f64 {
-        6.0 * distance.hypot(height)
+        (6.0 * distance.hypot(height)).max(READ)
     }
 }
 
-/// Lengths of a passage: at least the 20 m that the standards read.
-const PASSAGE: Bounds = Bounds::between(20.0, 1e3, "m");
+/// Length of road over which standards read the maximum \[m\].
+const READ: f64 = 20.0;
+/// Lengths of a passage.
+const PASSAGE: Bounds = Bounds::between(READ, 1e3, "m");
 
 /// From axle to axle of anything that rolls.
 const WHEELBASE: Bounds = Bounds::between(0.0, 20.0, "m");

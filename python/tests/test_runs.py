@@ -13,7 +13,7 @@ from conftest import ROOT, SMALL, settings
 import tyrewave
 
 ARRAYS = ["time", "total_force", "patch_force", "patch_element"]
-SOUND = {"receiver": [{"name": "near", "position": [0.0, 0.4, 0.2]}], "radiation.quality": "draft"}
+SOUND = {"receiver": [{"name": "near", "position": [0.0, 0.4, 0.15]}], "radiation.quality": "draft"}
 
 
 @pytest.fixture(autouse=True)

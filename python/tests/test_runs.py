@@ -14,7 +14,7 @@ from conftest import ROOT, SMALL, settings
 import tyrewave
 
 ARRAYS = ["time", "total_force", "patch_force", "patch_element"]
-SOUND = {"receiver": [{"name": "near", "position": [0.0, 0.4, 0.2]}], "radiation.quality": "draft"}
+SOUND = {"receiver": [{"name": "near", "position": [0.0, 0.4, 0.15]}], "radiation.quality": "draft"}
 PASSED = SOUND | {
     "rolling.speed_kmh": 130.0,
     "rolling.duration": 3.0,

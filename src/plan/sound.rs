@@ -50,6 +50,10 @@ const FREQUENCIES_ERROR: f64 = 0.05;
 const WAVES_ERROR: f64 = 0.01;
 /// Kernels of boundary elements that a draft's four monopoles take the time of.
 const DRAFT_KERNELS: f64 = 30.0;
+/// Distance of a microphone beside the road, and its greatest height, with which a draft's error over the whole line is
+/// that of the standard's \[m\].
+const DRAFT_PASSED: std::ops::RangeInclusive<f64> = 5.0..=10.0;
+const DRAFT_HEIGHT: f64 = 2.0;
 /// Part of the tyre's radius that patches are rounded to.
 const PATCH_STEP: f64 = 0.01;
 
@@ -229,8 +233,14 @@ impl Sound {
     fn draft_error(&self, place: &ReceiverPlace, points: &[[f64; 3]]) -> DraftError {
         let none = DraftError { band: f64::INFINITY, from: 0.0, level: f64::INFINITY };
         let Some(errors) = self.draft else { return none };
-        if let ReceiverPlace::Standard(StandardReceiver::CoastBy { .. } | StandardReceiver::Cpx) = place {
-            return errors.of_standards;
+        match *place {
+            ReceiverPlace::Standard(StandardReceiver::Cpx) => return errors.of_standards,
+            ReceiverPlace::Standard(StandardReceiver::CoastBy { distance, height, .. })
+                if DRAFT_PASSED.contains(&distance) && height <= DRAFT_HEIGHT =>
+            {
+                return errors.of_standards;
+            }
+            _ => {}
         }
         let all = points.iter().map(|&point| errors.at(point).unwrap_or(none));
         all.reduce(|a, b| if b.band > a.band { b } else { a }).unwrap_or(none)

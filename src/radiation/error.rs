@@ -14,7 +14,7 @@ pub enum RadiationError {
         value: f64,
     },
     /// A size far from any body's.
-    #[error("{what} is {value} m: from {least} to {most} m is computed")]
+    #[error("{what} is {value:?} m: from {least} to {most} m is computed")]
     Size {
         /// Which size.
         what: &'static str,
@@ -27,8 +27,8 @@ pub enum RadiationError {
     },
     /// The shoulder's radius does not fit into the body.
     #[error(
-        "a shoulder of {shoulder} m does not fit a tyre of width {width} m and radius {radius} m: at most half the \
-         width, less than the radius, and 0 or at least {least} m"
+        "a shoulder of {shoulder:?} m does not fit a tyre of width {width} m and radius {radius} m: at most half the \
+         width, less than the radius, and 0 or at least {least:?} m"
     )]
     Shoulder {
         /// Radius of the shoulder \[m\].

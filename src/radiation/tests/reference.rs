@@ -149,7 +149,7 @@ fn mistakes_are_answered_by_case_and_reason() {
     let cases: [(&str, Value, &str); 15] = [
         ("/body/radius", json!(-1.0), "radius is -1"),
         ("/body/shoulder", json!(0.15), "shoulder of 0.15"),
-        ("/body/shoulder", json!(1e-17), "0 or at least 0.00003 m"),
+        ("/body/shoulder", json!(1e-17), "0 or at least 3e-5 m"),
         ("/body/shoulder", json!(1e-300), "0 or at least"),
         ("/body/width", json!(1e300), "width is 1e300 m: from 0.001 to 100 m"),
         ("/body/width", json!(1e-300), "from 0.001 to 100 m"),

@@ -10,8 +10,8 @@ use crate::tyre::influence::{Field, InfluenceSum, Projection};
 
 /// Elements of the static solution that patch and window are expected from.
 const COARSE: usize = 384;
-/// Height of the peaks of a measured road above its plane \[m\], which only its file knows: stones of a chip seal.
-const PEAKS: f64 = 5e-3;
+/// Height of the peaks of a measured road above its plane \[m\], which only its file knows: those of a chip seal.
+const PEAKS: f64 = 1e-2;
 
 /// Expected contact on a smooth road.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]

@@ -40,8 +40,8 @@ mod tests {
         assert!(warnings(&[]).is_empty() && warnings(&["rolling.speed_kmh=200"]).is_empty());
         let told = warnings(&["rolling.speed_kmh=230"]);
         assert!(told.len() == 1 && told[0].contains("has 210 km/h") && told[0].contains("= \"auto\""), "{told:?}");
-        // Tension by the tyre's own weight makes every wave faster than it rolls.
-        let auto = ["rolling.speed_kmh=400", "effects.centrifugal_tension=auto"];
+        // Tension by the tyre's own weight makes the waves of the belt faster than it rolls.
+        let auto = ["rolling.speed_kmh=260", "effects.centrifugal_tension=auto"];
         assert!(warnings(&auto).is_empty(), "{:?}", warnings(&auto));
     }
 }

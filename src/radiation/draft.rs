@@ -57,8 +57,8 @@ pub const MOST_ELEVATION: f64 = 25.0;
 pub const LEAST_DISTANCE: f64 = 1.0;
 /// Width of a tyre with its shoulders over its radius: from, up to where it is like the fitted one, and to.
 pub const WIDTHS: [f64; 3] = [0.5, 0.65, 0.8];
-/// k R of the highest frequency: where the fit ends. The highest third octave below it, 2 kHz with a radius of 0.31 m, is
-/// the highest in which errors were measured.
+/// k R of the highest frequency: where the fit ends. The highest third octave below it, 2 kHz with a radius of 0.31 m,
+/// is the highest in which errors were measured.
 pub const HIGHEST: f64 = 14.4;
 /// Within the third octave of 200 Hz, below its exact mid-frequency \[Hz\]. Below it sound from both ends of the patch
 /// cancels at single places, and errors of up to 16 dB were found.

@@ -26,7 +26,7 @@ pub fn interior_points(body: &Body, wavenumber: f64) -> usize {
         return 0;
     }
     let modes = (wavenumber * body.radius()).powi(2) * FEW;
-    (LEAST + modes.ceil() as usize).min(MOST)
+    LEAST.saturating_add(modes.ceil() as usize).min(MOST)
 }
 
 /// Points per (k R)^2.

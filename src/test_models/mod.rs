@@ -21,7 +21,7 @@ pub const CONTACT_WIDTH: f64 = 0.12;
 /// A measured road of chip seal, a CAPTIF profile, among the [`reference`] files.
 pub const CHIP_SEAL: &str = "roads/captif_aylesbury_station_10.dat";
 /// A measured strip of cobbles, OpenCRG, among the [`reference`] files.
-pub const COBBLES: &str = "roads/belgian_block_strip.crg";
+pub const COBBLES: &str = "roads/belgian_block.crg";
 
 /// The path of a file of `tests/reference`: values of others and measured roads.
 pub fn reference(name: &str) -> PathBuf {

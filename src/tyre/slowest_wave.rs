@@ -14,8 +14,9 @@ use super::influence::kernel::Kernel;
 use crate::numeric::in_parallel;
 use crate::scene::Tyre;
 
-/// Wavenumber up to which waves are looked at \[1/m\]: the bending of a belt makes shorter ones faster.
-const HIGHEST: f64 = 200.0;
+/// Wavenumber up to which waves are looked at \[1/m\]: shorter ones are the tread's own, and the bending of the belt
+/// makes its shorter waves faster.
+const HIGHEST: f64 = 100.0;
 /// Tolerance of the compliances.
 const TOLERANCE: f64 = 1e-3;
 /// Halvings of the interval in which the slowest wave's speed lies.

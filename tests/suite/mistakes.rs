@@ -21,7 +21,7 @@ kind = "made"
 seed = 1
 [rolling]
 speed_kmh = 80.0
-duration = 2.5
+duration = 3.5
 axle = { load = 3400.0 }
 [numerics]
 preset = "draft"
@@ -41,7 +41,7 @@ const MADE: &str = "kind = \"made\"\nseed = 1";
 /// Mistakes: the words that were meant, and those that were written.
 const MISTAKES: [(&str, &str, &str); 20] = [
     ("a slip in a key", "speed_kmh = 80.0", "sped_kmh = 80.0"),
-    ("a decimal comma", "duration = 2.5", "duration = 2,5"),
+    ("a decimal comma", "duration = 3.5", "duration = 3,5"),
     ("a word without quotes", "\"draft\"\nfmax", "draft\nfmax"),
     ("a word that is nearly right", "standard = \"coast-by\"", "standard = \"coastby\""),
     ("a load in kN", "load = 3400.0", "load = 3.4"),
@@ -51,8 +51,8 @@ const MISTAKES: [(&str, &str, &str); 20] = [
     ("one name for two receivers", "\"close\"", "\"beside\""),
     ("a name that a spreadsheet computes", "\"close\"", "\"=close\""),
     ("a title with an escape sequence", "Chip seal", "\\u001b[31mChip seal"),
-    ("a run too short for any sound", "duration = 2.5", "duration = 0.3"),
-    ("a run too short for a passage", "duration = 2.5", "duration = 1.0"),
+    ("a run too short for any sound", "duration = 3.5", "duration = 0.3"),
+    ("a run too short for a passage", "duration = 3.5", "duration = 1.0"),
     ("a speed above that of the belt's waves", "speed_kmh = 80.0", "speed_kmh = 300.0"),
     ("fewer elements than fmax asks for", "fmax = 1000.0", "fmax = 1000.0\nelements = 128"),
     ("more elements than fit into memory", "fmax = 1000.0", "fmax = 1000.0\nelements = 100000000"),

@@ -181,8 +181,10 @@ fn a_pass_by_is_heard_with_the_doppler_ratio_of_its_speed() {
     let levels = table.lines().skip(1).map(|line| line.rsplit(',').next().unwrap().parse::<f64>().unwrap());
     let levels: Vec<f64> = levels.collect();
     let highest = levels.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    // The detector has settled where the curve begins: from silence it would rise by 10 dB in the first 13 ms.
-    assert!((levels[4] - levels[0]).abs() < 1.0 && levels[0] < highest - 6.0, "{levels:?}");
+    // The detector has settled where the curve begins: from silence it would rise by 10 dB in the first 13 ms. The
+    // tread ahead of the patch radiates this tone forwards: it rises by 5.4 dB and falls by 12.
+    assert!((levels[4] - levels[0]).abs() < 1.0 && levels[0] < highest - 5.0, "{levels:?}");
+    assert!(levels[levels.len() - 1] < highest - 10.0, "{levels:?}");
     let told = &read_summary(&folder.path().join("tone"))["sound"]["receivers"][0]["pass_by"];
     assert!((told["maximum"].as_f64().unwrap() - highest).abs() < 1.0, "{told} {highest}");
 }
@@ -265,7 +267,9 @@ fn levels_and_sound_file_agree_in_every_valid_band_whatever_the_highest_frequenc
         let run = folder.path().join(fmax);
         let (bands, heard) = (bands(&run), pressures(&run.join("sound_near.wav")));
         for (nominal, level, valid, error) in &bands {
-            assert_eq!(error.is_empty(), !valid, "{nominal} Hz: an error of {error:?} dB");
+            // A draft states an error at single places from 200 Hz on.
+            let stated = *valid && *nominal >= 200.0;
+            assert_eq!(error.is_empty(), !stated, "{nominal} Hz: an error of {error:?} dB");
             let band = tyrewave::response::ThirdOctaveBand::containing(*nominal).unwrap();
             let found = level_between(&heard, band.lower_edge()..band.upper_edge());
             if *valid {

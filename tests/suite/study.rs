@@ -106,7 +106,8 @@ fn an_outline_tells_its_share_and_one_that_is_stopped_keeps_what_was_rolled() {
     assert!(whole.complete && told.is_sorted_by(|a, b| a.0 <= b.0), "{told:?}");
     assert!(told[0].0 == 0.0 && told.last().unwrap().0 > 0.9 && told.iter().all(|(done, _)| *done <= 1.0), "{told:?}");
     assert!(
-        told.iter().any(|(_, doing)| doing == "reference") && told.iter().any(|(_, doing)| doing.contains("poles"))
+        told.iter().any(|(_, doing)| doing == "reference")
+            && told.iter().any(|(_, doing)| doing.contains("pole tolerance"))
     );
     // No finer reference, no laws, no presets; the doubt is all of the difference.
     assert!(whole.refined.len() == 3 && whole.refined.iter().all(|refined| refined.worst.fine.is_none()));

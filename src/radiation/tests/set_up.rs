@@ -38,7 +38,7 @@ fn set_up(
 ) -> (Result<(TransferSet, FrequencyReport), RadiationError>, Vec<FrequencyTransfers>) {
     let body = tyre();
     let mut kept = Vec::new();
-    let begun = AtomicUsize::new(0);
+    let finished = AtomicUsize::new(0);
     let mut watch = Watch {
         known: &mut |wanted| {
             let of = |entry: &&FrequencyTransfers| wanted.contains(&entry.frequency);
@@ -46,10 +46,11 @@ fn set_up(
         },
         sink: &mut |entry| {
             kept.push(entry.clone());
+            finished.fetch_add(1, Ordering::Relaxed);
             Ok(())
         },
         progress: &mut |_| (),
-        interrupted: &|| begun.fetch_add(1, Ordering::Relaxed) >= most,
+        interrupted: &|| finished.load(Ordering::Relaxed) >= most,
     };
     let result = transfers(&problem(&body), &range(), threads, &mut watch);
     (result, kept)

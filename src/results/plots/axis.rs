@@ -206,7 +206,7 @@ fn multiple(value: f64, step: f64, largest: f64) -> String {
     } else if value.abs() < 0.5 * step {
         "0".to_owned()
     } else {
-        let digits = (power(value.abs()) - power(step) + more).max(0) as usize;
+        let digits = (power(value.abs().max(step)) - power(step) + more).max(0) as usize;
         format!("{value:.digits$e}")
     }
 }
@@ -263,7 +263,8 @@ mod tests {
 
     #[test]
     fn labels_of_very_small_and_very_large_values_find_room_beside_the_axis() {
-        assert_eq!(labels(&Axis::linear("", -4e-10..3e-10))[..5], ["−4e−10", "−3e−10", "−2e−10", "−1e−10", "0"]);
+        let small = ["−4e−10", "−3e−10", "−2e−10", "−1e−10", "0"];
+        assert_eq!(labels(&Axis::linear("", -4e-10..3e-10))[..5], small);
         assert_eq!(labels(&Axis::linear("", 0.0..1.7e7))[..3], ["0", "2.5e6", "5.0e6"]);
         for exponent in -40..40 {
             for range in [0.0..1.0, -0.4..0.9, 3.3..4.0, 0.0..0.17] {

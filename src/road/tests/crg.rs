@@ -172,18 +172,21 @@ fn range_and_rms_of_a_road_are_those_of_the_same_heights() {
 fn damaged_belgian_block_is_refused_with_the_likely_cause() {
     let whole = std::fs::read(reference(COBBLES)).unwrap();
     let start = header_length(&whole);
-    // Two heights have the bytes of a line's end in them; a transfer as text takes one each.
+    // Some heights have the bytes of a line's end in them; a transfer as text takes one each.
     let mut damaged = whole[..start].to_vec();
     for (place, &byte) in whole.iter().enumerate().skip(start) {
         if byte != b'\r' || whole.get(place + 1) != Some(&b'\n') {
             damaged.push(byte);
         }
     }
-    assert_eq!(damaged.len(), whole.len() - 2);
+    assert!(damaged.len() < whole.len());
     let folder = tempfile::tempdir().unwrap();
     let error = fault(&write(&folder, "damaged.crg", &damaged));
     println!("{error}");
-    assert!(matches!(error, FileFault::Payload { rows: 1001, channels: 62, expected: 248_248, padded: 248_320, .. }));
+    assert!(matches!(
+        error,
+        FileFault::Payload { rows: 1001, channels: 342, expected: 1_369_368, padded: 1_369_440, .. }
+    ));
     assert!(error.to_string().contains("CR LF became LF"));
 }
 
@@ -191,8 +194,9 @@ fn damaged_belgian_block_is_refused_with_the_likely_cause() {
 fn belgian_block_is_read_and_cut() {
     let file = reference(COBBLES);
     let road = read(&file);
-    assert_eq!((road.rows(), road.v.len()), (1001, 61));
-    assert_eq!(road.grid.iter().filter(|z| z.is_nan()).count(), 3257);
+    assert_eq!((road.rows(), road.v.len()), (1001, 341));
+    let missing = road.grid.iter().filter(|z| z.is_nan()).count() as f64 / road.grid.len() as f64;
+    assert!((missing - 0.0651).abs() < 5e-4, "{missing}");
     assert!(road.grid.iter().filter(|z| !z.is_nan()).all(|z| (2.0..2.2).contains(z)));
     let scene = Road::OpenCrg(spec(file));
     let told = describe(&scene, lattice(), 80.0 / 3.6, Limits::default()).unwrap();
@@ -205,20 +209,20 @@ fn belgian_block_is_read_and_cut() {
     }
     assert_eq!(told.highest_frequency.map(f64::round), Some(1111.0));
     assert!(told.report.notes.iter().any(|note| matches!(note, RoadNote::Coarse { .. })));
-    assert!(told.report.notes.iter().any(|note| matches!(note, RoadNote::Columns { total: 61, incomplete: 13, .. })));
+    assert!(told.report.notes.iter().any(|note| matches!(note, RoadNote::Columns { total: 341, incomplete: 33, .. })));
 }
 
 #[test]
 fn belgian_block_levels_over_all_complete_columns() {
     let road = read(&reference(COBBLES));
     let mut spectrum = crate::road::texture::ProfileSpectrum::new(1001, 0.01);
-    for column in 13..61 {
+    for column in 33..341 {
         spectrum.add(&(0..1001).map(|row| road.elevation(row, column)).collect::<Vec<f64>>());
     }
     for (band, published) in [(-10, 61.8), (-13, 55.0), (-17, 40.2)] {
         let found = spectrum.level(band);
-        println!("band {band}: {found:.2} dB, published for the whole width {published} dB");
-        assert!((found - published).abs() < 1.5, "{found} for {published}");
+        println!("band {band}: {found:.2} dB, published {published} dB");
+        assert!((found - published).abs() < 0.3, "{found} for {published}");
     }
 }
 

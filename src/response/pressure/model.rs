@@ -68,7 +68,7 @@ impl PressureModel {
         }
     }
 
-    /// How many of [`super::surface::WEIGHTS`] the air's motion asks for.
+    /// Number of [`super::surface::WEIGHTS`] that the air's motion asks for.
     pub(super) fn weights(&self) -> usize {
         Self::integrals(self.air, 1)
     }

@@ -73,7 +73,7 @@ pub(super) struct WaveIntegrals {
     shapes: Vec<(bool, Vec<f64>)>,
     /// Points of either part of G.
     points: usize,
-    /// How many of [`WEIGHTS`].
+    /// Number of [`WEIGHTS`] that are taken.
     weights: usize,
     /// By n, the wave's mean over a cell, whose middle is half a cell from its beginning, times its length \[m\]; one n
     /// more than the largest at either end.

@@ -21,15 +21,21 @@ use crate::run::record::{Record, StepRecord};
 use crate::run::rolling_resistance::PowerRecorder;
 use crate::run::sound::{HeardSound, SoundRecorder};
 use crate::run::vibration::{HeardVibration, VibrationRecorder};
-use crate::scene::LoadedScene;
+use crate::scene::{LoadedScene, Zone};
 
 /// How much longer a window of cells becomes once contact has reached its end.
 const WIDER: f64 = 1.5;
 
 /// A run between two of its steps.
 pub struct Run {
-    loaded: LoadedScene,
-    plan: Plan,
+    /// Scene and plan from which contact over cells begins again; slices have none.
+    again: Option<Box<(LoadedScene, Plan)>>,
+    /// Number of all steps.
+    steps: u64,
+    /// \[s\].
+    time_step: f64,
+    /// Length of an element \[m\].
+    element: f64,
     /// The step after the last one that is recorded; the contact is behind it after it began again.
     next_step: u64,
     /// Contact, road and axle.
@@ -110,7 +116,10 @@ impl Run {
 
     /// A prepared run with its record.
     pub(crate) fn new(loaded: &LoadedScene, plan: &Plan, prepared: Prepared, record: Record, meter: Meter) -> Self {
-        Self { loaded: loaded.clone(), plan: plan.clone(), next_step: 0, prepared, record, meter }
+        let has_cells = plan.decisions.zone == Zone::Cells;
+        let again = has_cells.then(|| Box::new((loaded.clone(), plan.clone())));
+        let &Plan { steps, time_step, element, .. } = plan;
+        Self { again, steps, time_step, element, next_step: 0, prepared, record, meter }
     }
 
     /// Changes how closely steps are timed from now on.
@@ -128,7 +137,7 @@ impl Run {
     /// # Errors
     /// [`RunError`]; the run cannot go on then.
     pub fn step(&mut self) -> Result<Option<StepResult>, RunError> {
-        if self.next_step() >= self.plan.steps { Ok(None) } else { self.step_beside(None).map(Some) }
+        if self.next_step() >= self.steps { Ok(None) } else { self.step_beside(None).map(Some) }
     }
 
     /// Contact forces of the last step by column of the window, the first one that of element
@@ -176,9 +185,9 @@ impl Run {
     /// Makes the contact begin again over a window of cells so many times as long as a rigid tyre's chord; what was
     /// recorded stays.
     pub(crate) fn begin_again(&mut self, window: f64) -> Result<(), RunError> {
-        self.plan.window = window;
-        let Prepared { march, road, axle, .. } =
-            prepare(&self.loaded, &self.plan, &AtomicBool::new(false), &mut self.meter)?;
+        let Some((loaded, plan)) = self.again.as_deref_mut() else { return Ok(()) };
+        plan.window = window;
+        let Prepared { march, road, axle, .. } = prepare(loaded, plan, &AtomicBool::new(false), &mut self.meter)?;
         let prepared = &mut self.prepared;
         (prepared.march, prepared.road, prepared.axle) = (march, road, axle);
         Ok(())
@@ -188,19 +197,20 @@ impl Run {
     pub(crate) fn go_on_after(&mut self, steps: u64) -> bool {
         self.next_step = steps;
         let done = self.prepared.march.next_step();
-        done == steps || done < steps && self.plan.window > 1.0
+        done == steps || done < steps && self.window() > 1.0
     }
 
     /// Length of the window of cells over that of a rigid tyre's chord.
     pub(crate) fn window(&self) -> f64 {
-        self.plan.window
+        self.again.as_ref().map_or(1.0, |again| again.1.window)
     }
 
     /// Brings the contact on by a step, and records it. Where contact reaches the end of a window of cells it begins
     /// again over a wider one, since other waves carry the past through that; `None` until it has come as far as it
     /// was.
     pub(crate) fn advance(&mut self, behind: Option<&Scope<'_>>) -> Result<Option<StepResult>, RunError> {
-        let Self { plan, next_step, prepared: Prepared { march, road, axle, .. }, record, meter, .. } = self;
+        let Self { time_step, element, next_step, prepared: Prepared { march, road, axle, .. }, record, meter, .. } =
+            self;
         let step = march.next_step();
         meter.begin_step(step);
         let reach = march.reach(step);
@@ -209,7 +219,7 @@ impl Run {
         let result = match march.step(axle, road.slices(), meter) {
             Err(ContactError::AtWindowEnd { .. }) => {
                 let times = 1 + march.totals().edge_contacts;
-                self.begin_again(WIDER * self.plan.window)?;
+                self.begin_again(WIDER * self.window())?;
                 self.prepared.march.count_again(times);
                 return Ok(None);
             }
@@ -223,11 +233,11 @@ impl Run {
         record.push(
             StepRecord {
                 step,
-                time: step as f64 * plan.time_step,
+                time: step as f64 * *time_step,
                 total_force: result.total_force,
                 first_element: result.first_element,
                 forces: march.forces(),
-                contact_length: result.extent as f64 * plan.element,
+                contact_length: result.extent as f64 * *element,
                 indentation,
             },
             meter,
@@ -255,7 +265,7 @@ impl Run {
 
     /// The steps begin: from the next one to the last.
     pub(crate) fn enter_steps(&mut self) {
-        let (first, end) = (self.next_step(), self.plan.steps);
+        let (first, end) = (self.next_step(), self.steps);
         if let Some(trace) = self.meter.trace_mut() {
             trace.expect_steps(first, end);
         }

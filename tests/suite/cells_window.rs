@@ -1,11 +1,11 @@
 //! The window of cells: it holds every stone that the tyre can meet, and becomes wider where it does not.
 
-use std::fs;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
-use tyrewave::counters::{Stage, Watch};
-use tyrewave::run::{self, Progress, RunError, RunOptions};
+use tyrewave::counters::Counter;
+use tyrewave::plan::Plan;
+use tyrewave::run::Run;
 use tyrewave::test_models::{CIRCUMFERENCE, edit, grid_road, scene, scene_text, with_all_terms};
 
 use crate::common::{Results, run, write_grid};
@@ -59,78 +59,29 @@ fn a_single_high_stone_ahead_of_the_patch_touches_cells_as_early_as_slices() {
     println!("worst step {:.2} %", 100.0 * worst);
 }
 
-const WIDENED: usize = 96;
-
-/// The load control finds its height on a low road, which then rises: the tyre is pressed in far deeper than its load
-/// would have it, and further than the window was made for, unless a stone that it never meets has made that wider.
-fn rising(folder: &Path, far_stone: f64) -> String {
-    let road = road(folder, WIDENED, |x| match x {
-        x if x > 7.5 => far_stone,
-        x => -0.06 * ((4.5 - x) / 0.8).clamp(0.0, 1.0),
-    });
-    on_cells(WIDENED, &road, "warm_up = 0.1\nduration = 0.1\naxle = { load = 3000.0, tolerance = 0.99 }")
-}
-
+/// A window made too short by its plan stands for contact that a rigid tyre's chord does not foresee.
 #[test]
 fn contact_at_the_end_of_the_window_is_solved_again_over_a_wider_one() {
-    let folders = [0; 2].map(|_| tempfile::tempdir().unwrap());
-    let narrow = run(&rising(folders[0].path(), 0.0));
-    let wide = run(&rising(folders[1].path(), 0.1));
-    assert_eq!(again(&wide), 0);
-    assert!((1..4).contains(&again(&narrow)), "{}", again(&narrow));
-    let warned = narrow.summary()["warnings"].to_string();
-    assert!(warned.contains("solved again over a wider one"), "{warned}");
-    let (force, expected) = (narrow.array("total_force.npy"), wide.array("total_force.npy"));
-    let largest = expected.iter().fold(0.0_f64, |largest, &force| largest.max(force));
-    let error = force.iter().zip(&expected).fold(0.0_f64, |worst, (a, b)| worst.max((a - b).abs())) / largest;
-    // Poles of finite sums carry the past in both: what is left is the tolerance of the search.
-    assert!(error < 1e-6, "{error:e} of the peak");
-    // No force is lost beyond the columns that are told.
-    let (_, columns, patch) = narrow.patch();
-    assert!(columns < wide.patch().1);
-    for (total, row) in force.iter().zip(patch.chunks_exact(columns)) {
-        assert!((row.iter().sum::<f64>() - total).abs() <= 1e-9 * total.max(1.0));
-    }
-}
-
-/// Stops a run once it has begun again and has come to a step.
-struct StopsAt<'a> {
-    stop: &'a AtomicBool,
-    step: u64,
-    last: u64,
-    is_again: bool,
-}
-
-impl Progress for StopsAt<'_> {
-    fn stage(&mut self, _stage: Stage) {}
-    fn march(&mut self, _done: u64, _steps: u64, _time_step: f64) {}
-    fn step(&mut self, done: u64) {
-        self.is_again |= done < self.last;
-        self.last = done;
-        self.stop.fetch_or(self.is_again && done >= self.step, Ordering::Relaxed);
-    }
-    fn warning(&mut self, _: &str) {}
-    fn note(&mut self, _text: &str) {}
-    fn finish(&mut self) {}
-}
-
-#[test]
-fn a_run_stopped_after_its_window_became_wider_goes_on_in_the_same_bytes() {
     let folder = tempfile::tempdir().unwrap();
-    let text = rising(folder.path(), 0.0);
-    let whole = run(&text);
-    // While the contact catches up with what is recorded, and after.
-    for step in [48, 192] {
-        let target = folder.path().join(format!("cut{step}"));
-        let options = RunOptions { target: target.clone(), threads: 1, watch: Watch::default() };
-        let stop = AtomicBool::new(false);
-        let mut progress = StopsAt { stop: &stop, step, last: 0, is_again: false };
-        let stopped = run::run(&scene(&text), &options, &stop, &mut progress);
-        assert!(matches!(stopped, Err(RunError::Interrupted { kept: Some(_) })), "{stopped:?}");
-        run::resume(&target, 1, Watch::default(), &AtomicBool::new(false), &mut run::Unwatched).unwrap();
-        for name in ["total_force.npy", "patch_force.npy", "contact_area.npy", "spectra.csv"] {
-            let same = fs::read(whole.path(name)).unwrap() == fs::read(target.join(name)).unwrap();
-            assert!(same, "stopped at step {step}: {name} differs");
+    let road = road(folder.path(), ELEMENTS, |x| 1e-3 * (40.0 * x).sin());
+    let rolling = "warm_up = 0.02\nduration = 0.04\naxle = { indentation = 0.012, ramp = 0.01 }";
+    let loaded = scene(&on_cells(ELEMENTS, &road, rolling));
+    let plan = Plan::of(&loaded).unwrap();
+    let mut narrow = plan.clone();
+    narrow.window = 0.3;
+    let forces = [&plan, &narrow].map(|plan| {
+        let mut run = Run::begin(&loaded, plan, &AtomicBool::new(false)).unwrap();
+        let mut forces = Vec::new();
+        while let Some(result) = run.step().unwrap() {
+            forces.push(result.total_force);
         }
-    }
+        (forces, run.finish().meter.counted(Counter::WindowEdgeContacts))
+    });
+    let [(expected, 0), (found, again)] = forces else { panic!("the chord's window is too short: {}", forces[0].1) };
+    assert!((1..5).contains(&again), "{again}");
+    assert_eq!(found.len(), expected.len());
+    let largest = expected.iter().fold(0.0_f64, |largest, &force| largest.max(force));
+    let error = found.iter().zip(&expected).fold(0.0_f64, |worst, (a, b)| worst.max((a - b).abs())) / largest;
+    // Poles of finite sums carry the past in both: the tolerance of the search is left.
+    assert!(error < 1e-6, "{error:e} of the peak");
 }

@@ -238,7 +238,7 @@ fn results_are_kept_where_that_is_asked_for() {
 #[test]
 #[cfg(unix)]
 fn a_killed_task_goes_on_to_the_same_bytes() {
-    let folder = folder_with(&scene(ROAD, 20.0));
+    let folder = folder_with(&scene(ROAD, 60.0));
     let place = folder.path();
     let one = ["sweep", "scene.toml", "--speed", "80"];
     let whole = tyrewave(place, &[&one[..], &["--out", "plain"]].concat());

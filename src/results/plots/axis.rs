@@ -199,7 +199,8 @@ fn round_step(step: f64) -> f64 {
 fn multiple(value: f64, step: f64, largest: f64) -> String {
     let power = |of: f64| (of * (1.0 + 1e-9)).log10().floor() as i32;
     // 2.5 times a power of ten has a digit more than the others.
-    let more = i32::from((step * 10.0_f64.powi(-power(step))).fract().abs() > 0.01);
+    let mantissa = step * 10.0_f64.powi(-power(step));
+    let more = i32::from((mantissa - mantissa.round()).abs() > 0.01);
     let decimals = (more - power(step)).max(0) as usize;
     if decimals <= MOST_DECIMALS && largest < LARGEST_PLAIN {
         format!("{value:.decimals$}")

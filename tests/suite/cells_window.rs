@@ -1,12 +1,7 @@
-//! The window of cells: it holds every stone that the tyre can meet, and becomes wider where it does not.
+//! The window of cells: it holds every stone that the tyre can meet.
 
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
-
-use tyrewave::counters::Counter;
-use tyrewave::plan::Plan;
-use tyrewave::run::Run;
-use tyrewave::test_models::{CIRCUMFERENCE, edit, grid_road, scene, scene_text, with_all_terms};
+use tyrewave::test_models::{CIRCUMFERENCE, edit, grid_road, scene_text, with_all_terms};
 
 use crate::common::{Results, run, write_grid};
 
@@ -57,31 +52,4 @@ fn a_single_high_stone_ahead_of_the_patch_touches_cells_as_early_as_slices() {
         assert!((a / b - 1.0).abs() < 0.02, "step {step}: {a} N on cells, {b} N on slices");
     }
     println!("worst step {:.2} %", 100.0 * worst);
-}
-
-/// A window made too short by its plan stands for contact that a rigid tyre's chord does not foresee.
-#[test]
-fn contact_at_the_end_of_the_window_is_solved_again_over_a_wider_one() {
-    let folder = tempfile::tempdir().unwrap();
-    let road = road(folder.path(), ELEMENTS, |x| 1e-3 * (40.0 * x).sin());
-    let rolling = "warm_up = 0.02\nduration = 0.04\naxle = { indentation = 0.012, ramp = 0.01 }";
-    let loaded = scene(&on_cells(ELEMENTS, &road, rolling));
-    let plan = Plan::of(&loaded).unwrap();
-    let mut narrow = plan.clone();
-    narrow.window = 0.3;
-    let forces = [&plan, &narrow].map(|plan| {
-        let mut run = Run::begin(&loaded, plan, &AtomicBool::new(false)).unwrap();
-        let mut forces = Vec::new();
-        while let Some(result) = run.step().unwrap() {
-            forces.push(result.total_force);
-        }
-        (forces, run.finish().meter.counted(Counter::WindowEdgeContacts))
-    });
-    let [(expected, 0), (found, again)] = forces else { panic!("the chord's window is too short: {}", forces[0].1) };
-    assert!((1..5).contains(&again), "{again}");
-    assert_eq!(found.len(), expected.len());
-    let largest = expected.iter().fold(0.0_f64, |largest, &force| largest.max(force));
-    let error = found.iter().zip(&expected).fold(0.0_f64, |worst, (a, b)| worst.max((a - b).abs())) / largest;
-    // Poles of finite sums carry the past in both: the tolerance of the search is left.
-    assert!(error < 1e-6, "{error:e} of the peak");
 }

@@ -164,9 +164,9 @@ impl SoundRecorder {
     /// The frequencies of the bands that are vouched for \[Hz\]: what levels and files are made of.
     pub(super) fn band(&self) -> Range<f64> {
         let bands = ThirdOctaveBand::within(LOWEST_FREQUENCY..0.5 / self.sound.layout.time_step);
-        let valid = bands.iter().filter(|band| band.is_vouched_for(self.valid_to));
+        let last = bands.iter().rfind(|band| band.is_vouched_for(self.valid_to));
         let edges = |(first, last): (&ThirdOctaveBand, &ThirdOctaveBand)| first.lower_edge()..last.upper_edge();
-        bands.first().zip(valid.last()).map_or(LOWEST_FREQUENCY..LOWEST_FREQUENCY, edges)
+        bands.first().zip(last).map_or(LOWEST_FREQUENCY..LOWEST_FREQUENCY, edges)
     }
 
     fn at_file_rate(&self, point: usize) -> Vec<f64> {

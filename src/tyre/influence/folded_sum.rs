@@ -75,7 +75,7 @@ pub struct SumAt {
 
 /// Bytes of a [`SumAt`], at most: of a flat tyre, and of a curved one (measured for the tyres of `scenes/tyres`; a test
 /// counts them).
-const POINT_BYTES: [f64; 2] = [4e3, 1.5e4];
+const POINT_BYTES: [f64; 2] = [6e3, 2e4];
 
 /// Short waves of a curved tyre, and moments of the sum's weights for n = 0..=N/2.
 #[derive(Debug)]

@@ -1,6 +1,7 @@
 //! The window of cells: it holds every stone that the tyre can meet.
 
 use std::path::Path;
+
 use tyrewave::test_models::{CIRCUMFERENCE, edit, grid_road, scene_text, with_all_terms};
 
 use crate::common::{Results, run, write_grid};

@@ -60,7 +60,7 @@ impl PressureModel {
         self.waves.lateral.iter().map(part).collect()
     }
 
-    /// Integrals of G for each wavenumber, of so many lateral waves: with one of [`super::surface::WEIGHTS`], or both.
+    /// Integrals of G for each wavenumber, of so many lateral waves: with one of the weights of G, or both.
     pub fn integrals(air: AirMotion, lateral: usize) -> usize {
         match air {
             AirMotion::Axle | AirMotion::WithTread => lateral,

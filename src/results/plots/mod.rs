@@ -1,6 +1,6 @@
 //! Pictures in SVG: forces over patch and time, third-octave spectra, curves, heights.
 //!
-//! Each picture is a plain value with a `to_svg`; [`super::folder::ResultsFolder::write_text`] or the caller writes the
+//! Each picture is a plain value with a `to_svg`; [`super::files::ResultFiles::write_text`] or the caller writes the
 //! text.
 
 pub mod axis;

@@ -19,8 +19,8 @@ const HANDED_OVER: [f64; 2] = [3.0, 6.0];
 /// Those between which lateral numbers that are the same on cells begin to be taken together.
 const FOLDED: [f64; 2] = [6.0, 12.0];
 /// Part of the window that a cell is remembered for, at least: the window has room for the chord of a rigid tyre at the
-/// deepest position of the axle over the highest stone, of which a patch takes up half.
-const REMEMBERED: f64 = 0.55;
+/// deepest position of the axle over the highest stone, and no patch is as long (100 of 150 columns on a chip seal).
+const REMEMBERED: f64 = 0.8;
 /// Blocks that forces are forgotten late, since their poles are gone through behind the march.
 const LATE: usize = 2;
 /// How far the window stays away from what it has left behind on a shorter ring, in the longest waves on it over 2 pi:

@@ -35,6 +35,7 @@ pub fn asked_frequencies(highest: f64, points: u32) -> Vec<f64> {
     let mut asked = frequencies(LOWEST, highest, points);
     asked.extend(DIRECTIVITY.iter().filter(|&&frequency| frequency <= highest));
     asked.sort_by(f64::total_cmp);
+    asked.dedup_by(|a, b| (*a - *b).abs() < 1e-9 * *a);
     asked
 }
 

@@ -93,7 +93,10 @@ pub struct Plan {
     pub kept_poles: Option<usize>,
     /// Frequencies that a cache holds the radiation of \[Hz\].
     pub kept_frequencies: Vec<f64>,
-    /// Length of the window of cells over that of a rigid tyre's chord: 1, and more once contact has reached its end.
+    /// Length of the window whose forces are told over that of a rigid tyre's chord: 1, which no contact outgrows; a
+    /// test makes it less.
+    pub reach: f64,
+    /// Length of the window of cells over that whose forces are told: 1, and more once contact has reached its end.
     pub window: f64,
     /// How the tyre stands on a smooth road, found when it is first asked for: nothing else in a plan takes as long.
     standing: OnceLock<Option<StaticContact>>,
@@ -166,6 +169,7 @@ impl Plan {
             fit: fit_options(scene, field),
             kept_poles: None,
             kept_frequencies: Vec::new(),
+            reach: 1.0,
             window: 1.0,
             standing: OnceLock::new(),
         }

@@ -23,7 +23,7 @@ use crate::run::sound::{HeardSound, SoundRecorder};
 use crate::run::vibration::{HeardVibration, VibrationRecorder};
 use crate::scene::{LoadedScene, Zone};
 
-/// How much longer a window of cells becomes once contact has reached its end.
+/// Factor by which a window of cells becomes longer once contact has reached its end.
 const WIDER: f64 = 1.5;
 
 /// A run between two of its steps.

@@ -87,7 +87,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
         warnings.push("an element is a single cell of the road: the slice law makes no difference".into());
     }
 
-    let reach = window_reach(&scene.rolling.axle, at_rest.indentation, surface.highest(), radius, plan.element);
+    let chord = window_reach(&scene.rolling.axle, at_rest.indentation, surface.highest(), radius, plan.element);
     let excited = surface.report().highest_frequency(plan.speed);
     let valid_to = excited.map_or(plan.valid_to, |excited| plan.valid_to.min(excited));
     if let Some(highest) = excited {
@@ -102,7 +102,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
             ));
         }
     }
-    let geometry = Geometry::new(tyre.circumference, numerics.elements, numerics.substeps, start, reach);
+    let geometry = Geometry::new(tyre.circumference, numerics.elements, numerics.substeps, start, plan.reach * chord);
     let elements = surface
         .extent()
         .map(|(from, to)| ((from / plan.element - 1e-6).ceil() as i64, (to / plan.element + 1e-6).floor() as i64));

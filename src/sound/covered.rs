@@ -8,7 +8,9 @@
 //! 10 lg(1 + sum_(k >= 1) 10^((L + k s)/10) / sum_i 10^(L_i/10))
 //! ```
 //!
-//! Where the last bands do not fall nothing bounds it. Below the first band the A-weighting leaves nothing.
+//! Where the last bands do not fall nothing bounds it, and where they end below 1 kHz the line says little of what a
+//! road excites above: a level over 500 Hz alone, 2.0 dB short of that up to 2 kHz, was told to miss 0.13. Below the
+//! first band the A-weighting leaves nothing.
 
 use serde::{Deserialize, Serialize};
 
@@ -18,6 +20,8 @@ use crate::response::{BandLevel, ThirdOctaveBand};
 const MATTERS: f64 = 0.5;
 /// Bands that the slope is taken from.
 const LAST: usize = 3;
+/// Least last band whose slope is followed, 1 kHz: a level that ends below is a lower bound.
+const FOLLOWED: ThirdOctaveBand = ThirdOctaveBand(0);
 /// The band that sound is followed to: 10 kHz.
 const HIGHEST: ThirdOctaveBand = ThirdOctaveBand(10);
 
@@ -28,10 +32,10 @@ pub struct CoveredBands {
     pub lowest: f64,
     /// Nominal mid-frequency of the last one \[Hz\].
     pub highest: f64,
-    /// Estimate of what the bands above would add \[dB(A)\]; absent where the last ones do not fall.
+    /// Estimate of what the bands above would add \[dB(A)\]; absent where the last ones do not fall, or end below 1 kHz.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub missing: Option<f64>,
-    /// The level is a lower bound: more than half a decibel may be missing.
+    /// The level is a lower bound: more than half a decibel may be missing, or nothing is known of that.
     pub lower_bound: bool,
 }
 
@@ -40,7 +44,7 @@ impl CoveredBands {
     pub fn of(a_weighted: &[BandLevel]) -> Option<Self> {
         let (first, last) = (a_weighted.first()?.band, a_weighted.last()?.band);
         let [lowest, highest] = [first, last].map(ThirdOctaveBand::nominal_frequency);
-        let missing = if last >= HIGHEST { Some(0.0) } else { missing(a_weighted) };
+        let missing = if last >= HIGHEST { Some(0.0) } else { missing(a_weighted).filter(|_| last >= FOLLOWED) };
         Some(Self { lowest, highest, missing, lower_bound: missing.is_none_or(|missing| missing > MATTERS) })
     }
 
@@ -56,6 +60,9 @@ impl CoveredBands {
         self.lower_bound.then(|| match self.missing {
             Some(missing) => {
                 format!("a lower bound: by the slope of the last three bands those above add {missing:.1} dB")
+            }
+            None if self.highest < FOLLOWED.nominal_frequency() => {
+                "a lower bound: it ends below 1 kHz, nothing is known of the bands above".to_owned()
             }
             None => "a lower bound: the last three bands do not fall, nothing is known of those above".to_owned(),
         })
@@ -119,6 +126,12 @@ mod tests {
         assert!((gentle.missing.unwrap() - exact).abs() < 1e-9, "{gentle:?} for {exact}");
         let steep = CoveredBands::of(&bands(0, |n| 70.0 - 0.4 * f64::from(n))).unwrap();
         assert!(steep.lower_bound && steep.doubt().unwrap().contains("slope of the last three bands"), "{steep:?}");
+        // However steep they fall, bands below 1 kHz bound nothing of those that a road excites above.
+        let low = CoveredBands::of(&bands(-3, |n| 70.0 - 5.0 * f64::from(n))).unwrap();
+        assert!(
+            low.lower_bound && low.missing.is_none() && low.doubt().unwrap().contains("ends below 1 kHz"),
+            "{low:?}"
+        );
         assert_eq!(CoveredBands::of(&bands(-16, noise)).map(|of| of.lower_bound), Some(true), "one band has no slope");
         assert_eq!(CoveredBands::of(&bands(0, |_| f64::NEG_INFINITY)).map(|of| of.lower_bound), Some(false));
         assert_eq!(CoveredBands::of(&[]), None);

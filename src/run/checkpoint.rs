@@ -62,7 +62,7 @@ impl Owner {
 struct RunState {
     /// SHA-256 of the first weights.
     influence: String,
-    /// Length of the window of cells over that of a rigid tyre's chord.
+    /// Length of the window of cells over that whose forces are told.
     window: f64,
     /// Wall and processor time.
     times: [Duration; 2],
@@ -129,9 +129,7 @@ impl Checkpoint {
             Ok(state) => state,
             Err(error) => return Err(unusable(error.into()).into()),
         };
-        if state.window > run.window() {
-            run.begin_again(state.window)?;
-        }
+        run.widen(state.window)?;
         if state.influence != influence_digest(&run.prepared) {
             return Err(unusable(Unusable::Influence).into());
         }
@@ -249,5 +247,68 @@ pub(crate) fn file_digest(path: &Path) -> std::io::Result<String> {
             0 => return Ok(hexadecimal(hash.finalize())),
             count => hash.update(&block[..count]),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::AtomicBool;
+
+    use super::*;
+    use crate::counters::Counter;
+    use crate::plan::Plan;
+    use crate::scene::{DEFAULT, Scene, Setting};
+
+    /// A run over cells whose forces are told over a part of the rigid chord, in a window so many times as long.
+    fn run_over(reach: f64, window: f64) -> Run {
+        let settings = [
+            "contact={zone=\"cells\",cells_across=1}",
+            "numerics={elements=128,lateral_terms=3,pole_tolerance=1e-5}",
+            "rolling.axle={indentation=0.006,ramp=0.0}",
+            "rolling.warm_up=0.0",
+            "rolling.duration=0.02",
+        ];
+        let settings: Vec<Setting> = settings.iter().map(|text| Setting::parse(text).unwrap()).collect();
+        let loaded = Scene::from_str_with(DEFAULT, "default", &settings).unwrap();
+        let mut plan = Plan::of(&loaded).unwrap();
+        (plan.reach, plan.window) = (reach, window);
+        Run::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap()
+    }
+
+    /// Forces of the steps up to one, or to the last \[N\].
+    fn forces(run: &mut Run, end: u64) -> Vec<f64> {
+        std::iter::from_fn(|| (run.next_step() < end).then(|| run.step().unwrap()).flatten())
+            .map(|step| step.total_force)
+            .collect()
+    }
+
+    #[test]
+    fn a_window_that_contact_outgrows_is_widened_with_the_same_bits_also_by_a_resumed_run() {
+        let whole = forces(&mut run_over(1.0, 1.0), u64::MAX);
+        let mut outgrown = run_over(0.3, 1.0);
+        let found = forces(&mut outgrown, u64::MAX);
+        let window = outgrown.window();
+        let again = outgrown.finish().meter.counted(Counter::WindowEdgeContacts);
+        assert!(window > 1.0 && again > 0, "contact stayed within {window} windows, {again} times outgrown");
+        // What was recorded before is recorded once, and the end is that of a window that had the length from the start.
+        assert_eq!(found.len(), whole.len());
+        let mut wide = run_over(0.3, window);
+        let from_the_start = forces(&mut wide, u64::MAX);
+        let largest = whole.iter().fold(0.0_f64, |largest, &force| largest.max(force));
+        assert_eq!(from_the_start.last(), found.last());
+        assert_eq!(wide.finish().meter.counted(Counter::WindowEdgeContacts), 0);
+        for (step, (a, b)) in found.iter().zip(&whole).enumerate() {
+            assert!((a - b).abs() < 1e-4 * largest, "step {step}: {a} N, {b} N over the whole chord");
+        }
+        // Taken down after half of the steps, brought to a run that has just begun.
+        let half = whole.len() as u64 / 2;
+        let mut stopped = run_over(0.3, 1.0);
+        forces(&mut stopped, half);
+        let state = RunState::of(&stopped, [Duration::ZERO; 2]);
+        let mut resumed = run_over(0.3, 1.0);
+        resumed.widen(state.window).unwrap();
+        let (_, road) = state.restore(half, &mut resumed).unwrap();
+        resumed.prepared.road.refill(&road, &mut resumed.meter).unwrap();
+        assert_eq!(forces(&mut resumed, u64::MAX), found[half as usize..]);
     }
 }

@@ -182,10 +182,12 @@ impl Run {
         }
     }
 
-    /// Makes the contact begin again over a window of cells so many times as long as a rigid tyre's chord; what was
-    /// recorded stays.
-    pub(crate) fn begin_again(&mut self, window: f64) -> Result<(), RunError> {
-        let Some((loaded, plan)) = self.again.as_deref_mut() else { return Ok(()) };
+    /// Makes the contact begin again over a window of cells so many times as long as the one whose forces are told,
+    /// if it is shorter; what was recorded stays.
+    pub(crate) fn widen(&mut self, window: f64) -> Result<(), RunError> {
+        let Some((loaded, plan)) = self.again.as_deref_mut().filter(|again| again.1.window < window) else {
+            return Ok(());
+        };
         plan.window = window;
         let Prepared { march, road, axle, .. } = prepare(loaded, plan, &AtomicBool::new(false), &mut self.meter)?;
         let prepared = &mut self.prepared;
@@ -200,7 +202,7 @@ impl Run {
         done == steps || done < steps && self.window() > 1.0
     }
 
-    /// Length of the window of cells over that of a rigid tyre's chord.
+    /// Length of the window of cells over that whose forces are told.
     pub(crate) fn window(&self) -> f64 {
         self.again.as_ref().map_or(1.0, |again| again.1.window)
     }
@@ -219,7 +221,7 @@ impl Run {
         let result = match march.step(axle, road.slices(), meter) {
             Err(ContactError::AtWindowEnd { .. }) => {
                 let times = 1 + march.totals().edge_contacts;
-                self.begin_again(WIDER * self.window())?;
+                self.widen(WIDER * self.window())?;
                 self.prepared.march.count_again(times);
                 return Ok(None);
             }

@@ -114,7 +114,7 @@ impl Rolling {
         let Self { prepared: Prepared { march, road, .. }, meter } = self;
         let (next, geometry) = (march.next_step(), march.geometry());
         let end = geometry.first_element(next + steps - 1) + geometry.columns as i64;
-        road.reach(geometry.first_element(next), end, meter, None).expect("an endless road");
+        road.reach(geometry.first_element(next), end, meter).expect("an endless road");
     }
 
     /// Does a step under an axle that feels its force.
@@ -144,7 +144,7 @@ fn march(criterion: &mut Criterion) {
             let [poles, direct] = ways.each_mut().map(|(_, rolling)| {
                 rolling.reach(1);
                 rolling.step();
-                rolling.prepared.march.forces()
+                rolling.prepared.march.footprint().column_mean()
             });
             peak = direct.iter().fold(peak, |a, &b| a.max(b));
             error = poles.iter().zip(direct).fold(error, |a, (b, c)| a.max((b - c).abs()));

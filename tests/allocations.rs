@@ -9,10 +9,10 @@ use std::sync::atomic::AtomicBool;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
-use tyrewave::contact::slice_queue::SliceQueue;
 use tyrewave::counters::{Meter, Watch};
 use tyrewave::plan::Plan;
 use tyrewave::road::slices::StiffnessCurve;
+use tyrewave::road::strip::RoadStrip;
 use tyrewave::run::prepare::prepare;
 use tyrewave::run::vibration::VibrationRecorder;
 use tyrewave::test_models::{scene, scene_text};
@@ -40,7 +40,7 @@ fn count(history: &str, tread: &str, rule: &str, elements: usize, cached: usize,
     let march = &mut prepared.march;
     let mut random = ChaCha8Rng::seed_from_u64(8);
     let first = march.geometry().first_element(0);
-    let mut slices = SliceQueue::starting_at(first);
+    let mut slices = RoadStrip::starting_at(first);
     slices.extend((0..BEFORE + COUNTED + march.geometry().columns as u64).map(|number| {
         let peak = random.random_range(-6e-3..0.0);
         if coupling == "explicit" || number % 5 == 0 {

@@ -44,6 +44,9 @@ pub enum ContactError {
         /// Time \[s\].
         time: f64,
     },
+    /// The road is told as curves where heights are wanted, or the other way round.
+    #[error("slices need the road as curves, cells as heights")]
+    RoadForm,
     /// A model of the influence functions was made for another displacement than the tread law needs.
     #[error("the model of the influence functions does not hold the displacement that this tread law needs")]
     NoSuchField,

@@ -8,21 +8,23 @@
 //! - [`local_compliance`]: how much the tread yields to the texture, by formula and by pressing patches of a road;
 //! - [`static_contact`]: contact at rest on a smooth road;
 //! - [`axle`]: the axle's height, fixed, held to a load or moving;
-//! - [`march`]: one time step after the other;
+//! - [`march`]: one time step after the other, [`footprint`] what each of them gives;
 //! - [`stability`]: whether a time rule's inverse is stable for a tyre, before the run.
 
 pub mod axle;
 pub mod cells;
 pub mod complementarity;
 mod error;
+pub mod footprint;
 pub mod geometry;
 pub mod history;
 pub mod kernel;
 pub mod local_compliance;
 pub mod march;
-pub mod slice_queue;
+mod slices;
 pub mod stability;
 pub mod static_contact;
 mod windows;
+mod zone;
 
 pub use error::ContactError;

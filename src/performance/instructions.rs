@@ -15,10 +15,12 @@ use super::workload::Workload;
 use crate::counters::Stage;
 
 /// Places of the sources, more special ones first, and their stages.
-const PLACES: [(&str, Stage); 14] = [
+const PLACES: [(&str, Stage); 16] = [
     ("src/contact/history/", Stage::History),
     ("src/contact/march.rs", Stage::Penetration),
-    ("src/contact/slice_queue.rs", Stage::Penetration),
+    ("src/contact/footprint.rs", Stage::Penetration),
+    ("src/contact/slices.rs", Stage::Penetration),
+    ("src/road/strip.rs", Stage::Penetration),
     ("src/contact/geometry.rs", Stage::Penetration),
     ("src/contact/", Stage::ActiveSet),
     ("src/road/slices/", Stage::Slices),

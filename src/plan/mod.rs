@@ -54,8 +54,6 @@ pub use vibration::{CellSegments, VibrationSegments};
 pub(crate) const SEGMENT: f64 = 0.5;
 /// Part of the run that the force map shows, in contact lengths rolled.
 const LENGTHS_DRAWN: f64 = 6.0;
-/// Elements whose road is made at a time.
-pub(crate) const CHUNK_ROWS: i64 = 512;
 /// Lowest frequency at which the flat plate's absolute levels are those of a tyre \[Hz\]; below, curvature counts.
 const PLATE_FROM: f64 = 400.0;
 

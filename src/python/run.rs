@@ -159,28 +159,24 @@ impl InMemory {
         let columns = run.prepared.march.geometry().columns;
         let mut arrays = if plan.scene.outputs.arrays { Some(Arrays::new(&plan, columns)?) } else { None };
         watched.march(0, plan.steps, plan.time_step);
-        // As in a folder: the road is made behind the steps where there is a thread for it.
-        rayon::in_place_scope(|scope| {
-            let behind = (rayon::current_num_threads() > 1).then_some(scope);
-            for step in 0..plan.steps {
-                if step % LOOK_EVERY == 0 {
-                    watched.step(step);
-                    if stop.load(Ordering::Relaxed) {
-                        return Err(RunError::Interrupted { kept: None });
-                    }
-                }
-                let indentation = run.prepared.axle.indentation(step);
-                let result = run.step_beside(behind)?;
-                if let Some(arrays) = &mut arrays {
-                    arrays.time.push(step as f64 * plan.time_step);
-                    arrays.total_force.push(result.total_force);
-                    arrays.patch_force.extend_from_slice(run.forces());
-                    arrays.patch_element.push(result.first_element);
-                    arrays.axle.iter_mut().for_each(|axle| axle.push(indentation));
+        while run.next_step() < plan.steps {
+            let step = run.next_step();
+            if step % LOOK_EVERY == 0 {
+                watched.step(step);
+                if stop.load(Ordering::Relaxed) {
+                    return Err(RunError::Interrupted { kept: None }.into());
                 }
             }
-            Ok(())
-        })?;
+            let indentation = run.prepared.axle.indentation(step);
+            let Some(result) = run.step()? else { break };
+            if let Some(arrays) = &mut arrays {
+                arrays.time.push(step as f64 * plan.time_step);
+                arrays.total_force.push(result.total_force);
+                arrays.patch_force.extend_from_slice(run.forces());
+                arrays.patch_element.push(result.first_element);
+                arrays.axle.iter_mut().for_each(|axle| axle.push(indentation));
+            }
+        }
         watched.stage(Stage::Response);
         run.settle();
         let Run { prepared, record, meter, .. } = &mut run;

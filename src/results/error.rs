@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+use crate::storage::StateError;
+
 /// Why results could not be written. Every variant says which path, so that the user knows which disk or right it is
 /// about.
 #[derive(Debug, Error)]
@@ -25,6 +27,9 @@ pub enum ResultsError {
         /// The system's answer.
         source: io::Error,
     },
+    /// A state that has no bytes.
+    #[error(transparent)]
+    State(#[from] StateError),
     /// The finished folder could not be given its name.
     #[error("cannot rename {} to {}: {source}", from.display(), to.display())]
     Rename {

@@ -4,9 +4,8 @@
 use ndarray::{Array2, ArrayView2};
 use serde::{Deserialize, Serialize};
 
-use crate::contact::cells::CellZone;
+use crate::contact::footprint::WindowShape;
 use crate::contact::march::March;
-use crate::contact::slice_queue::SliceQueue;
 use crate::numeric::{RunningMoments, largest_or_zero};
 use crate::plan::Plan;
 use crate::results::ResultsError;
@@ -14,6 +13,8 @@ use crate::results::arrays::{ArrayPlace, WrittenArrays};
 use crate::results::npy::{NpyWriter, Row};
 use crate::results::plots::{PatchMap, PlotError};
 use crate::results::summary::CellsSummary;
+use crate::road::strip::RoadStrip;
+use crate::scene::Zone;
 use crate::storage::state::{StateError, fill};
 
 /// The arrays.
@@ -59,8 +60,10 @@ impl CellRecorder {
     /// # Errors
     /// Errors of the arrays.
     pub fn new(plan: &Plan, march: &March, place: Option<&ArrayPlace<'_>>) -> Result<Option<Self>, ResultsError> {
-        let Some(cells) = march.cells() else { return Ok(None) };
-        let (columns, across) = (march.geometry().columns, cells.across());
+        if plan.decisions.zone != Zone::Cells {
+            return Ok(None);
+        }
+        let WindowShape { columns, across, .. } = march.footprint().shape();
         let outputs = &plan.scene.outputs;
         let size = [plan.element, plan.scene.tyre.contact_width / across as f64];
         let every = outputs.cells_every.map(|time| (time / plan.time_step).round().max(1.0) as u64);
@@ -100,11 +103,11 @@ impl CellRecorder {
     /// # Errors
     /// Errors of the arrays.
     pub fn push(&mut self, step: u64, march: &March) -> Result<(), ResultsError> {
-        let Some(cells) = march.cells() else { return Ok(()) };
-        let forces = cells.forces_of_step();
+        let footprint = march.footprint();
+        let forces = footprint.mean();
         let touched = forces.iter().filter(|&&force| force > 0.0).count();
         let area = touched as f64 * self.face;
-        let total: f64 = march.forces().iter().sum();
+        let total: f64 = footprint.column_mean().iter().sum();
         let peak = largest_or_zero(forces) / self.face;
         if let Some(arrays) = &mut self.arrays {
             self.rows.fill(0.0);
@@ -153,7 +156,7 @@ impl CellRecorder {
         &self,
         title: &str,
         march: &March,
-        road: &SliceQueue,
+        road: &RoadStrip,
     ) -> Result<Vec<(&'static str, String)>, PlotError> {
         let geometry = march.geometry();
         let first_position = geometry.first_position();
@@ -164,7 +167,7 @@ impl CellRecorder {
                 heights.copy_from_slice(known);
             }
         }
-        let last = march.cells().map_or(&[][..], CellZone::forces_of_step);
+        let last = march.footprint().mean();
         let counted = self.moments[0].count() as f64;
         let field = |values: &[f64], scale: f64| -> Array2<f64> {
             let shape = (values.len() / self.across, self.across);

@@ -67,7 +67,7 @@ impl<'a> CellContact<'a> {
             History::Modal => CellPast::Modal(Box::new(self.rings(instant.columns, carried, meter))),
         };
         let tolerance = self.plan.cell_tolerance();
-        CellZone::new(instant, self.crown.clone(), past, numerics.time_rule.stages(), tolerance, margin)
+        CellZone::new(instant, self.crown.clone(), past, tolerance, margin)
     }
 
     /// The sums over a tyre's waves.

@@ -21,11 +21,11 @@ use crate::results::arrays::WrittenArrays;
 use crate::results::checkpoint::{self, CHECKPOINT_FILE, CheckpointError, SCENE_FILE, Unusable};
 use crate::results::files::ResultFiles;
 use crate::results::folder::ResultsFolder;
+use crate::road::ahead::RoadState;
 use crate::run::error::RunError;
 use crate::run::in_memory::Run;
 use crate::run::prepare::Prepared;
 use crate::run::record::RecordState;
-use crate::run::road_ahead::RoadState;
 use crate::scene::LoadedScene;
 use crate::storage::StateError;
 use crate::storage::input::{self, SCENE_BYTES};
@@ -141,8 +141,8 @@ impl Checkpoint {
 
 impl RunState {
     /// Takes the state of a run that has taken so much wall and processor time.
-    fn of(run: &Run, times: [Duration; 2]) -> Self {
-        Self {
+    fn of(run: &Run, times: [Duration; 2]) -> Result<Self, StateError> {
+        Ok(Self {
             influence: influence_digest(&run.prepared),
             window: run.window(),
             times,
@@ -150,8 +150,8 @@ impl RunState {
             record: run.record.save(),
             axle: run.prepared.axle.clone(),
             road: run.prepared.road.save(),
-            march: run.prepared.march.save(),
-        }
+            march: run.prepared.march.save()?,
+        })
     }
 
     /// Brings a run to this state, which is that after so many steps; what is left is to make the road's slices.
@@ -160,7 +160,7 @@ impl RunState {
         run.record.restore(self.record)?;
         run.prepared.axle.restore(self.axle)?;
         run.prepared.road.restore(&self.road)?;
-        run.prepared.march.restore(self.march)?;
+        run.prepared.march.restore(&self.march)?;
         if run.go_on_after(steps) { Ok((self.times, self.road)) } else { Err(StateError::Value) }
     }
 }
@@ -221,7 +221,7 @@ impl Checkpoints {
             folder.write_text(SCENE_FILE, &self.scene)?;
         }
         let open = run.meter.open();
-        let state = RunState::of(run, [self.wall(), self.cpu().unwrap_or_default()]);
+        let state = RunState::of(run, [self.wall(), self.cpu().unwrap_or_default()])?;
         let owned = (&self.owner, run.next_step(), written);
         checkpoint::write(folder.working(), &(env!("CARGO_PKG_VERSION"), owned, state))?;
         folder.keep_if_stopped();
@@ -304,7 +304,7 @@ mod tests {
         let half = whole.len() as u64 / 2;
         let mut stopped = run_over(0.3, 1.0);
         forces(&mut stopped, half);
-        let state = RunState::of(&stopped, [Duration::ZERO; 2]);
+        let state = RunState::of(&stopped, [Duration::ZERO; 2]).unwrap();
         let mut resumed = run_over(0.3, 1.0);
         resumed.widen(state.window).unwrap();
         let (_, road) = state.restore(half, &mut resumed).unwrap();

@@ -8,6 +8,7 @@ use crate::contact::ContactError;
 use crate::response::SpectrumError;
 use crate::results::{CheckpointError, PlotError, ResultsError};
 use crate::road::RoadError;
+use crate::road::maker::MakingError;
 use crate::road::slices::SliceError;
 use crate::scene::SceneError;
 
@@ -55,4 +56,13 @@ pub enum RunError {
         /// Where the partial results are, if there are any.
         kept: Option<PathBuf>,
     },
+}
+
+impl From<MakingError> for RunError {
+    fn from(error: MakingError) -> Self {
+        match error {
+            MakingError::Road(error) => Self::Road(error),
+            MakingError::Slices(error) => Self::Slices(error),
+        }
+    }
 }

@@ -4,8 +4,6 @@
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use rayon::Scope;
-
 use crate::contact::ContactError;
 use crate::contact::complementarity::{Residuals, SearchCounts};
 use crate::contact::march::StepResult;
@@ -94,7 +92,7 @@ impl Run {
         let mut meter = Meter::new(watch);
         let mut prepared = prepare(loaded, plan, stop, &mut meter)?;
         let mut record = Record::in_memory(&plan.scene, plan, true);
-        let points = prepared.march.geometry().columns * prepared.march.points_across();
+        let points = prepared.march.footprint().shape().points();
         record.power = PowerRecorder::new(plan, plan.scene.numerics.time_rule, points);
         record.cells = CellRecorder::new(plan, &prepared.march, None)?;
         record.vibration = VibrationRecorder::prepare(loaded, plan, &mut prepared, stop, &mut meter)?;
@@ -137,13 +135,18 @@ impl Run {
     /// # Errors
     /// [`RunError`]; the run cannot go on then.
     pub fn step(&mut self) -> Result<Option<StepResult>, RunError> {
-        if self.next_step() >= self.steps { Ok(None) } else { self.step_beside(None).map(Some) }
+        while self.next_step() < self.steps {
+            if let Some(result) = self.advance()? {
+                return Ok(Some(result));
+            }
+        }
+        Ok(None)
     }
 
     /// Contact forces of the last step by column of the window, the first one that of element
     /// [`StepResult::first_element`] \[N\].
     pub fn forces(&self) -> &[f64] {
-        self.prepared.march.forces()
+        self.prepared.march.footprint().column_mean()
     }
 
     /// Velocities of the steps so far, where the scene asks for them and a segment of them is complete.
@@ -170,15 +173,6 @@ impl Run {
             notes: prepared.notes,
             warnings: prepared.warnings,
             meter,
-        }
-    }
-
-    /// The next step; given a scope to work in, the road is made in it ahead of its need.
-    pub(crate) fn step_beside(&mut self, behind: Option<&Scope<'_>>) -> Result<StepResult, RunError> {
-        loop {
-            if let Some(result) = self.advance(behind)? {
-                return Ok(result);
-            }
         }
     }
 
@@ -210,13 +204,13 @@ impl Run {
     /// Brings the contact on by a step, and records it. Where contact reaches the end of a window of cells it begins
     /// again over a wider one, since other waves carry the past through that; `None` until it has come as far as it
     /// was.
-    pub(crate) fn advance(&mut self, behind: Option<&Scope<'_>>) -> Result<Option<StepResult>, RunError> {
+    pub(crate) fn advance(&mut self) -> Result<Option<StepResult>, RunError> {
         let Self { time_step, element, next_step, prepared: Prepared { march, road, axle, .. }, record, meter, .. } =
             self;
         let step = march.next_step();
         meter.begin_step(step);
         let reach = march.reach(step);
-        road.reach(reach.start, reach.end, meter, behind)?;
+        road.reach(reach.start, reach.end, meter)?;
         let indentation = axle.indentation(step);
         let result = match march.step(axle, road.slices(), meter) {
             Err(ContactError::AtWindowEnd { .. }) => {
@@ -238,7 +232,7 @@ impl Run {
                 time: step as f64 * *time_step,
                 total_force: result.total_force,
                 first_element: result.first_element,
-                forces: march.forces(),
+                forces: march.footprint().column_mean(),
                 contact_length: result.extent as f64 * *element,
                 indentation,
             },

@@ -146,13 +146,13 @@ impl LookBack<'_> {
         summary.notes.clone_from(&self.prepared.notes);
         summary.warnings.clone_from(&self.prepared.warnings);
         summary.warnings.extend(load.filter(|load| !load.met).map(|load| load.to_string()));
-        summary.warnings.extend((totals.edge_contacts > 0).then(|| match march.cells() {
-            None => format!(
+        summary.warnings.extend((totals.edge_contacts > 0).then(|| match march.is_widened() {
+            false => format!(
                 "in {} steps the outermost element of the window was in contact: \
                  the patch may be longer than the window",
                 totals.edge_contacts
             ),
-            Some(_) => format!(
+            true => format!(
                 "in {} steps contact reached the end of the window of cells, and was solved again over a wider one: \
                  forces of each cell are told for the first window alone, those beyond it with its outermost columns",
                 totals.edge_contacts

@@ -2,7 +2,7 @@
 //!
 //! 1. [`prepare`]: tyre -> road -> contact, ready to take the first step; [`past`] makes what carries the past along,
 //!    `cells` the whole contact where it is one of cells;
-//! 2. [`in_memory`]: step by step, over a road that [`road_ahead`] and its `road_maker` have made in time; [`record`]
+//! 2. [`in_memory`]: step by step, over a road that is made in time; [`record`]
 //!    keeps what each step gave, with the power of [`rolling_resistance`], the motion that [`vibration`] follows and
 //!    the [`sound`] that is heard of it;
 //! 3. [`to_folder`]: the same with arrays, spectra, plots and summary in a folder, what is left to do at the end by
@@ -18,8 +18,6 @@ pub mod past;
 pub mod prepare;
 pub mod progress;
 pub mod record;
-pub mod road_ahead;
-mod road_maker;
 pub mod rolling_resistance;
 pub mod sound;
 pub mod to_folder;

@@ -49,10 +49,8 @@ impl PowerRecorder {
         if step + 2 < self.warm_up {
             return;
         }
-        let (forces, displacements) = (march.instant_forces(), march.instant_displacements());
-        // Points are material like elements: a window of cells moves on by a whole column of them.
-        let first = march.geometry().first_element(step) * march.points_across() as i64;
-        let power = self.power.push(first, forces, displacements);
+        let footprint = march.footprint();
+        let power = self.power.push(footprint.first_point(), footprint.forces(), footprint.displacements());
         if step >= self.warm_up {
             self.mean.push(power);
         }
@@ -121,7 +119,7 @@ mod tests {
             let march = &run.prepared.march;
             let number = march.next_step() - 1;
             let geometry = march.geometry();
-            let power = march.forces().iter().enumerate().map(|(column, force)| {
+            let power = march.footprint().mean().iter().enumerate().map(|(column, force)| {
                 let x = geometry.position_between(step.first_element + column as i64, number as f64 - lag);
                 force * plan.speed * x / (radius * radius - x * x).sqrt()
             });

@@ -4,8 +4,6 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use rayon::Scope;
-
 use crate::counters::process::cpu_time;
 use crate::counters::{MachinePeak, Meter, Stage, Watch};
 use crate::plan::{Forecast, Plan, process_memory, unit_record};
@@ -168,8 +166,8 @@ impl<'a> PlannedRun<'a> {
         let mut folder = folder()?;
         let drawn = plan.steps_drawn(prepared.at_rest.length) as u64;
         let shown = plan.warm_up_steps..plan.warm_up_steps + drawn.max(2);
-        let columns = prepared.march.geometry().columns;
-        let points = columns * prepared.march.points_across();
+        let shape = prepared.march.footprint().shape();
+        let (columns, points) = (shape.columns, shape.points());
         let written = checkpoint.as_ref().map(|checkpoint| &checkpoint.written);
         let place = ArrayPlace { folder: &folder, written };
         let mut record = Record::new(&place, &loaded.scene, plan, columns, shown)?;
@@ -182,12 +180,7 @@ impl<'a> PlannedRun<'a> {
         let mut checkpoints = Checkpoints::new(loaded, (wall, cpu), earlier)?;
         progress.march(run.next_step(), plan.steps, plan.time_step);
         run.enter_steps();
-        // One thread makes the road where it is needed; with more of them it is made behind, and whatever is in the
-        // making ends with the scope.
-        let rolled = rayon::in_place_scope(|scope| {
-            let behind = (rayon::current_num_threads() > 1).then_some(scope);
-            roll(plan, &mut run, &mut folder, &mut checkpoints, stop, progress, behind)
-        });
+        let rolled = roll(plan, &mut run, &mut folder, &mut checkpoints, stop, progress);
         let ended = rolled.and_then(|interrupted| {
             self.end(&mut run, &folder, &checkpoints, interrupted, progress).map(|summary| (interrupted, summary))
         });
@@ -263,7 +256,6 @@ fn roll(
     checkpoints: &mut Checkpoints,
     stop: &AtomicBool,
     progress: &mut dyn Progress,
-    behind: Option<&Scope<'_>>,
 ) -> Result<bool, RunError> {
     let mut interrupted = false;
     while run.next_step() < plan.steps {
@@ -278,7 +270,7 @@ fn roll(
                 break;
             }
         }
-        run.advance(behind)?;
+        run.advance()?;
     }
     run.settle();
     Ok(interrupted)

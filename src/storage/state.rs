@@ -3,6 +3,8 @@
 //! A state is a plain structure of named fields with serde's traits, made by a `save` and given to the `restore` of an
 //! equal, freshly prepared object. Its content is what a file has said: `restore` checks it before it is used.
 
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// Why a state does not fit what it is for.
@@ -19,6 +21,61 @@ pub enum StateError {
     /// A field holds what it cannot.
     #[error("its state makes no sense")]
     Value,
+}
+
+/// Bytes of a state whose parts are put down one after the other, and taken in the same order.
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+pub struct SavedState(Vec<u8>);
+
+/// Writer of a [`SavedState`].
+#[derive(Debug, Default)]
+pub struct StateWriter(Vec<u8>);
+
+/// Reader of a [`SavedState`].
+#[derive(Clone, Debug)]
+pub struct StateReader<'a>(&'a [u8]);
+
+impl StateWriter {
+    /// Puts a value down.
+    ///
+    /// # Errors
+    /// [`StateError::Value`] for one that has no bytes.
+    pub fn put<T: Serialize + ?Sized>(&mut self, value: &T) -> Result<(), StateError> {
+        self.0 = postcard::to_extend(value, std::mem::take(&mut self.0)).map_err(|_| StateError::Value)?;
+        Ok(())
+    }
+
+    /// Hands over the bytes.
+    pub fn finish(self) -> SavedState {
+        SavedState(self.0)
+    }
+}
+
+impl SavedState {
+    /// Begins to read.
+    pub fn reader(&self) -> StateReader<'_> {
+        StateReader(&self.0)
+    }
+}
+
+impl StateReader<'_> {
+    /// Takes the next value.
+    ///
+    /// # Errors
+    /// [`StateError::Value`] where the bytes make none.
+    pub fn take<T: DeserializeOwned>(&mut self) -> Result<T, StateError> {
+        let (value, rest) = postcard::take_from_bytes(self.0).map_err(|_| StateError::Value)?;
+        self.0 = rest;
+        Ok(value)
+    }
+
+    /// Makes sure that nothing is left.
+    ///
+    /// # Errors
+    /// [`StateError::Value`] otherwise.
+    pub fn finish(self) -> Result<(), StateError> {
+        if self.0.is_empty() { Ok(()) } else { Err(StateError::Value) }
+    }
 }
 
 /// Puts saved values in the place of present ones.
@@ -82,6 +139,20 @@ mod tests {
         let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
         assert_eq!(bits(&back), bits(&numbers));
         assert_eq!((same_counts, same_wholes, text.as_str()), (counts, wholes, "größer"));
+    }
+
+    #[test]
+    fn parts_are_taken_in_the_order_in_which_they_were_put_and_none_is_left() {
+        let mut writer = StateWriter::default();
+        writer.put(&3_u64).unwrap();
+        writer.put(&[1.5, -0.0]).unwrap();
+        let saved = writer.finish();
+        let mut reader = saved.reader();
+        assert_eq!(reader.take::<u64>(), Ok(3));
+        assert_eq!(reader.clone().finish(), Err(StateError::Value), "something is left");
+        assert_eq!(reader.take::<[f64; 2]>().map(|pair| pair.map(f64::to_bits)), Ok([1.5, -0.0].map(f64::to_bits)));
+        assert_eq!(reader.clone().take::<u64>(), Err(StateError::Value), "nothing is left");
+        assert_eq!(reader.finish(), Ok(()));
     }
 
     #[test]

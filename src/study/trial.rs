@@ -184,19 +184,15 @@ impl<'a> Trials<'a> {
         let mut run = begin(&loaded, &plan, self.stop, Watch::EVERY)?;
         let begin = Instant::now();
         let mut force = Vec::with_capacity(plan.steps as usize);
-        rayon::in_place_scope(|scope| {
-            let behind = (rayon::current_num_threads() > 1).then_some(scope);
-            while run.next_step() < plan.steps {
-                force.push(run.step_beside(behind)?.total_force);
-                see(&run);
-                if run.next_step().is_multiple_of(LOOK_EVERY) {
-                    let steps = run.next_step() as f64;
-                    self.tell(steps / plan.steps as f64, steps * plan.time_step);
-                    self.look()?;
-                }
+        while let Some(step) = run.step()? {
+            force.push(step.total_force);
+            see(&run);
+            if run.next_step().is_multiple_of(LOOK_EVERY) {
+                let steps = run.next_step() as f64;
+                self.tell(steps / plan.steps as f64, steps * plan.time_step);
+                self.look()?;
             }
-            Ok::<(), RunError>(())
-        })?;
+        }
         let seconds = begin.elapsed().as_secs_f64();
         let rolled = plan.steps as f64 * plan.time_step;
         self.done += self.shared.as_ref().map_or(rolled, |shared| shared.seconds);

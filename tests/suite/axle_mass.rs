@@ -6,11 +6,11 @@ use std::sync::atomic::AtomicBool;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use tyrewave::contact::axle::{AxleHeight, LoadControl, MovingAxle, SprungMass};
-use tyrewave::contact::slice_queue::SliceQueue;
 use tyrewave::contact::static_contact::StaticContact;
 use tyrewave::counters::Meter;
 use tyrewave::plan::Plan;
 use tyrewave::road::slices::StiffnessCurve;
+use tyrewave::road::strip::RoadStrip;
 use tyrewave::run::RunError;
 use tyrewave::run::prepare::{Prepared, prepare};
 use tyrewave::scene::LoadedScene;
@@ -32,7 +32,7 @@ fn prepared(loaded: &LoadedScene) -> (Prepared, Plan) {
 /// Total forces on a smooth road for an axle that `next` gives before every step and that is told the force.
 fn roll(loaded: &LoadedScene, steps: u64, axle: &mut dyn FnMut(u64, Option<f64>) -> AxleHeight) -> Vec<f64> {
     let (Prepared { mut march, .. }, _) = prepared(loaded);
-    let mut slices = SliceQueue::starting_at(march.geometry().first_element(0));
+    let mut slices = RoadStrip::starting_at(march.geometry().first_element(0));
     slices.extend((0..steps + march.geometry().columns as u64).map(|_| StiffnessCurve::flat(0.0)));
     let (mut forces, mut last) = (Vec::new(), None);
     for step in 0..steps {

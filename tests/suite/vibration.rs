@@ -9,7 +9,6 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 use tyrewave::contact::history::{ModalHistory, PastForces};
-use tyrewave::contact::slice_queue::SliceQueue;
 use tyrewave::counters::{Counter, Meter, Stage};
 use tyrewave::plan::{Plan, fit_options};
 use tyrewave::response::vibration::{
@@ -19,6 +18,7 @@ use tyrewave::response::vibration::{
 use tyrewave::response::{PowerSpectrum, ThirdOctaveBand};
 use tyrewave::results::vibration::vibration_levels_csv;
 use tyrewave::road::slices::StiffnessCurve;
+use tyrewave::road::strip::RoadStrip;
 use tyrewave::run::Run;
 use tyrewave::run::past::fetch;
 use tyrewave::run::prepare::prepare;
@@ -353,7 +353,7 @@ fn differences(rule: TimeRule, elements: usize, substeps: usize, duration: f64, 
     let (columns, first, step) = (geometry.columns, geometry.first_element(0), plan.time_step);
     // The same road for any number of elements: flat stones of 15 mm.
     let mut random = ChaCha8Rng::seed_from_u64(3);
-    let mut slices = SliceQueue::starting_at(first);
+    let mut slices = RoadStrip::starting_at(first);
     let (count, stone) = (plan.steps as usize / substeps + columns + 1, elements.div_ceil(128));
     let stones: Vec<f64> = (0..=count / stone).map(|_| random.random_range(-5e-4..0.0)).collect();
     slices.extend((0..count).map(|element| StiffnessCurve::flat(stones[element / stone])));
@@ -386,7 +386,7 @@ fn differences(rule: TimeRule, elements: usize, substeps: usize, duration: f64, 
     let mut all = vec![0.0; elements];
     for l in 0..plan.steps {
         let first = march.step(&prepared.axle, &slices, &mut Meter::default()).unwrap().first_element;
-        for (stage, row) in march.instant_forces().chunks_exact(columns).enumerate() {
+        for (stage, row) in march.footprint().forces().chunks_exact(columns).enumerate() {
             history.displacement(0, &mut all, &mut Meter::default());
             for (column, force) in row.iter().enumerate().filter(|(_, force)| **force != 0.0) {
                 let source = (first + column as i64).rem_euclid(elements as i64) as usize;
@@ -399,7 +399,7 @@ fn differences(rule: TimeRule, elements: usize, substeps: usize, duration: f64, 
         }
         tracks.iter_mut().zip(&all).for_each(|(track, value)| track.push(*value));
         if (settled..end).contains(&l) {
-            accumulator.push(march.instant_forces(), 0.0);
+            accumulator.push(march.footprint().forces(), 0.0);
         }
     }
     let patch = accumulator.finish().unwrap();

@@ -33,6 +33,6 @@ pub mod zone;
 pub use instant::InstantCells;
 pub use product::CellProduct;
 pub use search::{CellCounts, CellResiduals, CellSearch};
-pub use zone::{CellPast, CellZone, CellZoneState};
+pub use zone::{CellPast, CellZone};
 #[cfg(test)]
 mod tests;

@@ -41,10 +41,10 @@ use super::ldlt::{Ldlt, Singular};
 use super::pieces::{HeldPiece, LocalSlice};
 use super::sweeps::{OwnForce, PATIENCE, SearchCounts, Surface, move_on};
 use super::tiles::{LINE, add_to_diagonal, room};
-use crate::contact::slice_queue::SliceQueue;
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::{Aligned, largest_or_zero};
 use crate::road::slices::StiffnessCurve;
+use crate::road::strip::RoadStrip;
 use crate::storage::StateError;
 
 /// Sweeps of the guess. A second one costs more than the solves that it saves: an instant of dense asphalt takes 2.00
@@ -57,7 +57,7 @@ const MOST_ROUNDS: u32 = 16;
 #[derive(Clone, Copy)]
 pub struct SlicesUnder<'a> {
     /// The slices.
-    pub slices: &'a SliceQueue,
+    pub slices: &'a RoadStrip,
     /// Element number of the first column.
     pub first_element: i64,
 }
@@ -65,7 +65,7 @@ pub struct SlicesUnder<'a> {
 impl<'a> SlicesUnder<'a> {
     /// The slice under a column, if there is road there.
     pub fn get(&self, column: usize) -> Option<&'a StiffnessCurve> {
-        self.slices.get(self.first_element + column as i64)
+        self.slices.curve(self.first_element + column as i64)
     }
 }
 

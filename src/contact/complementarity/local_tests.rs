@@ -21,13 +21,13 @@ fn curve(first: f64, steps: &[(f64, f64)]) -> StiffnessCurve {
     StiffnessCurve::from_events(0.0, events.into_iter())
 }
 
-fn queue(curves: &[StiffnessCurve]) -> SliceQueue {
-    let mut queue = SliceQueue::starting_at(0);
+fn queue(curves: &[StiffnessCurve]) -> RoadStrip {
+    let mut queue = RoadStrip::starting_at(0);
     queue.extend(curves.iter().cloned());
     queue
 }
 
-fn under(slices: &SliceQueue) -> SlicesUnder<'_> {
+fn under(slices: &RoadStrip) -> SlicesUnder<'_> {
     SlicesUnder { slices, first_element: 0 }
 }
 

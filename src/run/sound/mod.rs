@@ -26,7 +26,7 @@ use crate::results::sound::{BodySummary, RatedLevel, ReceiverSpectrum, SoundErro
 use crate::run::error::RunError;
 use crate::run::prepare::Prepared;
 use crate::run::progress::Progress;
-use crate::scene::LoadedScene;
+use crate::scene::{LoadedScene, Zone};
 use crate::storage::StateError;
 use kept_signal::{KeptSignal, KeptState};
 use passing::Passing;
@@ -146,8 +146,9 @@ impl SoundRecorder {
         let spectra = (0..points)
             .map(|_| SpectrumAccumulator::faded(samples as usize, plan.time_step, SOUND_SEGMENT, SOUND_FADE))
             .collect::<Result<_, _>>()?;
-        let cells = prepared.march.cells();
-        let lateral = cells.map(|_| LateralForces::new(&plan.cell_grid(), sound.lateral_numbers(&plan.decisions.tyre)));
+        let over_cells = plan.decisions.zone == Zone::Cells;
+        let lateral =
+            over_cells.then(|| LateralForces::new(&plan.cell_grid(), sound.lateral_numbers(&plan.decisions.tyre)));
         Ok(Some(Self {
             way,
             lateral,
@@ -163,10 +164,10 @@ impl SoundRecorder {
 
     /// Takes in the step that a march has just done.
     pub fn push(&mut self, step: u64, march: &March, meter: &mut Meter) {
-        self.take(step, march.instant_forces(), meter);
+        self.take(step, march.footprint().forces(), meter);
     }
 
-    /// Takes in the forces of a step \[N\], stage by stage, point by point: [`March::instant_forces`].
+    /// Takes in the forces of a step \[N\], stage by stage, point by point: [`Footprint::forces`](crate::contact::footprint::Footprint::forces).
     pub fn take(&mut self, step: u64, forces: &[f64], meter: &mut Meter) {
         if step < self.warm_up {
             return;

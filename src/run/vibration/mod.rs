@@ -34,8 +34,6 @@ pub struct VibrationRecorder {
     tyre: TyreAnswer,
     /// Where the forces are those of cells.
     resolved: Option<ResolvedForces>,
-    /// Points across of the contact's forces.
-    across: usize,
     fields: Vec<VibrationField>,
     /// Highest frequency that levels are vouched for \[Hz\].
     valid_to: f64,
@@ -98,7 +96,7 @@ impl VibrationRecorder {
         if vibration.tangential {
             tyre.add_tangential(loaded, plan, layout.angular_frequency(layout.bins() - 1), meter)?;
         }
-        let (across, valid_to) = (prepared.march.points_across(), prepared.valid_to);
+        let (across, valid_to) = (prepared.march.footprint().shape().across, prepared.valid_to);
         let open = meter.open();
         let resolved = cells.and_then(|cells| ResolvedForces::new(plan, prepared, cells, &layout, meter));
         let at_places = !(vibration.points.is_empty() && vibration.elements.is_empty());
@@ -117,7 +115,6 @@ impl VibrationRecorder {
             power: ContactPower::new(layout.rule, plan.time_step, layout.columns * across),
             tyre,
             resolved,
-            across,
             fields,
             valid_to,
             warm_up: plan.warm_up_steps,
@@ -169,8 +166,9 @@ impl VibrationRecorder {
         let of_power = self.resolved.as_ref().is_some_and(ResolvedForces::completes_next);
         let completes = step >= self.warm_up && (of_power || self.accumulator.completes_next());
         let work = || {
-            let (forces, displacements) = (march.instant_forces(), march.instant_displacements());
-            let first = march.geometry().first_element(step) * self.across as i64;
+            let footprint = march.footprint();
+            let (forces, displacements) = (footprint.forces(), footprint.displacements());
+            let first = footprint.first_point();
             let power = self.power.push(first, forces, displacements);
             let of_waves = self.resolved.as_mut().map_or(0.0, |resolved| resolved.put_in(first, forces, displacements));
             if step < self.warm_up {

@@ -158,7 +158,7 @@ impl<'a, 'b> Rolled<'a, 'b> {
         let (mut forces, mut width) = (Vec::new(), 0);
         while run.step()?.is_some() {
             if run.next_step() > plan.warm_up_steps {
-                let instant = run.prepared.march.instant_forces();
+                let instant = run.prepared.march.footprint().forces();
                 width = instant.len();
                 forces.extend_from_slice(instant);
             }

@@ -7,17 +7,30 @@
 use std::collections::VecDeque;
 use std::mem::replace;
 use std::ops::Range;
-use std::panic::resume_unwind;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::thread;
 use std::time::{Duration, Instant};
 
-use rayon::{Scope, Yield};
+use rayon::Yield;
+use thiserror::Error;
 
-use crate::contact::slice_queue::RoadSlice;
+use super::error::RoadError;
+use super::slices::{SliceBuilder, SliceError};
+use super::strip::RoadSlice;
+use super::surface::RoadSurface;
 use crate::counters::{Meter, Stage};
-use crate::road::slices::SliceBuilder;
-use crate::road::{RoadError, RoadSurface};
-use crate::run::error::RunError;
+
+/// Fault met while a road is made.
+#[derive(Debug, Error)]
+pub enum MakingError {
+    /// The road.
+    #[error(transparent)]
+    Road(#[from] RoadError),
+    /// Its slices.
+    #[error(transparent)]
+    Slices(#[from] SliceError),
+}
 
 /// Most chunks that lie ready. A drawn road comes in pieces of some thousand elements (2800 at N = 1024): the march
 /// lives on what is ready while one is drawn.
@@ -51,12 +64,15 @@ pub enum SliceForm {
 enum Place {
     Here(Box<Bench>),
     /// Behind the march: it comes back with the chunk.
-    Behind(Receiver<(Box<Bench>, Chunk)>),
+    Behind(Receiver<Made>),
 }
+
+/// Bench and chunk as they come back, or the panic that ended the work.
+type Made = thread::Result<(Box<Bench>, Chunk)>;
 
 /// A chunk's slices, or why there are none, and when its heights and its slices were begun and done.
 struct Chunk {
-    slices: Result<Vec<RoadSlice>, RunError>,
+    slices: Result<Vec<RoadSlice>, MakingError>,
     times: [Instant; 3],
 }
 
@@ -78,24 +94,28 @@ impl RoadMaker {
     /// Tells whether another chunk may be begun behind: looks whether the one before is finished.
     pub fn is_free(&mut self) -> bool {
         if let Place::Behind(made) = &self.bench {
-            let Ok((bench, chunk)) = made.try_recv() else { return false };
+            let Ok(made) = made.try_recv() else { return false };
+            let (bench, chunk) = made.unwrap_or_else(|panic| resume_unwind(panic));
             self.bench = Place::Here(bench);
             self.ready.push_back(chunk);
         }
         self.ready.len() < MOST_READY
     }
 
-    /// Begins a chunk behind; nothing while one is in the making.
-    pub fn begin(&mut self, rows: Range<i64>, scope: &Scope<'_>) {
+    /// Begins a chunk behind, on a thread of the present pool; nothing while one is in the making.
+    pub fn begin(&mut self, rows: Range<i64>) {
         if matches!(self.bench, Place::Behind(_)) {
             return;
         }
         let (sender, made) = sync_channel(1);
         if let Place::Here(mut bench) = replace(&mut self.bench, Place::Behind(made)) {
-            scope.spawn(move |_| {
-                let chunk = bench.make(rows);
+            rayon::spawn(move || {
+                let made = catch_unwind(AssertUnwindSafe(|| {
+                    let chunk = bench.make(rows);
+                    (bench, chunk)
+                }));
                 // A run that has ended wants it no more.
-                let _ = sender.send((bench, chunk));
+                let _ = sender.send(made);
             });
         }
     }
@@ -105,7 +125,7 @@ impl RoadMaker {
     ///
     /// # Errors
     /// Errors of the road and of its slices.
-    pub fn take(&mut self, rows: Range<i64>, meter: &mut Meter) -> Result<Vec<RoadSlice>, RunError> {
+    pub fn take(&mut self, rows: Range<i64>, meter: &mut Meter) -> Result<Vec<RoadSlice>, MakingError> {
         let chunk = match (self.ready.pop_front(), &mut self.bench) {
             (Some(chunk), _) => chunk,
             (None, Place::Behind(made)) => {
@@ -124,16 +144,31 @@ impl RoadMaker {
     }
 }
 
-/// Waits for what is made behind. The thread helps meanwhile, with the chunk or what else there is: it may be the only
-/// one that is free.
-fn wait<T>(made: &Receiver<T>) -> T {
+/// Nothing goes on behind a run that has ended.
+impl Drop for RoadMaker {
+    fn drop(&mut self) {
+        if let Place::Behind(made) = &self.bench {
+            // A chunk that is not wanted may also have failed.
+            drop(come_back(made));
+        }
+    }
+}
+
+/// Waits for what is made behind, and hands a panic on.
+fn wait(made: &Receiver<Made>) -> (Box<Bench>, Chunk) {
+    let made = come_back(made).unwrap_or_else(|| resume_unwind(Box::new("the road could not be made")));
+    made.unwrap_or_else(|panic| resume_unwind(panic))
+}
+
+/// Waits for what is made behind; `None` if it never comes. The thread helps meanwhile, with the chunk or what else
+/// there is: it may be the only one that is free.
+fn come_back(made: &Receiver<Made>) -> Option<Made> {
     loop {
         let helped = rayon::yield_now() == Some(Yield::Executed);
         match made.recv_timeout(if helped { Duration::ZERO } else { SLEEP }) {
-            Ok(made) => return made,
+            Ok(made) => return Some(made),
             Err(RecvTimeoutError::Timeout) => {}
-            // It has panicked; its scope hands that on.
-            Err(RecvTimeoutError::Disconnected) => resume_unwind(Box::new("the road could not be made")),
+            Err(RecvTimeoutError::Disconnected) => return None,
         }
     }
 }
@@ -143,11 +178,11 @@ impl Bench {
         let begin = Instant::now();
         let heights = self.heights(rows);
         let made = Instant::now();
-        let slices = heights.map_err(RunError::from).and_then(|()| self.slices());
+        let slices = heights.map_err(MakingError::from).and_then(|()| self.slices());
         Chunk { slices, times: [begin, made, Instant::now()] }
     }
 
-    fn slices(&self) -> Result<Vec<RoadSlice>, RunError> {
+    fn slices(&self) -> Result<Vec<RoadSlice>, MakingError> {
         match &self.form {
             SliceForm::Curves(builder) => {
                 Ok(builder.build_rows(&self.heights)?.into_iter().map(RoadSlice::Curve).collect())
@@ -191,17 +226,30 @@ mod tests {
         for threads in [1, 2] {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let (mut behind, mut begun) = (maker(6), 0);
-            pool.in_place_scope(|scope| {
+            pool.install(|| {
                 for (number, expected) in expected.iter().enumerate() {
                     while number == 0 && begun < MOST_READY as i64 {
                         if behind.is_free() {
-                            behind.begin(chunk(begun), scope);
+                            behind.begin(chunk(begun));
                             begun += 1;
                         }
-                        std::thread::yield_now();
+                        rayon::yield_now();
                     }
                     assert_eq!(&behind.take(chunk(number as i64), &mut meter).unwrap(), expected);
                 }
+            });
+        }
+    }
+
+    #[test]
+    fn a_maker_that_is_dropped_waits_for_what_goes_on_behind() {
+        for threads in [1, 2] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                let mut behind = maker(6);
+                assert!(behind.is_free());
+                behind.begin(chunk(0));
+                assert!(matches!(behind.bench, Place::Behind(_)));
             });
         }
     }
@@ -211,8 +259,10 @@ mod tests {
         let mut meter = Meter::default();
         let expected = maker(7).take(chunk(0), &mut meter).unwrap_err().to_string();
         let mut behind = maker(7);
-        rayon::in_place_scope(|scope| behind.begin(chunk(0), scope));
-        assert!(behind.is_free());
+        behind.begin(chunk(0));
+        while !behind.is_free() {
+            std::thread::yield_now();
+        }
         assert_eq!(behind.take(chunk(0), &mut meter).unwrap_err().to_string(), expected);
     }
 }

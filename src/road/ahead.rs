@@ -2,16 +2,16 @@
 
 use std::ops::Range;
 
-use rayon::Scope;
 use serde::{Deserialize, Serialize};
 
-use crate::contact::slice_queue::{RoadSlice, SliceQueue};
+use super::maker::{MakingError, RoadMaker, SliceForm};
+use super::strip::{RoadSlice, RoadStrip};
+use super::surface::RoadSurface;
 use crate::counters::{Counter, Meter};
-use crate::plan::CHUNK_ROWS;
-use crate::road::RoadSurface;
-use crate::run::error::RunError;
-use crate::run::road_maker::{RoadMaker, SliceForm};
 use crate::storage::StateError;
+
+/// Rows of the road that are made at a time.
+pub(crate) const CHUNK_ROWS: i64 = 512;
 
 /// Longest period of a repeated road whose curves are kept.
 const LONGEST_PERIOD: i64 = 100_000;
@@ -23,7 +23,7 @@ const LONGEST_PERIOD: i64 = 100_000;
 /// for any number of threads.
 pub struct RoadAhead {
     maker: RoadMaker,
-    queue: SliceQueue,
+    queue: RoadStrip,
     /// First and last element with road under it, for a road that ends.
     elements: Option<(i64, i64)>,
     /// Slices of one period of a road that repeats.
@@ -54,7 +54,7 @@ impl RoadAhead {
     pub fn new(
         surface: RoadSurface,
         form: SliceForm,
-        queue: SliceQueue,
+        queue: RoadStrip,
         elements: Option<(i64, i64)>,
         reached: i64,
     ) -> Self {
@@ -65,27 +65,19 @@ impl RoadAhead {
         Self { maker, queue, elements, period, made, begun, reached, slice_error: 0.0 }
     }
 
-    /// Makes sure that the slices of elements `first`..`end` are there, as far as there is road. Given a scope to work
-    /// in, chunks are made in it ahead of their need; else each when it is needed.
+    /// Makes sure that the slices of elements `first`..`end` are there, as far as there is road. One thread makes them
+    /// where they are needed; with more of them chunks are made behind, ahead of their need.
     ///
     /// # Errors
     /// Errors of the road and of its slices.
-    pub fn reach(
-        &mut self,
-        first: i64,
-        end: i64,
-        meter: &mut Meter,
-        behind: Option<&Scope<'_>>,
-    ) -> Result<(), RunError> {
+    pub fn reach(&mut self, first: i64, end: i64, meter: &mut Meter) -> Result<(), MakingError> {
         self.queue.forget_before(first);
-        if let Some(scope) = behind
-            && self.maker.is_free()
-        {
+        if rayon::current_num_threads() > 1 && self.maker.is_free() {
             let rows = self.chunk(self.begun);
             let known = !self.period.is_empty() && rows.start >= self.made.0 + self.period.len() as i64;
             if !known && rows.start < rows.end.min(self.reached) {
                 self.begun = rows.end;
-                self.maker.begin(rows, scope);
+                self.maker.begin(rows);
             }
         }
         let end = self.elements.map_or(end, |(_, last)| end.min(last + 1));
@@ -113,7 +105,7 @@ impl RoadAhead {
     }
 
     /// Gets the slices of a chunk, and keeps them where the road repeats.
-    fn make(&mut self, rows: Range<i64>, meter: &mut Meter) -> Result<Vec<RoadSlice>, RunError> {
+    fn make(&mut self, rows: Range<i64>, meter: &mut Meter) -> Result<Vec<RoadSlice>, MakingError> {
         let begin = rows.start;
         let slices = self.maker.take(rows, meter)?;
         let curves = slices.iter().filter_map(RoadSlice::curve);
@@ -145,7 +137,7 @@ impl RoadAhead {
         self.slice_error = *slice_error;
         self.made.1 = made.end;
         self.begun = made.end;
-        self.queue = SliceQueue::starting_at(queue.start);
+        self.queue = RoadStrip::starting_at(queue.start);
         Ok(())
     }
 
@@ -154,7 +146,7 @@ impl RoadAhead {
     ///
     /// # Errors
     /// Errors of the road and of its slices.
-    pub(crate) fn refill(&mut self, state: &RoadState, meter: &mut Meter) -> Result<(), RunError> {
+    pub(crate) fn refill(&mut self, state: &RoadState, meter: &mut Meter) -> Result<(), MakingError> {
         let repeats = !self.period.is_empty();
         let (mut begin, stop) = match self.period.len() as i64 {
             0 => (state.queue.start, state.queue.end),
@@ -187,7 +179,7 @@ impl RoadAhead {
     }
 
     /// The slices.
-    pub fn slices(&self) -> &SliceQueue {
+    pub fn slices(&self) -> &RoadStrip {
         &self.queue
     }
 }

@@ -2,11 +2,11 @@
 
 use std::collections::VecDeque;
 
-use crate::road::slices::StiffnessCurve;
+use super::slices::StiffnessCurve;
 
 /// A run of consecutive slices by element number. Elements outside it have no road: they cannot touch.
 #[derive(Clone, Debug, Default)]
-pub struct SliceQueue {
+pub struct RoadStrip {
     first: i64,
     slices: VecDeque<RoadSlice>,
 }
@@ -36,7 +36,7 @@ impl From<StiffnessCurve> for RoadSlice {
     }
 }
 
-impl SliceQueue {
+impl RoadStrip {
     /// An empty queue whose first slice will be that of element `first`.
     pub fn starting_at(first: i64) -> Self {
         Self { first, slices: VecDeque::new() }
@@ -64,8 +64,18 @@ impl SliceQueue {
         self.first += passed;
     }
 
+    /// Tells whether the road is told as curves; so is one of which nothing is made yet.
+    pub fn has_curves(&self) -> bool {
+        matches!(self.slices.front(), None | Some(RoadSlice::Curve(_)))
+    }
+
+    /// Tells whether it is told as heights of cells; so is one of which nothing is made yet.
+    pub fn has_heights(&self) -> bool {
+        matches!(self.slices.front(), None | Some(RoadSlice::Heights(_)))
+    }
+
     /// The curve of an element's slice, if there is road there.
-    pub fn get(&self, element: i64) -> Option<&StiffnessCurve> {
+    pub fn curve(&self, element: i64) -> Option<&StiffnessCurve> {
         self.slice(element).and_then(RoadSlice::curve)
     }
 

@@ -1,0 +1,168 @@
+//! Forces and displacements of a step over the contact window: written by the zone of the contact, read by all others.
+//!
+//! A step has one instant, or a few where the time rule has stages; its force is their mean sum_i b_i F_i. Points stand
+//! column by column along the window, those across within a column; a slice is one point.
+
+use crate::storage::state::{StateError, fill};
+
+/// Shape of the contact window in a step.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+pub struct WindowShape {
+    /// Elements along the window.
+    pub columns: usize,
+    /// Points across: cells, or 1 for a slice as a whole.
+    pub across: usize,
+    /// Instants of a step.
+    pub stages: usize,
+}
+
+impl WindowShape {
+    /// Number of points in the window.
+    pub fn points(&self) -> usize {
+        self.columns * self.across
+    }
+}
+
+/// Footprint of the tyre in a step.
+#[derive(Clone, Debug)]
+pub struct Footprint {
+    shape: WindowShape,
+    /// Weights b_i of the instants.
+    weights: [f64; 3],
+    /// Element number of the first column.
+    first_element: i64,
+    /// By stage and point.
+    force: Vec<f64>,
+    displacement: Vec<f64>,
+    /// By point, at the last instant.
+    required: Vec<f64>,
+    /// By stage and column; empty where a column is one point.
+    column_force: Vec<f64>,
+    /// By point, and by column; the latter is empty where a column is one point. Both are kept, since a sum of means is
+    /// rounded otherwise than a mean of sums.
+    mean: Vec<f64>,
+    column_mean: Vec<f64>,
+}
+
+/// Part of a footprint that an instant of a step writes.
+pub(crate) struct StageMut<'a> {
+    /// Forces by point \[N\].
+    pub force: &'a mut [f64],
+    /// Displacements by point, springs included: u = G0 F + u_old \[m\].
+    pub displacement: &'a mut [f64],
+    /// Required displacements by point \[m\]; -infinity where there is no road.
+    pub required: &'a mut [f64],
+    /// Forces by column \[N\]; empty where a column is one point.
+    pub column_force: &'a mut [f64],
+}
+
+impl Footprint {
+    /// Makes the footprint of a tyre at rest in the air, `weights` being those of a step's instants.
+    pub(crate) fn new(shape: WindowShape, weights: [f64; 3]) -> Self {
+        let points = shape.points();
+        let columns = if shape.across > 1 { shape.columns } else { 0 };
+        Self {
+            shape,
+            weights,
+            first_element: 0,
+            force: vec![0.0; shape.stages * points],
+            displacement: vec![0.0; shape.stages * points],
+            required: vec![0.0; points],
+            column_force: vec![0.0; shape.stages * columns],
+            mean: vec![0.0; points],
+            column_mean: vec![0.0; columns],
+        }
+    }
+
+    /// Shape of the window.
+    pub fn shape(&self) -> WindowShape {
+        self.shape
+    }
+
+    /// Element number of the window's first column.
+    pub fn first_element(&self) -> i64 {
+        self.first_element
+    }
+
+    /// Number of the first point: points are material like elements, and a window moves on by whole columns of them.
+    pub fn first_point(&self) -> i64 {
+        self.first_element * self.shape.across as i64
+    }
+
+    /// Forces at the step's instants, stage after stage, by point \[N\].
+    pub fn forces(&self) -> &[f64] {
+        &self.force
+    }
+
+    /// Displacements at the step's instants, stage after stage, by point \[m\]: u = G0 F + u_old with the springs' own.
+    pub fn displacements(&self) -> &[f64] {
+        &self.displacement
+    }
+
+    /// Required displacements at the last instant by point \[m\]; -infinity where there is no road.
+    pub fn required(&self) -> &[f64] {
+        &self.required
+    }
+
+    /// Forces of the step by point \[N\]: for a Runge-Kutta rule their mean over the step.
+    pub fn mean(&self) -> &[f64] {
+        &self.mean
+    }
+
+    /// Forces of the step by column \[N\], likewise.
+    pub fn column_mean(&self) -> &[f64] {
+        if self.shape.across > 1 { &self.column_mean } else { &self.mean }
+    }
+
+    /// Number of columns that carry force.
+    pub fn touching(&self) -> usize {
+        self.column_mean().iter().filter(|&&force| force > 0.0).count()
+    }
+
+    /// Number of columns from the first to the last one that carries force.
+    pub fn extent(&self) -> usize {
+        let carries = |&force: &f64| force > 0.0;
+        let forces = self.column_mean();
+        let ends = forces.iter().position(carries).zip(forces.iter().rposition(carries));
+        ends.map_or(0, |(from, to)| to - from + 1)
+    }
+
+    /// Sum of the forces at an instant \[N\].
+    pub(crate) fn total_at(&self, stage: usize) -> f64 {
+        let columns = self.shape.columns;
+        let forces = if self.shape.across > 1 { &self.column_force } else { &self.force };
+        forces[stage * columns..(stage + 1) * columns].iter().sum()
+    }
+
+    /// Hands out what an instant writes, the window's first column being an element's.
+    pub(crate) fn stage(&mut self, stage: usize, first_element: i64) -> StageMut<'_> {
+        let points = self.shape.points();
+        let columns = if self.shape.across > 1 { self.shape.columns } else { 0 };
+        self.first_element = first_element;
+        StageMut {
+            force: &mut self.force[stage * points..(stage + 1) * points],
+            displacement: &mut self.displacement[stage * points..(stage + 1) * points],
+            required: &mut self.required,
+            column_force: &mut self.column_force[stage * columns..(stage + 1) * columns],
+        }
+    }
+
+    /// Averages the forces over the instants of a step, once all of them are written.
+    pub(crate) fn end_step(&mut self) {
+        let Self { weights, force, column_force, mean, column_mean, .. } = self;
+        for (means, forces) in [(mean, force), (column_mean, column_force)] {
+            means.fill(0.0);
+            for (forces, weight) in forces.chunks_exact(means.len().max(1)).zip(weights.iter()) {
+                for (mean, force) in means.iter_mut().zip(forces) {
+                    *mean += weight * force;
+                }
+            }
+        }
+    }
+
+    /// Forces of the last step, which a march goes on from; those by point are made anew in the next one.
+    pub(crate) fn restore(&mut self, column_mean: &[f64]) -> Result<(), StateError> {
+        let here = if self.shape.across > 1 { &mut self.column_mean } else { &mut self.mean };
+        fill(here, column_mean)
+    }
+}

@@ -1,0 +1,110 @@
+//! Slices in contact: each is level across the width and touches as a whole.
+
+use super::complementarity::{Search, SearchCounts, SliceLaw, SlicesUnder};
+use super::error::ContactError;
+use super::footprint::StageMut;
+use super::history::PastForces;
+use super::kernel::ContactKernel;
+use super::zone::{Instant, Solved, Zone};
+use crate::counters::{Meter, Stage, Work};
+use crate::numeric::largest_or_zero;
+use crate::road::strip::RoadStrip;
+use crate::scene::Numerics;
+use crate::storage::state::{StateError, StateReader, StateWriter};
+
+/// Slices of a window.
+pub(crate) struct SliceZone {
+    kernel: ContactKernel,
+    history: Box<dyn PastForces>,
+    search: Search,
+}
+
+impl SliceZone {
+    /// Slices at rest in a window of so many columns.
+    pub(crate) fn new(
+        columns: usize,
+        kernel: ContactKernel,
+        slices: SliceLaw,
+        history: Box<dyn PastForces>,
+        numerics: &Numerics,
+    ) -> Self {
+        let mut within_a_step = kernel.within_a_step();
+        within_a_step.truncate(columns);
+        let search = Search::new(within_a_step, kernel.is_coupled(), slices, numerics);
+        Self { kernel, history, search }
+    }
+}
+
+impl Zone for SliceZone {
+    fn solve(
+        &mut self,
+        at: Instant<'_>,
+        road: &RoadStrip,
+        stage: StageMut<'_>,
+        meter: &mut Meter,
+    ) -> Result<Solved, ContactError> {
+        let Instant { step, first_element, indentation, rises, .. } = at;
+        let StageMut { force, displacement: old, required, .. } = stage;
+        if !road.has_curves() {
+            return Err(ContactError::RoadForm);
+        }
+        let mut laps = meter.laps();
+        self.history.displacement(first_element, old, meter);
+        old.iter_mut().for_each(|displacement| *displacement *= self.kernel.scale);
+        meter.lap(&mut laps, Stage::History);
+        let takes_penetrations = self.search.takes_penetrations();
+        let past = old.iter().zip(rises);
+        for ((element, required), (&old, &rise)) in (first_element..).zip(&mut *required).zip(past) {
+            *required = match road.curve(element) {
+                Some(curve) => {
+                    let penetration = indentation - rise + curve.peak - old;
+                    if takes_penetrations { penetration } else { curve.displacement_at(penetration) }
+                }
+                None => f64::NEG_INFINITY,
+            };
+        }
+        let columns = force.len() as u64;
+        // Rise, penetration and a piece of the curve: about 8 numbers and as many operations.
+        meter.add_work(Stage::Penetration, Work { multiply_adds: 4 * columns, bytes: 8 * 8 * columns });
+        meter.lap(&mut laps, Stage::Penetration);
+        let under = SlicesUnder { slices: road, first_element };
+        let residuals = self.search.forces(required, under, force, step, meter)?;
+        meter.lap(&mut laps, Stage::ActiveSet);
+        self.history.push(first_element, force);
+        meter.lap(&mut laps, Stage::History);
+        self.search.add_displacement(force, old);
+        Ok(Solved {
+            residuals,
+            largest_force: largest_or_zero(force),
+            largest_displacement: largest_or_zero(required),
+            is_sound: required.iter().fold(true, |sound, required| sound & !required.is_nan()),
+            is_at_end: force.first().zip(force.last()).is_some_and(|(&first, &last)| first > 0.0 || last > 0.0),
+        })
+    }
+
+    fn advance(&mut self, columns: usize) {
+        self.search.advance(columns);
+    }
+
+    fn first_weights(&self) -> &[f64] {
+        &self.kernel.instant
+    }
+
+    fn spring(&self) -> f64 {
+        self.kernel.spring
+    }
+
+    fn search_counts(&self) -> SearchCounts {
+        self.search.counts()
+    }
+
+    fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
+        state.put(&self.search.save())?;
+        state.put(&self.history.save())
+    }
+
+    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+        self.search.restore(state.take()?)?;
+        self.history.restore(state.take()?)
+    }
+}

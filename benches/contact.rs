@@ -17,7 +17,7 @@ use tyrewave::contact::complementarity::{ActiveSet, FactorCache, FactorCounts};
 use tyrewave::contact::history::{DirectHistory, INSTANTS, LagKernel, ModalHistory, PastForces};
 use tyrewave::counters::{Meter, Stage};
 use tyrewave::numeric::Ring;
-use tyrewave::run::past::fetch;
+use tyrewave::plan::models::fetch;
 use tyrewave::scene::TimeRule;
 use tyrewave::test_models::{plate_scene, plate_tyre};
 use tyrewave::tyre::influence::convolution_quadrature::Weights;

@@ -23,6 +23,7 @@ use realfft::RealFftPlanner;
 use rustfft::FftPlanner;
 use tyrewave::counters::{Meter, Watch};
 use tyrewave::numeric::Ring;
+use tyrewave::plan::models::fetch;
 use tyrewave::plan::{Plan, fit_options};
 use tyrewave::response::vibration::transfer::symbols;
 use tyrewave::response::vibration::{
@@ -30,7 +31,6 @@ use tyrewave::response::vibration::{
 };
 use tyrewave::response::{PowerSpectrum, ThirdOctaveBand};
 use tyrewave::results::npy::{NpyWriter, Row};
-use tyrewave::run::past::fetch;
 use tyrewave::run::prepare::{Prepared, prepare};
 use tyrewave::scene::{LoadedScene, PLATE, TimeRule};
 use tyrewave::test_models::{self, CIRCUMFERENCE, add, edit};

@@ -7,7 +7,7 @@
 //! ```
 //! use std::sync::atomic::AtomicBool;
 //! use tyrewave::plan::Plan;
-//! use tyrewave::run::Run;
+//! use tyrewave::run::Simulation;
 //! use tyrewave::scene::{DEFAULT, Scene};
 //!
 //! let mut scene = Scene::from_str(DEFAULT, "small")?;
@@ -15,7 +15,7 @@
 //! scene.scene.rolling.duration = 0.2;
 //! let plan = Plan::of(&scene)?;
 //! plan.check(&scene)?;
-//! let mut run = Run::begin(&scene, &plan, &AtomicBool::new(false))?;
+//! let mut run = Simulation::begin(&scene, &plan, &AtomicBool::new(false))?;
 //! while let Some(step) = run.step()? {
 //!     assert!(step.total_force >= 0.0);
 //! }
@@ -32,8 +32,8 @@
 //! road, [`response`] spectra, [`sound`] levels and sound files.
 //!
 //! The data's way is also the order of the modules; each knows only what lies before it:
-//! [`scene`] -> [`tyre`] and [`road`] -> [`contact`] -> [`response`] -> [`sound`] -> [`results`] -> [`plan`] -> [`run`]
-//! -> [`study`] -> [`report`] -> [`performance`] -> `python`.
+//! [`scene`] -> [`tyre`] and [`road`] -> [`contact`] -> [`response`] -> [`sound`] -> [`results`] -> [`plan`] ->
+//! [`effects`] -> [`run`] -> [`study`] -> [`report`] -> [`performance`] -> `python`.
 //!
 //! [`numeric`], [`counters`] and [`storage`], which keeps states and caches in files, know no physics and serve all of
 //! them; [`half_space`], the contact of rough surfaces on an elastic half-space, knows no tyre and serves the road's
@@ -47,6 +47,7 @@
 
 pub mod contact;
 pub mod counters;
+pub mod effects;
 pub mod half_space;
 pub mod numeric;
 pub mod performance;

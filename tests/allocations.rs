@@ -9,12 +9,13 @@ use std::sync::atomic::AtomicBool;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
-use tyrewave::counters::{Meter, Watch};
+use tyrewave::counters::{Meter, Unwatched, Watch};
+use tyrewave::effects::vibration::VibrationEffect;
+use tyrewave::effects::{Begin, Effect, Step};
 use tyrewave::plan::Plan;
 use tyrewave::road::slices::StiffnessCurve;
 use tyrewave::road::strip::RoadStrip;
 use tyrewave::run::prepare::prepare;
-use tyrewave::run::vibration::VibrationRecorder;
 use tyrewave::test_models::{scene, scene_text};
 
 #[global_allocator]
@@ -36,7 +37,18 @@ fn count(history: &str, tread: &str, rule: &str, elements: usize, cached: usize,
     let plan = Plan::new(&loaded.scene);
     let (stop, mut meter) = (AtomicBool::new(false), Meter::default());
     let mut prepared = prepare(&loaded, &plan, &stop, &mut meter).unwrap();
-    let mut vibration = VibrationRecorder::prepare(&loaded, &plan, &mut prepared, &stop, &mut meter).unwrap();
+    let mut begin = Begin {
+        loaded: &loaded,
+        plan: &plan,
+        contact: &prepared.contact,
+        models: &mut prepared.models,
+        in_memory: true,
+        warnings: &mut prepared.warnings,
+        stop: &stop,
+        progress: &mut Unwatched,
+        meter: &mut meter,
+    };
+    let mut vibration = VibrationEffect.begin(&mut begin).unwrap();
     let march = &mut prepared.march;
     let mut random = ChaCha8Rng::seed_from_u64(8);
     let first = march.geometry().first_element(0);
@@ -59,9 +71,21 @@ fn count(history: &str, tread: &str, rule: &str, elements: usize, cached: usize,
     let region = Region::new(ALLOCATOR);
     for step in begun..begun + COUNTED {
         meter.begin_step(step);
-        march.step(&prepared.axle, &slices, &mut meter).unwrap();
+        let done = march.step(&prepared.axle, &slices, &mut meter).unwrap();
         if let Some(vibration) = &mut vibration {
-            vibration.push(step, march, &mut meter);
+            let step = Step {
+                number: step,
+                time: step as f64 * plan.time_step,
+                counts: true,
+                indentation: prepared.axle.indentation(step),
+                total_force: done.total_force,
+                power: 1.0,
+                contact_length: done.extent as f64 * plan.element,
+                point_size: [plan.element, 0.1],
+                footprint: march.footprint(),
+                geometry: march.geometry(),
+            };
+            vibration.observe(&step, &mut meter).unwrap();
         }
     }
     let change = region.change();

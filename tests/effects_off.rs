@@ -12,7 +12,7 @@ use tyrewave::counters::{Counter, Stage, Work};
 use tyrewave::plan::Plan;
 use tyrewave::results::profile_table::cost_table;
 use tyrewave::results::summary::Cost;
-use tyrewave::run::Run;
+use tyrewave::run::Simulation;
 use tyrewave::test_models::{scene, scene_text};
 
 #[global_allocator]
@@ -36,7 +36,7 @@ fn count(road: &str, more: &str) -> Count {
     // The plan says in words what is off; what follows it does not know of it.
     let plan = Plan::new(&loaded.scene);
     let region = Region::new(ALLOCATOR);
-    let mut run = Run::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap();
+    let mut run = Simulation::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap();
     while run.step().unwrap().is_some() {}
     let results = run.finish();
     let change = region.change();

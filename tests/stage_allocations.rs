@@ -10,7 +10,7 @@ use std::time::Duration;
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use tyrewave::counters::{Allocations, Meter, Phase, Spent, Stage, Watch};
 use tyrewave::plan::Plan;
-use tyrewave::run::Run;
+use tyrewave::run::Simulation;
 use tyrewave::test_models::{scene, scene_text};
 
 #[global_allocator]
@@ -31,7 +31,7 @@ fn stages_outside_of_the_steps_know_what_they_asked_for_and_a_trace_of_steps_ask
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let region = Region::new(ALLOCATOR);
     let meter = pool.install(|| {
-        let run = Run::begin_watched(&loaded, &plan, &AtomicBool::new(false), watch);
+        let run = Simulation::begin_watched(&loaded, &plan, &AtomicBool::new(false), watch);
         let mut run = run.unwrap();
         while run.step().unwrap().is_some() {}
         run.finish().meter

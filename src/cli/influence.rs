@@ -9,11 +9,12 @@ use num_complex::Complex64;
 use serde_json::{Value, json};
 use tyrewave::counters::{Counter, Stage};
 use tyrewave::plan::fit_options;
+use tyrewave::plan::models::{fetch, refused};
 use tyrewave::results::PlotError;
 use tyrewave::results::plots::{Axis, Colours, ComparisonPanel, ComparisonPlot, HeatMap, LinePlot, Series};
 use tyrewave::results::table::{Report, Table, aligned};
 use tyrewave::run::Progress;
-use tyrewave::run::past::{fetch, refused};
+use tyrewave::run::RunError;
 use tyrewave::scene::{Law, Scene, TimeRule, Tyre};
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use tyrewave::tyre::poles::RationalModel;
@@ -78,7 +79,7 @@ impl InfluenceArguments {
         let fetched = side
             .meter
             .time(Stage::Influence, || fetch(&scene.tyre, &options, stop))
-            .map_err(|error| refused(&loaded, error, "another tolerance"))?;
+            .map_err(|error| RunError::from(refused(&loaded, error, "another tolerance")))?;
         let fit_seconds = begin.elapsed().as_secs_f64();
         for warning in &fetched.warnings {
             progress.warning(warning);
@@ -117,7 +118,7 @@ impl InfluenceArguments {
         if self.cost {
             let mut tick = || progress.stage(Stage::Influence);
             let costs = CostReport::new(&scene.tyre, &options, stop, &mut tick)
-                .map_err(|error| refused(&loaded, error, "another tolerance"))?;
+                .map_err(|error| RunError::from(refused(&loaded, error, "another tolerance")))?;
             side.picture("influence_cost.svg", costs.plot(&title))?;
             answer["cost"] = costs.to_json();
             report.text("\n");

@@ -9,7 +9,7 @@ use tyrewave::counters::Stage;
 use tyrewave::plan::Plan;
 use tyrewave::results::plots::{Axis, LinePlot, Series};
 use tyrewave::results::table::{Report, aligned, words};
-use tyrewave::run::progress::Progress;
+use tyrewave::run::Progress;
 use tyrewave::scene::TimeRule;
 use tyrewave::study::rules::{RuleReport, WorkPoint, WorkPrecision, compare, work_precision};
 

@@ -18,7 +18,7 @@ use crate::counters::machine::instruction_set;
 use crate::counters::process::thread_cpu_time;
 use crate::counters::{Counter, Meter, Stage, Watch};
 use crate::plan::Plan;
-use crate::run::{Run, RunError};
+use crate::run::{RunError, Simulation};
 use crate::scene::{History, LoadedScene, PLATE, Scene, Tyre};
 use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use crate::tyre::poles::{FitOptions, fit_unless_stopped};
@@ -184,7 +184,7 @@ fn rolled(workload: Workload, loaded: &LoadedScene, stop: &AtomicBool) -> Result
         source => PerformanceError::Run { workload: workload.name(), source: Box::new(source) },
     };
     let plan = Plan::of(loaded).map_err(|error| failed(error.into()))?;
-    let mut run = Run::begin_watched(loaded, &plan, stop, Watch::EVERY).map_err(failed)?;
+    let mut run = Simulation::begin_watched(loaded, &plan, stop, Watch::EVERY).map_err(failed)?;
     let mut blocks = Stage::OF_A_STEP.map(|stage| (name(&stage), Vec::new()));
     let (mut before, mut clock) = (run.spent(), BlockClock::start());
     while run.step().map_err(failed)?.is_some() {

@@ -33,7 +33,7 @@ use crate::counters::{Counter, Meter, Stage, Watch};
 use crate::numeric::StraightLine;
 use crate::plan::Plan;
 use crate::road::slices::{SliceBuilder, SliceError, SliceScratch};
-use crate::run::{Run, RunError, RunOptions, Unwatched, run};
+use crate::run::{RunError, RunOptions, Simulation, Unwatched, run};
 use crate::scene::{Axle, LoadedScene, Outputs, PLATE, Road, Scene, Switch};
 use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use crate::tyre::poles::scaling::cut;
@@ -272,7 +272,7 @@ struct Rolled {
 impl Rolled {
     fn new(loaded: &LoadedScene, stop: &AtomicBool) -> Result<Self, PerformanceError> {
         let plan = Plan::of(loaded)?;
-        let mut run = Run::begin_watched(loaded, &plan, stop, Watch::EVERY).map_err(failed)?;
+        let mut run = Simulation::begin_watched(loaded, &plan, stop, Watch::EVERY).map_err(failed)?;
         let begin = Instant::now();
         let (mut half, half_steps) = (run.spent(), plan.steps / 2);
         while run.step().map_err(failed)?.is_some() {

@@ -19,6 +19,7 @@ mod foreseen;
 pub mod front;
 mod inflation;
 pub mod kept_transfers;
+pub mod models;
 pub mod resolution;
 pub mod settle;
 mod smooth_contact;

@@ -95,9 +95,6 @@ pub(super) enum Failure {
     /// An argument that makes no sense.
     #[error("{0}")]
     Argument(String),
-    /// Arrays that do not fit.
-    #[error("there is no room for {0} bytes of arrays; with `out` they go to files")]
-    Room(f64),
     /// A defect of the package.
     #[error("{0}")]
     Inside(String),
@@ -137,7 +134,6 @@ impl Failure {
             Self::Sweep(SweepError::Scene { source, .. }) => of_a_scene(py, source),
             Self::Sweep(SweepError::Road { .. }) => PyValueError::new_err(text),
             Self::HalfSpace(_) | Self::Spectrum(_) | Self::Argument(_) => PyValueError::new_err(text),
-            Self::Room(_) => PyMemoryError::new_err(text),
             Self::Inside(_) => PyRuntimeError::new_err(text),
         }
     }
@@ -155,6 +151,7 @@ fn of_a_run(py: Python<'_>, error: run::RunError, text: String) -> PyErr {
         run::RunError::Contact(_)
         | run::RunError::Plot(_)
         | run::RunError::Spectrum(_)
+        | run::RunError::State(_)
         | run::RunError::Checkpoint(_) => RunError::new_err(text),
     }
 }
@@ -178,6 +175,7 @@ fn of_results(error: &ResultsError, text: String) -> PyErr {
     match error {
         ResultsError::NotOurs { .. } | ResultsError::ForeignEntry { .. } => PyFileExistsError::new_err(text),
         ResultsError::NoFolderName { .. } => PyValueError::new_err(text),
+        ResultsError::Room { .. } => PyMemoryError::new_err(text),
         ResultsError::Create { source, .. }
         | ResultsError::Write { source, .. }
         | ResultsError::Rename { source, .. } => of_system(source, text),

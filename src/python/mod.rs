@@ -27,7 +27,7 @@ mod _native {
     #[pymodule_export]
     use super::road::{heights, road_description, slice_displacements};
     #[pymodule_export]
-    use super::run::{plan, resume, run_in_memory, run_to_folder};
+    use super::run::{channels, plan, resume, run_in_memory, run_to_folder};
     #[pymodule_export]
     use super::scene::Scene;
     #[pymodule_export]

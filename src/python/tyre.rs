@@ -12,7 +12,8 @@ use super::scene::Scene;
 use super::work::{Watched, carried_out, shaped};
 use crate::numeric::in_parallel;
 use crate::plan::fit_options;
-use crate::run::past::{fetch, refused};
+use crate::plan::models::{fetch, refused};
+use crate::run::RunError;
 use crate::scene::LoadedScene;
 use crate::tyre::influence::mobility::driving_point;
 use crate::tyre::influence::{Field, wave_compliance};
@@ -83,7 +84,7 @@ pub(super) fn mobility<'py>(
 fn model(loaded: &LoadedScene, watched: &Watched) -> Result<RationalModel, Failure> {
     let options = fit_options(&loaded.scene, Field::Surface);
     let fetched = fetch(&loaded.scene.tyre, &options, &watched.stop);
-    Ok(fetched.map_err(|error| refused(loaded, error, "another tolerance"))?.model)
+    Ok(fetched.map_err(|error| RunError::from(refused(loaded, error, "another tolerance")))?.model)
 }
 
 /// g \[m/(N s)\] over distance and time, \[distances, times\].

@@ -27,6 +27,14 @@ pub enum ResultsError {
         /// The system's answer.
         source: io::Error,
     },
+    /// An array that is to be kept in memory does not fit.
+    #[error("there is no room for the {bytes} bytes of {array}; in a folder they go to a file")]
+    Room {
+        /// Name of the array.
+        array: &'static str,
+        /// Its size \[bytes\].
+        bytes: f64,
+    },
     /// A state that has no bytes.
     #[error(transparent)]
     State(#[from] StateError),

@@ -23,13 +23,12 @@ use crate::results::files::ResultFiles;
 use crate::results::folder::ResultsFolder;
 use crate::road::ahead::RoadState;
 use crate::run::error::RunError;
-use crate::run::in_memory::Run;
 use crate::run::prepare::Prepared;
-use crate::run::record::RecordState;
+use crate::run::simulation::Simulation;
 use crate::scene::LoadedScene;
-use crate::storage::StateError;
 use crate::storage::input::{self, SCENE_BYTES};
 use crate::storage::sealed_file::Body;
+use crate::storage::state::{SavedState, StateError};
 
 /// Identity of the run of a checkpoint.
 #[derive(Deserialize, Serialize)]
@@ -67,7 +66,7 @@ struct RunState {
     /// Wall and processor time.
     times: [Duration; 2],
     cost: Counters,
-    record: RecordState,
+    observers: SavedState,
     axle: AxleHeight,
     road: RoadState,
     march: MarchState,
@@ -122,7 +121,7 @@ impl Checkpoint {
     ///
     /// # Errors
     /// [`CheckpointError::Unusable`]; the run is of no use then.
-    pub fn restore(self, run: &mut Run) -> Result<[Duration; 2], RunError> {
+    pub fn restore(self, run: &mut Simulation) -> Result<[Duration; 2], RunError> {
         let Self { path, state, steps, .. } = self;
         let unusable = |reason| CheckpointError::Unusable { path, reason };
         let state: RunState = match state.finish() {
@@ -141,13 +140,13 @@ impl Checkpoint {
 
 impl RunState {
     /// Takes the state of a run that has taken so much wall and processor time.
-    fn of(run: &Run, times: [Duration; 2]) -> Result<Self, StateError> {
+    fn of(run: &Simulation, times: [Duration; 2]) -> Result<Self, StateError> {
         Ok(Self {
             influence: influence_digest(&run.prepared),
             window: run.window(),
             times,
             cost: run.meter.counters(),
-            record: run.record.save(),
+            observers: run.save_observers()?,
             axle: run.prepared.axle.clone(),
             road: run.prepared.road.save(),
             march: run.prepared.march.save()?,
@@ -155,9 +154,9 @@ impl RunState {
     }
 
     /// Brings a run to this state, which is that after so many steps; what is left is to make the road's slices.
-    fn restore(self, steps: u64, run: &mut Run) -> Result<([Duration; 2], RoadState), StateError> {
+    fn restore(self, steps: u64, run: &mut Simulation) -> Result<([Duration; 2], RoadState), StateError> {
         run.meter.go_on(&self.cost);
-        run.record.restore(self.record)?;
+        run.restore_observers(&self.observers)?;
         run.prepared.axle.restore(self.axle)?;
         run.prepared.road.restore(&self.road)?;
         run.prepared.march.restore(&self.march)?;
@@ -215,8 +214,8 @@ impl Checkpoints {
     ///
     /// # Errors
     /// [`ResultsError`]; the checkpoint before stays whole then.
-    pub fn write(&mut self, folder: &mut ResultsFolder, run: &mut Run) -> Result<(), ResultsError> {
-        let written = run.record.sync(&mut run.meter)?;
+    pub fn write(&mut self, folder: &mut ResultsFolder, run: &mut Simulation) -> Result<(), ResultsError> {
+        let written = run.sync_arrays()?;
         if !folder.holds_checkpoint() {
             folder.write_text(SCENE_FILE, &self.scene)?;
         }
@@ -260,7 +259,7 @@ mod tests {
     use crate::scene::{DEFAULT, Scene, Setting};
 
     /// A run over cells whose forces are told over a part of the rigid chord, in a window so many times as long.
-    fn run_over(reach: f64, window: f64) -> Run {
+    fn run_over(reach: f64, window: f64) -> Simulation {
         let settings = [
             "contact={zone=\"cells\",cells_across=1}",
             "numerics={elements=128,lateral_terms=3,pole_tolerance=1e-5}",
@@ -272,11 +271,11 @@ mod tests {
         let loaded = Scene::from_str_with(DEFAULT, "default", &settings).unwrap();
         let mut plan = Plan::of(&loaded).unwrap();
         (plan.reach, plan.window) = (reach, window);
-        Run::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap()
+        Simulation::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap()
     }
 
     /// Forces of the steps up to one, or to the last \[N\].
-    fn forces(run: &mut Run, end: u64) -> Vec<f64> {
+    fn forces(run: &mut Simulation, end: u64) -> Vec<f64> {
         std::iter::from_fn(|| (run.next_step() < end).then(|| run.step().unwrap()).flatten())
             .map(|step| step.total_force)
             .collect()

@@ -5,12 +5,15 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 use crate::contact::ContactError;
+use crate::effects::EffectError;
+use crate::plan::models::ModelError;
 use crate::response::SpectrumError;
 use crate::results::{CheckpointError, PlotError, ResultsError};
 use crate::road::RoadError;
 use crate::road::maker::MakingError;
 use crate::road::slices::SliceError;
 use crate::scene::SceneError;
+use crate::storage::StateError;
 
 /// An error of a run, by the layer that it comes from.
 #[derive(Debug, Error)]
@@ -36,6 +39,9 @@ pub enum RunError {
     /// The spectrum could not be computed.
     #[error(transparent)]
     Spectrum(#[from] SpectrumError),
+    /// The state of an unfinished run does not fit.
+    #[error(transparent)]
+    State(#[from] StateError),
     /// The run cannot be gone on with.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
@@ -64,5 +70,24 @@ impl From<MakingError> for RunError {
             MakingError::Road(error) => Self::Road(error),
             MakingError::Slices(error) => Self::Slices(error),
         }
+    }
+}
+
+impl From<EffectError> for RunError {
+    fn from(error: EffectError) -> Self {
+        match error {
+            EffectError::Scene(error) => Self::Scene(error),
+            EffectError::Results(error) => Self::Results(error),
+            EffectError::Plot(error) => Self::Plot(error),
+            EffectError::Spectrum(error) => Self::Spectrum(error),
+            EffectError::State(error) => Self::State(error),
+            EffectError::Interrupted => Self::Interrupted { kept: None },
+        }
+    }
+}
+
+impl From<ModelError> for RunError {
+    fn from(error: ModelError) -> Self {
+        Self::from(EffectError::from(error))
     }
 }

@@ -2,32 +2,30 @@
 //!
 //! 1. [`prepare`]: tyre -> road -> contact, ready to take the first step; [`past`] makes what carries the past along,
 //!    `cells` the whole contact where it is one of cells;
-//! 2. [`in_memory`]: step by step, over a road that is made in time; [`record`]
-//!    keeps what each step gave, with the power of [`rolling_resistance`], the motion that [`vibration`] follows and
-//!    the [`sound`] that is heard of it;
-//! 3. [`to_folder`]: the same with arrays, spectra, plots and summary in a folder, what is left to do at the end by
-//!    `look_back`, told to a [`progress`]; [`checkpoint`] lets it go on where it was stopped.
+//! 2. [`simulation`]: step by step, over a road that is made in time; effects observe each step;
+//! 3. [`to_folder`] and [`in_memory`]: the same with arrays, tables, pictures and summary, `look_back` at the end;
+//!    [`checkpoint`] lets a folder's run go on where it was stopped.
 
-mod cell_record;
 mod cells;
 pub mod checkpoint;
 pub mod error;
 pub mod in_memory;
-pub(crate) mod look_back;
+mod look_back;
 pub mod past;
 pub mod prepare;
-pub mod progress;
-pub mod record;
-pub mod rolling_resistance;
-pub mod sound;
+pub mod simulation;
 pub mod to_folder;
-pub mod vibration;
 
+#[cfg(test)]
+mod tests;
+
+pub use crate::counters::{Progress, Unwatched};
 pub use error::RunError;
-pub use in_memory::{Results, Run};
-pub use progress::{Progress, Unwatched};
+pub use in_memory::{RunInMemory, run_in_memory};
+pub use simulation::{Results, Setup, Simulation};
 pub use to_folder::{RunOptions, RunReport, resume, run};
 
+use crate::effects::sound;
 use crate::plan::Plan;
 
 /// Lists the results that a run of a plan will not give, known without running it: the user should act on them.

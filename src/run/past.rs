@@ -6,16 +6,14 @@ use crate::contact::ContactError;
 use crate::contact::history::{DirectHistory, LagKernel, ModalHistory, PastForces};
 use crate::contact::kernel::{ContactKernel, EqualBedding};
 use crate::contact::stability::Stability;
-use crate::counters::{Counter, Meter, Stage, Work};
+use crate::counters::{Counter, Meter, Stage};
 use crate::plan::Plan;
+use crate::plan::models::{count_evaluations, planned_model};
 use crate::run::error::RunError;
-use crate::scene::{LoadedScene, SceneError, TimeRule, Tyre};
-use crate::storage::Cache;
+use crate::scene::{LoadedScene, SceneError, TimeRule};
 use crate::tyre::influence::InfluenceSum;
 use crate::tyre::influence::convolution_quadrature::Weights;
-use crate::tyre::layers::operations;
-use crate::tyre::poles::cache::{self, Fetched};
-use crate::tyre::poles::{FitError, FitOptions, FitTimes, RationalModel, fit_timed};
+use crate::tyre::poles::RationalModel;
 
 /// Ingredients of a way to carry the past.
 pub struct Past<'a> {
@@ -31,66 +29,6 @@ pub struct Past<'a> {
     pub bedding: EqualBedding,
     /// Ends the work on the influence functions once it is set.
     pub stop: &'a AtomicBool,
-}
-
-/// A model from the user's cache, or fitted where there is none.
-///
-/// # Errors
-/// [`FitError`] for a fit that is refused, or stopped by `stop`.
-pub fn fetch(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<Fetched, FitError> {
-    match Cache::open() {
-        Ok(cache) => cache::fetch(&cache, tyre, options, stop),
-        Err(error) => {
-            let (model, times) = fit_timed(tyre, options, stop)?;
-            let warnings = vec![format!("no cache of influence models: {error}")];
-            Ok(Fetched { model, warm: false, times: Some(times), warnings })
-        }
-    }
-}
-
-/// Translates a fit's end: the user's wish, or a complaint about the scene's tolerance, with its remedy
-/// `right`.
-pub fn refused(loaded: &LoadedScene, error: FitError, right: &str) -> RunError {
-    match error {
-        FitError::Stopped => RunError::Interrupted { kept: None },
-        error => SceneError::from(loaded.complain("numerics.pole_tolerance", error.to_string(), right)).into(),
-    }
-}
-
-/// The model that a planned run needs, metered; `right` is what a user whose fit is refused could do instead.
-///
-/// # Errors
-/// A fit that was [`refused`]; [`RunError::Interrupted`].
-pub fn planned_model(
-    loaded: &LoadedScene,
-    plan: &Plan,
-    right: &str,
-    stop: &AtomicBool,
-    meter: &mut Meter,
-    warnings: &mut Vec<String>,
-) -> Result<RationalModel, RunError> {
-    let open = meter.open();
-    let fetched = fetch(&plan.decisions.tyre, &plan.fit, stop).map_err(|error| refused(loaded, error, right))?;
-    match fetched.times {
-        None => meter.close(open, Stage::Influence),
-        Some(FitTimes { sums, poles }) => {
-            let share = poles.as_secs_f64() / (sums + poles).as_secs_f64();
-            meter.close_shared(open, &[(Stage::Influence, 1.0 - share), (Stage::Fit, share)]);
-        }
-    }
-    warnings.extend(fetched.warnings);
-    // A warm model took its evaluations in an earlier run.
-    let evaluations = if fetched.warm { 0 } else { fetched.model.evaluations() };
-    count_evaluations(plan, evaluations, meter);
-    Ok(fetched.model)
-}
-
-/// Counts evaluations of the compliance of a planned scene's tyre, and their arithmetic: as many flops as so many
-/// multiply-adds have.
-pub fn count_evaluations(plan: &Plan, evaluations: u64, meter: &mut Meter) {
-    let flop = evaluations * operations(plan.decisions.tyre.layers.len() as u64);
-    meter.count(Counter::ComplianceEvaluations, evaluations);
-    meter.add_work(Stage::Influence, Work { multiply_adds: flop / 2, bytes: 0 });
 }
 
 /// The warning of a rule that is marginal.
@@ -143,7 +81,7 @@ impl Past<'_> {
     /// Poles fitted to the influence functions.
     ///
     /// # Errors
-    /// A fit that was [`refused`]; as [`ContactKernel::new`].
+    /// A fit that was refused; as [`ContactKernel::new`].
     pub fn modal(&self, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Kernels, RunError> {
         let (rule, time_step) = (self.plan.scene.numerics.time_rule, self.plan.time_step);
         let right = "another tolerance, or history = \"direct\"";

@@ -14,8 +14,8 @@ use crate::contact::local_compliance::local_compliance;
 use crate::contact::march::March;
 use crate::contact::static_contact::{StaticContact, StaticTyre, deepest, window_reach};
 use crate::counters::{Meter, Stage};
+use crate::effects::{ContactFacts, TyreModels};
 use crate::plan::{Decisions, Plan};
-use crate::response::vibration::CarriedWaves;
 use crate::road::ahead::RoadAhead;
 use crate::road::maker::SliceForm;
 use crate::road::slices::{CELL_LENGTH, SliceBuilder, SliceError};
@@ -25,10 +25,9 @@ use crate::run::cells::CellContact;
 use crate::run::error::RunError;
 use crate::run::past::Past;
 use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, SliceCoupling, Slices, Zone};
-use crate::tyre::influence::{CellInfluence, Field, InfluenceSum};
-use crate::tyre::poles::RationalModel;
+use crate::tyre::influence::{Field, InfluenceSum};
 
-/// A run about to begin.
+/// Run about to begin.
 pub struct Prepared {
     /// The contact at rest.
     pub march: March,
@@ -36,18 +35,12 @@ pub struct Prepared {
     pub road: RoadAhead,
     /// The axle.
     pub axle: AxleHeight,
-    /// Static contact on a smooth road.
-    pub at_rest: StaticContact,
-    /// Factor of the influence functions; 1 unless a bedding's carcass is scaled.
-    pub scale: f64,
+    /// Facts of the contact that effects begin with.
+    pub contact: ContactFacts,
+    /// Models of the tyre that effects may take.
+    pub models: TyreModels,
     /// kappa of the local law \[m/Pa\], where slices yield by it.
     pub local_compliance: Option<f64>,
-    /// Highest frequency that levels are vouched for \[Hz\]: the plan's, or the road's where that ends before.
-    pub valid_to: f64,
-    /// The tyre's poles, where the past is carried by them and something else wants them.
-    pub model: Option<RationalModel>,
-    /// The waves of cells, and what cells feel of each other at once beyond them, where their vibration is wanted.
-    pub carried: Option<(Vec<CarriedWaves>, CellInfluence)>,
     /// Choices of the plan, and effects that it leaves out.
     pub notes: Vec<String>,
     /// Warnings that the user should act on.
@@ -167,15 +160,19 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
         },
     };
     Ok(Prepared {
+        contact: ContactFacts {
+            geometry: march.geometry().clone(),
+            shape: march.footprint().shape(),
+            at_rest,
+            scale: bedding.scale,
+            spring: march.spring(),
+            valid_to,
+        },
+        models: TyreModels { poles: model.filter(|_| plan.decisions.vibration.is_some()), waves: carried },
         march,
         road,
         axle,
-        at_rest,
-        scale: bedding.scale,
         local_compliance: kappa,
-        valid_to,
-        model: model.filter(|_| plan.decisions.vibration.is_some()),
-        carried,
         notes: plan.notes().collect(),
         warnings,
     })

@@ -5,27 +5,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use crate::counters::process::cpu_time;
-use crate::counters::{MachinePeak, Meter, Stage, Watch};
+use crate::counters::{MachinePeak, Meter, Progress, Stage, Watch};
 use crate::plan::{Forecast, Plan, process_memory, unit_record};
 use crate::results::arrays::ArrayPlace;
 use crate::results::folder::ResultsFolder;
 use crate::results::summary::{Cost, Planned, Summary};
 use crate::results::unfinished::unfinished;
-use crate::run::cell_record::CellRecorder;
 use crate::run::checkpoint::{Checkpoint, Checkpoints};
 use crate::run::error::RunError;
-use crate::run::in_memory::Run;
-use crate::run::look_back::{LookBack, Written};
-use crate::run::prepare::prepare;
-use crate::run::progress::Progress;
-use crate::run::record::Record;
-use crate::run::rolling_resistance::PowerRecorder;
-use crate::run::sound::SoundRecorder;
-use crate::run::vibration::VibrationRecorder;
+use crate::run::look_back::{look_back, summary};
+use crate::run::simulation::{Setup, Simulation};
 use crate::scene::LoadedScene;
-
-/// Steps between two looks at the interrupt flag and the progress bar.
-const LOOK_EVERY: u64 = 16;
 
 /// Where results go, on how many threads the run is and how it is watched.
 #[derive(Clone, Debug)]
@@ -148,11 +138,10 @@ impl<'a> PlannedRun<'a> {
         progress: &mut dyn Progress,
     ) -> Result<RunReport, RunError> {
         let Self { loaded, plan, .. } = *self;
-        let Begin { wall, cpu, mut meter, .. } = begin;
-        progress.stage(Stage::Influence);
-        let mut prepared = prepare(loaded, plan, stop, &mut meter)?;
-        let vibration = VibrationRecorder::prepare(loaded, plan, &mut prepared, stop, &mut meter)?;
-        let sound = SoundRecorder::prepare(loaded, plan, &mut prepared, stop, progress, &mut meter)?;
+        let Begin { wall, cpu, meter, .. } = begin;
+        let setup = Setup { stop, meter, progress: &mut *progress, in_memory: false, without: &[] };
+        let mut run = Simulation::prepare(loaded, plan, setup)?;
+        let prepared = &run.prepared;
         for note in &prepared.notes {
             progress.note(note);
         }
@@ -164,27 +153,25 @@ impl<'a> PlannedRun<'a> {
         }
 
         let mut folder = folder()?;
-        let drawn = plan.steps_drawn(prepared.at_rest.length) as u64;
-        let shown = plan.warm_up_steps..plan.warm_up_steps + drawn.max(2);
-        let shape = prepared.march.footprint().shape();
-        let (columns, points) = (shape.columns, shape.points());
         let written = checkpoint.as_ref().map(|checkpoint| &checkpoint.written);
-        let place = ArrayPlace { folder: &folder, written };
-        let mut record = Record::new(&place, &loaded.scene, plan, columns, shown)?;
-        record.power = PowerRecorder::new(plan, loaded.scene.numerics.time_rule, points);
-        record.cells = CellRecorder::new(plan, &prepared.march, Some(&place))?;
-        record.vibration = vibration;
-        record.sound = sound;
-        let mut run = Run::new(loaded, plan, prepared, record, meter);
+        run.open_arrays(Some(&ArrayPlace { folder: &folder, written }))?;
         let earlier = checkpoint.map_or(Ok([Duration::ZERO; 2]), |checkpoint| checkpoint.restore(&mut run))?;
         let mut checkpoints = Checkpoints::new(loaded, (wall, cpu), earlier)?;
         progress.march(run.next_step(), plan.steps, plan.time_step);
         run.enter_steps();
-        let rolled = roll(plan, &mut run, &mut folder, &mut checkpoints, stop, progress);
-        let ended = rolled.and_then(|interrupted| {
-            self.end(&mut run, &folder, &checkpoints, interrupted, progress).map(|summary| (interrupted, summary))
+        let rolled = run.roll(&mut |run| {
+            progress.step(run.prepared.march.next_step());
+            let interrupted = stop.load(Ordering::Relaxed);
+            if interrupted || checkpoints.due() {
+                checkpoints.write(&mut folder, run)?;
+            }
+            Ok(!interrupted)
         });
-        let (interrupted, summary) = match ended {
+        run.settle();
+        let ended = rolled.and_then(|complete| {
+            self.end(&mut run, &folder, &checkpoints, complete, progress).map(|summary| (complete, summary))
+        });
+        let (complete, summary) = match ended {
             Ok(ended) => ended,
             Err(RunError::Results(source)) if folder.holds_checkpoint() => {
                 return Err(RunError::Kept { source, kept: folder.stay() });
@@ -196,7 +183,7 @@ impl<'a> PlannedRun<'a> {
             }
         };
         progress.finish();
-        if interrupted {
+        if !complete {
             let kept = folder.finish_partial(summary)?;
             return Err(RunError::Interrupted { kept: Some(kept) });
         }
@@ -208,70 +195,34 @@ impl<'a> PlannedRun<'a> {
     /// Arrays, spectra, plots and summary of a run that has ended or been stopped.
     fn end(
         &self,
-        run: &mut Run,
+        run: &mut Simulation,
         folder: &ResultsFolder,
         checkpoints: &Checkpoints,
-        interrupted: bool,
+        complete: bool,
         progress: &mut dyn Progress,
     ) -> Result<Summary, RunError> {
-        let steps = run.next_step();
-        let Run { prepared, record, meter, .. } = run;
-        record.finish(meter)?;
+        run.finish_arrays()?;
         progress.stage(Stage::Response);
-        let look_back = LookBack { loaded: self.loaded, plan: self.plan, prepared, record, steps };
-        let mut written = Written::default();
-        if !interrupted {
-            let open = meter.open();
-            written = look_back.write(folder, meter)?;
-            meter.close(open, Stage::Response);
-        }
+        let found = look_back(run, folder, complete)?;
         let (wall, cpu) = (checkpoints.wall(), checkpoints.cpu());
-        if let Some(trace) = meter.trace_mut() {
+        if let Some(trace) = run.meter.trace_mut() {
             trace.end();
         }
-        let mut cost = Cost::new(meter, wall.as_secs_f64(), self.threads).with_cpu(cpu);
-        cost.planned = Some(self.planned);
-        if meter.watches_closely() {
-            // After the run, and after its peak memory was looked at.
-            cost.machine_peak = Some(MachinePeak::measure());
-        }
-        let summary = look_back.summary(cost, written)?;
+        let summary = summary(run, self.loaded, found, |meter| {
+            let mut cost = Cost::new(meter, wall.as_secs_f64(), self.threads).with_cpu(cpu);
+            cost.planned = Some(self.planned);
+            if meter.watches_closely() {
+                // After the run, and after its peak memory was looked at.
+                cost.machine_peak = Some(MachinePeak::measure());
+            }
+            cost
+        })?;
         // A load that was missed is an error of the command, which tells it.
         let missed = summary.outcome.load.filter(|load| !load.met).map(|load| load.to_string());
-        for warning in
-            summary.warnings[prepared.warnings.len()..].iter().filter(|warning| missed.as_ref() != Some(*warning))
-        {
+        let told = run.prepared.warnings.len();
+        for warning in summary.warnings[told..].iter().filter(|warning| missed.as_ref() != Some(*warning)) {
             progress.warning(warning);
         }
         Ok(summary)
     }
-}
-
-/// All steps from the next one on; returns whether the user stopped them. Stopped, there is a checkpoint of the last
-/// step.
-fn roll(
-    plan: &Plan,
-    run: &mut Run,
-    folder: &mut ResultsFolder,
-    checkpoints: &mut Checkpoints,
-    stop: &AtomicBool,
-    progress: &mut dyn Progress,
-) -> Result<bool, RunError> {
-    let mut interrupted = false;
-    while run.next_step() < plan.steps {
-        let step = run.prepared.march.next_step();
-        if step.is_multiple_of(LOOK_EVERY) {
-            progress.step(step);
-            interrupted = stop.load(Ordering::Relaxed);
-            if interrupted || checkpoints.due() {
-                checkpoints.write(folder, run)?;
-            }
-            if interrupted {
-                break;
-            }
-        }
-        run.advance()?;
-    }
-    run.settle();
-    Ok(interrupted)
 }

@@ -14,8 +14,8 @@ use std::time::Instant;
 use crate::counters::{Stage, Watch};
 use crate::plan::unit_record::{keep, known};
 use crate::plan::{Forecast, Plan, Unit, UnitCosts};
+use crate::run::Simulation;
 use crate::run::error::RunError;
-use crate::run::in_memory::Run;
 use crate::scene::{LoadedScene, PLATE, Road, Scene};
 use crate::tyre::poles::{FitOptions, expected_fit, fit_unless_stopped};
 
@@ -85,7 +85,7 @@ impl Probes {
         let step = scene.tyre.circumference / (elements as f64 * scene.rolling.speed());
         (scene.rolling.warm_up, scene.rolling.duration) = (before as f64 * step, watched as f64 * step);
         let plan = Plan::new(scene);
-        let mut run = Run::begin_watched(&loaded, &plan, stop, Watch::EVERY)?;
+        let mut run = Simulation::begin_watched(&loaded, &plan, stop, Watch::EVERY)?;
         let begin = Instant::now();
         while run.step()?.is_some() {
             if stop.load(Ordering::Relaxed) {

@@ -10,11 +10,11 @@
 use std::sync::atomic::AtomicBool;
 
 use crate::contact::local_compliance::{DOUBTS, formula_for};
+use crate::counters::Progress;
 use crate::response::BandLevel;
 use crate::results::summary::RollingResistance;
 use crate::results::table::{csv, optional, row};
 use crate::run::error::RunError;
-use crate::run::progress::Progress;
 use crate::scene::{AirMotion, Axle, LoadedScene, Radiation, Scene, SliceCoupling, Switch, Tread, Vibration, Zone};
 use crate::study::trial::{Trial, Trials};
 

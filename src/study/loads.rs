@@ -10,8 +10,8 @@ use std::sync::atomic::AtomicBool;
 
 use crate::contact::ContactError;
 use crate::contact::static_contact::{StaticContact, StaticTyre};
+use crate::counters::Progress;
 use crate::run::error::RunError;
-use crate::run::progress::Progress;
 use crate::scene::{Axle, Contact, Effects, Road, Scene};
 use crate::study::trial::{SETTLING, Trials};
 use crate::tyre::influence::{Field, InfluenceSum};

@@ -9,12 +9,12 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::effects::sound::WAVES;
 use crate::numeric::{double, in_parallel};
 use crate::plan::{Plan, Sound};
 use crate::radiation::{Block, Body, Cost, RadiationError, Resolution, Transfer, TransferProblem};
 use crate::response::pressure::{PressureModel, PressureShares, SurfaceGreen};
 use crate::response::vibration::SegmentLayout;
-use crate::run::sound::WAVES;
 use crate::scene::{AirMotion, Scene};
 use crate::sound::{Air, receivers};
 use crate::tyre::influence::SurfaceWaves;

@@ -5,11 +5,11 @@ use std::time::Duration;
 
 use crate::contact::ContactError;
 use crate::contact::stability::Stability;
+use crate::counters::Unwatched;
 use crate::counters::{Counter, Stage};
 use crate::plan::Plan;
+use crate::plan::models::{fetch, refused};
 use crate::run::error::RunError;
-use crate::run::past::{fetch, refused};
-use crate::run::progress::Unwatched;
 use crate::scene::{History, LoadedScene, Rolling, Scene, TimeRule};
 use crate::study::trial::{Common, Trials};
 

@@ -12,14 +12,13 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use crate::counters::Watch;
+use crate::counters::{Meter, Progress, Unwatched, Watch};
 use crate::numeric::windowed_sinc::WindowedSinc;
 use crate::plan::Plan;
 use crate::response::{BandLevel, PowerSpectrum, ThirdOctaveBand};
 use crate::results::sound::{RatedLevel, ReceiverSpectrum};
 use crate::run::error::RunError;
-use crate::run::in_memory::{Results, Run};
-use crate::run::progress::Progress;
+use crate::run::{Results, Setup, Simulation};
 use crate::scene::{Axle, LoadedScene, Radiation, Scene, Switch, TimeRule};
 use crate::sound::SoundLevels;
 
@@ -176,12 +175,15 @@ impl<'a> Trials<'a> {
     ///
     /// # Errors
     /// As [`Self::roll`].
-    pub fn roll_seen(&mut self, scene: &Scene, see: &mut dyn FnMut(&Run)) -> Result<Trial, RunError> {
+    pub fn roll_seen(&mut self, scene: &Scene, see: &mut dyn FnMut(&Simulation)) -> Result<Trial, RunError> {
         let loaded = LoadedScene::from_scene(scene, "variant")?;
         let plan = Plan::of(&loaded)?.with_kept_model();
         plan.check(&loaded)?;
-        let begin = if self.heard { Run::begin_heard } else { Run::begin_watched };
-        let mut run = begin(&loaded, &plan, self.stop, Watch::EVERY)?;
+        let without: &[&str] = if self.heard { &[] } else { &["sound"] };
+        let meter = Meter::new(Watch::EVERY);
+        let setup = Setup { stop: self.stop, meter, progress: &mut Unwatched, in_memory: true, without };
+        let mut run = Simulation::prepare(&loaded, &plan, setup)?;
+        run.enter_steps();
         let begin = Instant::now();
         let mut force = Vec::with_capacity(plan.steps as usize);
         while let Some(step) = run.step()? {

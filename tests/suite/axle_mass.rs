@@ -53,7 +53,7 @@ fn free_vibration_is_that_of_the_mass_on_the_tyres_own_dynamic_stiffness() {
         let numerics = format!("history = \"modal\"\ntime_rule = \"{rule}\"");
         let text = scene_text(256, SMOOTH, &rolling(0.5, 0.5, "{ indentation = 0.012 }"), &numerics, "");
         let loaded = scene(&text);
-        let (Prepared { at_rest, .. }, plan) = prepared(&loaded);
+        let (Prepared { contact, .. }, plan) = prepared(&loaded);
         let time_step = plan.time_step;
         let ramp = (0.4 / time_step).round() as u64;
         let steps = ramp + (0.4 / time_step).round() as u64;
@@ -69,7 +69,7 @@ fn free_vibration_is_that_of_the_mass_on_the_tyres_own_dynamic_stiffness() {
         let load = held[ramp as usize] + 15.0;
         let sprung = SprungMass { load, mass, stiffness, damping };
         // The ramp is 3/20 of the warm-up; corrections of the rest begin later than this run ends.
-        let start = StaticContact { indentation, ..at_rest };
+        let start = StaticContact { indentation, ..contact.at_rest };
         let control = LoadControl::new(load, start, ramp * 20 / 3 + 1);
         let mut axle = AxleHeight::Moving(Box::new(MovingAxle::new(sprung, control, time_step, 0.0)));
         let mut heights = Vec::new();

@@ -8,7 +8,7 @@ use tyrewave::half_space::love;
 use tyrewave::half_space::rough::{Control, Extent, HeightMap, Limits, indent};
 use tyrewave::plan::Plan;
 use tyrewave::road::{self, Lattice, RoadSurface};
-use tyrewave::run::Run;
+use tyrewave::run::Simulation;
 use tyrewave::scene::LoadedScene;
 use tyrewave::test_models::cells::RoughRoad;
 use tyrewave::test_models::{CIRCUMFERENCE, add, edit, grid_road, scene, scene_text};
@@ -86,7 +86,7 @@ fn cells_are_written_as_often_as_they_are_wanted() {
 /// A run in memory, step by step: forces of the cells at its end.
 fn in_memory(loaded: &LoadedScene) -> (Vec<f64>, Vec<f64>) {
     let plan = Plan::of(loaded).unwrap();
-    let mut run = Run::begin(loaded, &plan, &Default::default()).unwrap();
+    let mut run = Simulation::begin(loaded, &plan, &Default::default()).unwrap();
     let mut total = Vec::new();
     while let Some(step) = run.step().unwrap() {
         total.push(step.total_force);

@@ -12,7 +12,7 @@ use tyrewave::performance::changes::{AcceptedChanges, differences};
 use tyrewave::performance::record::RecordedWorkload;
 use tyrewave::performance::{Record, Workload, measure};
 use tyrewave::plan::Plan;
-use tyrewave::run::Run;
+use tyrewave::run::Simulation;
 use tyrewave::scene::History;
 
 fn folder() -> &'static Path {
@@ -83,7 +83,7 @@ fn the_workloads_must_find_what_the_other_history_finds() {
         };
         let begin = std::time::Instant::now();
         let plan = Plan::of(&loaded).unwrap();
-        let mut run = Run::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap();
+        let mut run = Simulation::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap();
         while run.step().unwrap().is_some() {}
         let results = run.finish();
         let truth = workload.truth();

@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use serde_json::Value;
 use tyrewave::counters::{Counter, Stage};
 use tyrewave::plan::{Plan, Unit};
-use tyrewave::run::Run;
+use tyrewave::run::Simulation;
 use tyrewave::scene::{DEFAULT, LoadedScene, PLATE};
 use tyrewave::test_models::{edit, scene, scene_text, without};
 
@@ -39,7 +39,7 @@ fn scenes() -> Vec<(&'static str, LoadedScene)> {
 fn a_run_has_the_stages_of_its_plan_and_its_exact_counts() {
     for (name, loaded) in scenes() {
         let plan = Plan::of(&loaded).unwrap();
-        let mut run = Run::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap();
+        let mut run = Simulation::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap();
         while run.step().unwrap().is_some() {}
         let meter = run.finish().meter;
         let planned: BTreeSet<usize> = plan.amounts().work.iter().map(|amount| amount.stage as usize).collect();
@@ -93,7 +93,7 @@ fn what_road_and_model_cannot_honour_is_said_once() {
     let numerics = format!("{MODAL}\nfmax = 1000\naccuracy = \"7 dB\"");
     let text = without(&scene_text(64, road, ROLLING, &numerics, ""), &["numerics.elements"]);
     let loaded = scene(&text);
-    let run = Run::begin(&loaded, &Plan::of(&loaded).unwrap(), &AtomicBool::new(false)).unwrap();
+    let run = Simulation::begin(&loaded, &Plan::of(&loaded).unwrap(), &AtomicBool::new(false)).unwrap();
     let found = run.finish();
     let count = |texts: &[String], said: &str| texts.iter().filter(|text| text.contains(said)).count();
     // A road that does not reach the frequency asked for is to be acted on; what was chosen, and what a plate is good

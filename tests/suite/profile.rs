@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use tyrewave::counters::process::cpu_time;
 use tyrewave::counters::{Stage, Timing};
 use tyrewave::plan::Plan;
-use tyrewave::run::Run;
+use tyrewave::run::Simulation;
 use tyrewave::scene::{PLATE, Road, Scene};
 use tyrewave::test_models::{edit, scene_text};
 
@@ -179,7 +179,7 @@ fn overhead() {
         loaded.scene.road = Road::Smooth;
         let plan = Plan::new(&loaded.scene);
         pool.install(|| {
-            let mut runs = WAYS.map(|_| Run::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap());
+            let mut runs = WAYS.map(|_| Simulation::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap());
             // By way: the mean of a round of pieces.
             let mut times: [Vec<f64>; WAYS.len()] = Default::default();
             for round in 0..=rounds {

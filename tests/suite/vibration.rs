@@ -10,6 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
 use tyrewave::contact::history::{ModalHistory, PastForces};
 use tyrewave::counters::{Counter, Meter, Stage};
+use tyrewave::plan::models::fetch;
 use tyrewave::plan::{Plan, fit_options};
 use tyrewave::response::vibration::{
     Across, SegmentLayout, SpectraRequest, TransferKind, TyreResponse, VelocityTable, VibrationAccumulator,
@@ -19,8 +20,7 @@ use tyrewave::response::{PowerSpectrum, ThirdOctaveBand};
 use tyrewave::results::vibration::vibration_levels_csv;
 use tyrewave::road::slices::StiffnessCurve;
 use tyrewave::road::strip::RoadStrip;
-use tyrewave::run::Run;
-use tyrewave::run::past::fetch;
+use tyrewave::run::Simulation;
 use tyrewave::run::prepare::prepare;
 use tyrewave::scene::TimeRule;
 use tyrewave::test_models::{edit, scene, scene_text, transforms, with_all_terms};
@@ -281,7 +281,7 @@ fn a_run_in_memory_has_the_velocities_of_one_in_a_folder() {
     let text = scene_text(64, ROUGH, &rolling(0.6), &numerics(1, ""), &keys);
     let loaded = scene(&text);
     let plan = Plan::of(&loaded).unwrap();
-    let mut in_memory = Run::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap();
+    let mut in_memory = Simulation::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap();
     assert_eq!(in_memory.vibration(), None, "no segment is complete");
     while in_memory.step().unwrap().is_some() {}
     let heard = in_memory.vibration().unwrap();

@@ -8,13 +8,15 @@
 
 use serde::Serialize;
 
+use crate::counters::Unwatched;
 use crate::counters::{Meter, Stage};
+use crate::effects::Begin;
+use crate::effects::sound::{HeardSound, SoundObserver};
 use crate::plan::Plan;
 use crate::results::sound::{BodySummary, ReceiverSpectrum};
 use crate::run::error::RunError;
-use crate::run::in_memory::Run;
-use crate::run::progress::Unwatched;
-use crate::run::sound::{HeardSound, SoundRecorder};
+use crate::run::prepare::Prepared;
+use crate::run::{Setup, Simulation};
 use crate::scene::{LoadedScene, Radiation, RadiationQuality, Scene, Switch};
 use crate::sound::SoundLevels;
 use crate::study::trial::{LOWEST_BAND, Trials, level_changes, upper_edge};
@@ -118,7 +120,7 @@ fn ways(own: &Radiation) -> (Way, Vec<Way>) {
 /// Forces of a run, and the run to hear them by.
 struct Rolled<'a, 'b> {
     scene: Scene,
-    run: Run,
+    run: Simulation,
     first: u64,
     width: usize,
     forces: Vec<f64>,
@@ -154,7 +156,11 @@ impl<'a, 'b> Rolled<'a, 'b> {
         let loaded = LoadedScene::from_scene(&scene, "sound")?;
         let plan = Plan::of(&loaded)?.with_kept_model();
         plan.check(&loaded)?;
-        let mut run = Run::begin(&loaded, &plan, trials.stop())?;
+        let meter = Meter::default();
+        let setup =
+            Setup { stop: trials.stop(), meter, progress: &mut Unwatched, in_memory: true, without: &["sound"] };
+        let mut run = Simulation::prepare(&loaded, &plan, setup)?;
+        run.enter_steps();
         let (mut forces, mut width) = (Vec::new(), 0);
         while run.step()?.is_some() {
             if run.next_step() > plan.warm_up_steps {
@@ -178,9 +184,19 @@ impl<'a, 'b> Rolled<'a, 'b> {
         let loaded = LoadedScene::from_scene(&scene, "sound")?;
         let plan = Plan::of(&loaded)?.with_kept_model();
         let mut meter = Meter::default();
-        let (prepared, stop) = (&mut self.run.prepared, self.trials.stop());
-        let recorder = SoundRecorder::prepare(&loaded, &plan, prepared, stop, &mut Unwatched, &mut meter)?;
-        let Some(mut recorder) = recorder else { return Ok(None) };
+        let Prepared { contact, models, warnings, .. } = &mut self.run.prepared;
+        let begun = SoundObserver::begin(&mut Begin {
+            loaded: &loaded,
+            plan: &plan,
+            contact,
+            models,
+            in_memory: true,
+            warnings,
+            stop: self.trials.stop(),
+            progress: &mut Unwatched,
+            meter: &mut meter,
+        })?;
+        let Some(mut recorder) = begun else { return Ok(None) };
         for (step, forces) in (self.first..).zip(self.forces.chunks_exact(self.width)) {
             recorder.take(step, forces, &mut meter);
         }

@@ -11,10 +11,10 @@ use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
 
+use crate::counters::Progress;
 use crate::counters::Stage;
 use crate::plan::Plan;
 use crate::run::error::RunError;
-use crate::run::progress::Progress;
 use crate::scene::{LoadedScene, Scene};
 use crate::study::trial::{SETTLING, Trials};
 

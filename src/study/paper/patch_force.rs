@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::statement::{Statement, Verdict};
 use crate::plan::Plan;
-use crate::run::Run;
+use crate::run::Simulation;
 
 /// The last part of the run that is kept \[s\].
 const SHOWN: f64 = 0.04;
@@ -54,7 +54,7 @@ pub struct Recorder {
 
 impl Recorder {
     /// Keeps the step that was done last, if it is one of those shown. `plan` is the run's.
-    pub fn see(&mut self, run: &Run, plan: &Plan) {
+    pub fn see(&mut self, run: &Simulation, plan: &Plan) {
         let step = run.next_step() - 1;
         if ((plan.steps - step) as f64) * plan.time_step > SHOWN {
             return;

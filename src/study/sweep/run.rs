@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::counters::{self, Stage};
 use crate::plan::Plan;
+use crate::plan::models::fetch;
 use crate::response::BandLevel;
 use crate::results::folder::ResultsFolder;
 use crate::results::sound::{RatedLevel, ReceiverSummary};
@@ -20,7 +21,6 @@ use crate::results::spectra::{SPECTRA_FILE, read_force_levels};
 use crate::results::summary::{LoadResult, RollingResistance, SUMMARY_FILE};
 use crate::results::unfinished::{forget_abandoned, unfinished};
 use crate::run::checkpoint::Checkpoint;
-use crate::run::past::fetch;
 use crate::run::{self, Progress, RunError, RunOptions};
 use crate::scene::History;
 use crate::storage::input::{self, TABLE_BYTES};

@@ -11,7 +11,7 @@ mod sentences;
 mod sources;
 
 /// Lowest first; modules of one level do not know each other.
-const LEVELS: [&[&str]; 16] = [
+const LEVELS: [&[&str]; 17] = [
     &["numeric", "counters"],
     &["storage"],
     &["half_space", "time_rule", "radiation"],
@@ -22,6 +22,7 @@ const LEVELS: [&[&str]; 16] = [
     &["sound"],
     &["results"],
     &["plan"],
+    &["effects"],
     &["run"],
     &["study"],
     &["report"],

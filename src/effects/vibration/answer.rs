@@ -3,11 +3,11 @@
 use std::sync::atomic::AtomicBool;
 
 use crate::counters::{Counter, Meter, Stage};
+use crate::effects::effect::Begin;
+use crate::effects::error::EffectError;
 use crate::plan::Plan;
+use crate::plan::models::{count_evaluations, planned_model, refused};
 use crate::response::vibration::{DispersionBranch, TyreResponse, VibrationField, dispersion_branches};
-use crate::run::error::RunError;
-use crate::run::past::{count_evaluations, planned_model, refused};
-use crate::run::prepare::Prepared;
 use crate::scene::{LoadedScene, SceneError};
 use crate::storage::Cache;
 use crate::tyre::influence::Field;
@@ -39,27 +39,21 @@ impl TyreAnswer {
     /// Finds the answer of a prepared run, for these lateral numbers, or for forces that are even across.
     ///
     /// # Errors
-    /// A fit that was refused; [`RunError::Interrupted`].
-    pub(super) fn new(
-        loaded: &LoadedScene,
-        plan: &Plan,
-        prepared: &mut Prepared,
-        heard: Option<&[usize]>,
-        stop: &AtomicBool,
-        meter: &mut Meter,
-    ) -> Result<Self, RunError> {
-        let (scale, spring) = (prepared.scale, prepared.march.spring());
+    /// A fit that was refused; [`EffectError::Interrupted`].
+    pub(super) fn new(begin: &mut Begin<'_>, heard: Option<&[usize]>) -> Result<Self, EffectError> {
+        let Begin { loaded, plan, contact, models, warnings, stop, meter, .. } = begin;
+        let (scale, spring) = (contact.scale, contact.spring);
         let component = |share, number, model| Component { share, number, model, tangential: None };
-        let components = match (heard, prepared.model.take()) {
+        let components = match (heard, models.poles.take()) {
             (Some(numbers), _) => {
-                let models = lateral_models(loaded, plan, numbers, stop, meter, &mut prepared.warnings)?;
+                let models = lateral_models(loaded, plan, numbers, stop, meter, warnings)?;
                 let grid = plan.cell_grid();
                 let known = numbers.iter().zip(models);
                 known.map(|(&m, model)| component(grid.mean_shape(m), Some(m), model)).collect()
             }
             (None, Some(model)) => vec![component(1.0, None, model)],
             (None, None) => {
-                let model = planned_model(loaded, plan, INSTEAD, stop, meter, &mut prepared.warnings)?;
+                let model = planned_model(loaded, plan, INSTEAD, stop, meter, warnings)?;
                 vec![component(1.0, None, model)]
             }
         };
@@ -76,7 +70,7 @@ impl TyreAnswer {
         plan: &Plan,
         top: f64,
         meter: &mut Meter,
-    ) -> Result<(), RunError> {
+    ) -> Result<(), EffectError> {
         let tyre = &plan.decisions.tyre;
         for Component { number, model, tangential, .. } in &mut self.components {
             let fitted = meter.time(Stage::Influence, || match *number {
@@ -126,7 +120,7 @@ fn lateral_models(
     stop: &AtomicBool,
     meter: &mut Meter,
     warnings: &mut Vec<String>,
-) -> Result<Vec<RationalModel>, RunError> {
+) -> Result<Vec<RationalModel>, EffectError> {
     let (tyre, options) = (&plan.decisions.tyre, plan.lateral_fit());
     let cache = Cache::open().ok();
     let key = |m: usize| options.key(tyre, m).ok();

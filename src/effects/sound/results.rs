@@ -2,6 +2,10 @@
 
 use std::ops::Range;
 
+use crate::effects::error::EffectError;
+use crate::effects::sound::SoundObserver;
+use crate::effects::sound::passing::{HeardPassing, Passing};
+use crate::effects::sound::pictures::{draw_directivity, draw_levels, draw_pass_by};
 use crate::numeric::in_parallel;
 use crate::plan::Heard;
 use crate::response::{PowerSpectrum, SpectrumAccumulator, ThirdOctaveBand};
@@ -13,10 +17,6 @@ use crate::results::sound::{
 };
 use crate::results::spectra::LOWEST_FREQUENCY;
 use crate::results::table::csv;
-use crate::run::error::RunError;
-use crate::run::sound::SoundRecorder;
-use crate::run::sound::passing::{HeardPassing, Passing};
-use crate::run::sound::pictures::{draw_directivity, draw_levels, draw_pass_by};
 use crate::scene::{LoadedScene, ReceiverPlace, StandardReceiver};
 use crate::sound::band_pass::band_pass;
 use crate::sound::levels::{REFERENCE_PRESSURE, energetic_mean, mean_square};
@@ -28,12 +28,16 @@ use crate::sound::{Recording, SoundLevels};
 /// Points of a pass-by's level that are written and drawn, a second.
 const LEVELS_A_SECOND: f64 = 200.0;
 
-impl SoundRecorder {
+impl SoundObserver {
     /// Writes levels, pictures and sounds of a complete run; what the summary says of them.
     ///
     /// # Errors
     /// Errors of the files and pictures.
-    pub fn write(&self, loaded: &LoadedScene, folder: &dyn ResultFiles) -> Result<SoundSummary, RunError> {
+    pub(super) fn write_all(
+        &self,
+        loaded: &LoadedScene,
+        folder: &dyn ResultFiles,
+    ) -> Result<SoundSummary, EffectError> {
         let points = self.point_spectra()?;
         let spectra = self.receiver_spectra(&points);
         let error = self.sound.error();
@@ -64,7 +68,7 @@ impl SoundRecorder {
     }
 
     /// Spectra at all points.
-    pub(super) fn point_spectra(&self) -> Result<Vec<PowerSpectrum>, RunError> {
+    pub(super) fn point_spectra(&self) -> Result<Vec<PowerSpectrum>, EffectError> {
         let finished = |spectrum: &SpectrumAccumulator| Ok(spectrum.clone().finish()?.valid_to(self.valid_to));
         in_parallel::map(&self.spectra, finished).into_iter().collect()
     }
@@ -90,7 +94,7 @@ impl SoundRecorder {
         spectrum: &PowerSpectrum,
         points: &[PowerSpectrum],
         folder: &dyn ResultFiles,
-    ) -> Result<(ReceiverSummary, Option<Audible>), RunError> {
+    ) -> Result<(ReceiverSummary, Option<Audible>), EffectError> {
         let levels = vouched(spectrum);
         let mut recording = None;
         let mut summary = ReceiverSummary {
@@ -183,7 +187,7 @@ fn write_pass_by(
     passing: &Passing,
     levels: &[Vec<f64>],
     folder: &dyn ResultFiles,
-) -> Result<PassBySummary, RunError> {
+) -> Result<PassBySummary, EffectError> {
     let (every, middle) = ((FILE_RATE / LEVELS_A_SECOND) as usize, passing.middle());
     let told: Vec<[f64; 3]> = passing
         .samples()
@@ -230,7 +234,7 @@ impl Audible {
         self.channels.iter().flatten().fold(0.0_f64, |peak, pressure| peak.max(pressure.abs()))
     }
 
-    fn write(self, folder: &dyn ResultFiles, file: String, full_scale: f64) -> Result<AudioSummary, RunError> {
+    fn write(self, folder: &dyn ResultFiles, file: String, full_scale: f64) -> Result<AudioSummary, EffectError> {
         let louder = self.peak() * (1.0 + 1e-6) > full_scale;
         let seconds = self.channels.first().map_or(0, Vec::len) as f64 / FILE_RATE;
         let recording = Recording {

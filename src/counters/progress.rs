@@ -1,6 +1,6 @@
 //! Progress of a run, for its watcher.
 
-use crate::counters::Stage;
+use super::Stage;
 
 /// Watches a run. All calls come from the thread that runs it, in order; they must be cheap, [`Progress::step`] comes
 /// every time step.

@@ -1,12 +1,12 @@
 //! Pictures of a run's sound.
 
+use crate::effects::error::EffectError;
 use crate::plan::Heard;
 use crate::response::BandLevel;
 use crate::results::files::ResultFiles;
 use crate::results::plots::{Axis, LinePlot, PolarPlot, Series, ThirdOctavePlot};
 use crate::results::sound::{ReceiverSpectrum, SOUND_LEVEL, SoundError};
 use crate::results::spectra::LOWEST_FREQUENCY;
-use crate::run::error::RunError;
 use crate::scene::LoadedScene;
 use crate::sound::SoundLevels;
 
@@ -16,7 +16,7 @@ pub(super) fn draw_levels(
     spectra: &[ReceiverSpectrum],
     error: &SoundError,
     folder: &dyn ResultFiles,
-) -> Result<(), RunError> {
+) -> Result<(), EffectError> {
     let drawn: Vec<(&str, Vec<BandLevel>)> = spectra
         .iter()
         .map(|heard| {
@@ -43,7 +43,7 @@ pub(super) fn draw_pass_by(
     heard: &Heard,
     rows: &[[f64; 3]],
     folder: &dyn ResultFiles,
-) -> Result<(), RunError> {
+) -> Result<(), EffectError> {
     let title = format!("Passing {}: {}", heard.name, loaded.title());
     let who = if heard.vehicle().is_some() { "Middle of the vehicle" } else { "Tyre" };
     let points: Vec<(f64, f64)> = rows.iter().map(|[_, place, level]| (-place, *level)).collect();
@@ -63,7 +63,7 @@ pub(super) fn draw_directivity(
     heard: &Heard,
     levels: &[f64],
     folder: &dyn ResultFiles,
-) -> Result<(), RunError> {
+) -> Result<(), EffectError> {
     let title = format!("Directivity, {}: {}", heard.name, loaded.title());
     let angle = |index: usize| 360.0 * index as f64 / levels.len() as f64;
     // The first point closes the circle.

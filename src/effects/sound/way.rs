@@ -5,7 +5,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
+use crate::counters::Progress;
 use crate::counters::{Counter, Meter, Stage, Work};
+use crate::effects::effect::ContactFacts;
+use crate::effects::error::EffectError;
 use crate::plan::kept_transfers::KeptTransfers;
 use crate::plan::{Plan, Sound};
 use crate::radiation::transfer::contact_distance;
@@ -13,9 +16,6 @@ use crate::radiation::{Body, RadiationError, TransferSet, Watch, draft, transfer
 use crate::response::pressure::{PressureModel, PressureTransfers, SurfaceGreen};
 use crate::response::vibration::SegmentLayout;
 use crate::results::sound::BodySummary;
-use crate::run::error::RunError;
-use crate::run::prepare::Prepared;
-use crate::run::progress::Progress;
 use crate::scene::{LoadedScene, RadiationQuality, SceneError};
 use crate::sound::Air;
 use crate::tyre::influence::SurfaceWaves;
@@ -69,13 +69,14 @@ impl Seeking<'_> {
     /// Finds the transfers to all points of a sound.
     ///
     /// # Errors
-    /// Complaints about the scene; [`RunError::Interrupted`].
+    /// Complaints about the scene; [`EffectError::Interrupted`].
     pub(super) fn find(
         &self,
-        prepared: &mut Prepared,
+        contact: &ContactFacts,
+        warnings: &mut Vec<String>,
         progress: &mut dyn Progress,
         meter: &mut Meter,
-    ) -> Result<(Way, PressureTransfers), RunError> {
+    ) -> Result<(Way, PressureTransfers), EffectError> {
         let Self { plan, sound, layout, .. } = *self;
         let tyre = &plan.decisions.tyre;
         let air = Air::at(sound.radiation.temperature).ok_or_else(|| {
@@ -83,8 +84,8 @@ impl Seeking<'_> {
         })?;
         let open = meter.open();
         progress.stage(Stage::Radiation);
-        let body = self.body(prepared.at_rest.length)?;
-        let (greens, summary) = self.greens(&air, &body, prepared, progress, meter)?;
+        let body = self.body(contact.at_rest.length)?;
+        let (greens, summary) = self.greens(&air, &body, warnings, progress, meter)?;
         let (delays, left) = delays(sound, &body, &air);
         let (lateral, highest) = (sound.lateral_numbers(tyre), 0.5 / layout.time_step);
         let waves = SurfaceWaves::of(tyre, Sound::GRID.around / 2, lateral, highest, WAVES);
@@ -92,7 +93,7 @@ impl Seeking<'_> {
         let model = PressureModel {
             layout,
             waves: Arc::new(waves),
-            scale: prepared.scale,
+            scale: contact.scale,
             contact_width: tyre.contact_width,
             density: air.density,
             air: sound.radiation.air,
@@ -103,12 +104,12 @@ impl Seeking<'_> {
         Ok((Way { air, delays, body: summary }, PressureTransfers { model, greens }))
     }
 
-    fn refused(&self, key: &str, wrong: String, right: &str) -> RunError {
+    fn refused(&self, key: &str, wrong: String, right: &str) -> EffectError {
         SceneError::from(self.loaded.complain(key, wrong, right)).into()
     }
 
     /// The body that radiates, with a patch as long as that of the static contact \[m\].
-    fn body(&self, at_rest: f64) -> Result<Body, RunError> {
+    fn body(&self, at_rest: f64) -> Result<Body, EffectError> {
         let Self { plan, sound, .. } = *self;
         plan.radiating_body(&sound.radiation, at_rest).map_err(|error| {
             let key = match error {
@@ -125,10 +126,10 @@ impl Seeking<'_> {
         &self,
         air: &Air,
         body: &Body,
-        prepared: &mut Prepared,
+        warnings: &mut Vec<String>,
         progress: &mut dyn Progress,
         meter: &mut Meter,
-    ) -> Result<(Vec<SurfaceGreen>, BodySummary), RunError> {
+    ) -> Result<(Vec<SurfaceGreen>, BodySummary), EffectError> {
         let Self { plan, sound, .. } = *self;
         let problem = sound.problem(body, plan.scene.numerics.memory_bytes());
         let range = sound.range(air);
@@ -141,10 +142,10 @@ impl Seeking<'_> {
             };
             return Ok((surface_greens(set, body, sound), summary));
         }
-        let kept = KeptTransfers::open(&problem, &range, sound, &mut prepared.warnings);
+        let kept = KeptTransfers::open(&problem, &range, sound, warnings);
         let mut troubles = Vec::new();
         let mut watch = Watch {
-            known: &mut |wanted| kept.load(wanted, &mut prepared.warnings),
+            known: &mut |wanted| kept.load(wanted, warnings),
             sink: &mut |found| {
                 kept.store(found, &mut troubles);
                 Ok(())
@@ -153,11 +154,11 @@ impl Seeking<'_> {
             interrupted: &|| self.stop.load(Ordering::Relaxed),
         };
         let found = transfers(&problem, &range, rayon::current_num_threads(), &mut watch);
-        prepared.warnings.extend(troubles);
+        warnings.extend(troubles);
         let (set, report) = found.map_err(|error| match error {
             RadiationError::Interrupted => {
                 progress.note("frequencies of the radiation that were solved are kept for the next run");
-                RunError::Interrupted { kept: None }
+                EffectError::Interrupted
             }
             error @ RadiationError::Memory { .. } => {
                 self.refused("numerics.memory_limit", error.to_string(), "more, or a lower radiation.fmax")

@@ -1,6 +1,8 @@
 //! Results of a run's vibration: tables, maps, pictures, the summary.
 
 use crate::counters::{Counter, Meter};
+use crate::effects::error::EffectError;
+use crate::effects::vibration::VibrationObserver;
 use crate::response::vibration::{
     Dissipation, FieldSpectra, PatchSpectra, SpectraRequest, TransferKind, VibrationField, element_spectrum,
     field_spectra, heard_spectra, point_spectrum,
@@ -14,8 +16,6 @@ use crate::results::vibration::{
     FieldSummary, NamedSpectrum, Place, PowerSummary, VELOCITY_LEVEL, VIBRATION_FILE, VIBRATION_NARROW_FILE,
     VibrationSummary, vibration_levels_csv, vibration_narrow_csv,
 };
-use crate::run::error::RunError;
-use crate::run::vibration::VibrationRecorder;
 use crate::scene::{LoadedScene, TimeRule, Vibration};
 
 /// The frames' names in results.
@@ -43,17 +43,17 @@ struct Heard {
     dissipated_by_tyre: Option<f64>,
 }
 
-impl VibrationRecorder {
+impl VibrationObserver {
     /// Writes spectra, maps and pictures of a complete run; what the summary says of them.
     ///
     /// # Errors
     /// Errors of the files and pictures.
-    pub fn write(
+    pub(super) fn write_all(
         &self,
         loaded: &LoadedScene,
         folder: &dyn ResultFiles,
         meter: &mut Meter,
-    ) -> Result<Option<VibrationSummary>, RunError> {
+    ) -> Result<Option<VibrationSummary>, EffectError> {
         let Some((HeardVibration { spectra: named, summary }, fields)) = self.found(self.wanted.map, meter) else {
             return Ok(None);
         };
@@ -67,7 +67,7 @@ impl VibrationRecorder {
     }
 
     /// Returns the vibration of a complete run, with maps where they are wanted.
-    pub(crate) fn found(&self, maps: bool, meter: &mut Meter) -> Option<(HeardVibration, Vec<FieldSpectra>)> {
+    pub(super) fn found(&self, maps: bool, meter: &mut Meter) -> Option<(HeardVibration, Vec<FieldSpectra>)> {
         let patch = self.accumulator.finish()?;
         // The power balance is the tread's.
         let mut fields = vec![VibrationField::Tread];
@@ -169,7 +169,7 @@ impl VibrationRecorder {
         spectra: &[FieldSpectra],
         folder: &dyn ResultFiles,
         meter: &mut Meter,
-    ) -> Result<(), RunError> {
+    ) -> Result<(), EffectError> {
         let rotation = loaded.scene.rolling.speed() / loaded.scene.tyre.circumference;
         let mut axes_written = false;
         for field in spectra {
@@ -225,7 +225,7 @@ fn summary_of(field: &FieldSpectra, of_tyre: &[FieldSpectra], rule: TimeRule) ->
 }
 
 /// Third octaves: the means of all fields in one picture, the points of each field in one of its own.
-fn draw_levels(loaded: &LoadedScene, named: &[NamedSpectrum], folder: &dyn ResultFiles) -> Result<(), RunError> {
+fn draw_levels(loaded: &LoadedScene, named: &[NamedSpectrum], folder: &dyn ResultFiles) -> Result<(), EffectError> {
     let drawn = |named: &&NamedSpectrum| named.frame != MATERIAL_VARYING;
     let everywhere = |named: &&NamedSpectrum| named.place == Place::Everywhere;
     draw_spectra(loaded, named.iter().filter(everywhere).filter(drawn), "vibration_spectrum.svg", folder)?;
@@ -248,7 +248,7 @@ fn draw_spectra<'a>(
     spectra: impl Iterator<Item = &'a NamedSpectrum>,
     file: &str,
     folder: &dyn ResultFiles,
-) -> Result<(), RunError> {
+) -> Result<(), EffectError> {
     let drawn: Vec<(String, Vec<BandLevel>)> =
         spectra.map(|named| (named.name(), named.spectrum.third_octaves(LOWEST_FREQUENCY, 1.0))).collect();
     if drawn.iter().all(|(_, levels)| levels.is_empty()) {
@@ -272,7 +272,7 @@ fn write_rows(
     values: &[f64],
     row: Row,
     meter: &mut Meter,
-) -> Result<(), RunError> {
+) -> Result<(), EffectError> {
     let file = array_file(values, row);
     meter.count(Counter::BytesWritten, file.len() as u64);
     Ok(folder.write(name, &file)?)

@@ -4,13 +4,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::contact::cells::CellProduct;
 use crate::counters::{Counter, Meter};
+use crate::effects::effect::TyreModels;
 use crate::plan::{CellSegments, Plan};
 use crate::response::LateralForces;
 use crate::response::vibration::{
     ContactPower, Dissipation, Heard, HeardPower, PowerState, SegmentLayout, VibrationAccumulator, VibrationState,
     heard_dissipation,
 };
-use crate::run::prepare::Prepared;
 use crate::storage::StateError;
 
 /// Parts of a recorder of cells beside that of slices.
@@ -40,12 +40,12 @@ impl ResolvedForces {
     /// Makes the parts of a prepared run, whose segments have these begins; `None` without waves.
     pub(super) fn new(
         plan: &Plan,
-        prepared: &mut Prepared,
+        models: &mut TyreModels,
         segments: &CellSegments,
         begin: &SegmentLayout,
         meter: &mut Meter,
     ) -> Option<Self> {
-        let (waves, beyond) = prepared.carried.take()?;
+        let (waves, beyond) = models.waves.take()?;
         let grid = plan.cell_grid();
         let numbers: Vec<usize> = grid.lateral_numbers().take(segments.carried).collect();
         let SegmentLayout { columns, phase, first_position, .. } = *begin;

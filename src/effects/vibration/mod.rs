@@ -6,31 +6,57 @@ mod answer;
 mod resolved;
 mod results;
 
-use std::sync::atomic::AtomicBool;
-
 use serde::{Deserialize, Serialize};
 
-use crate::contact::march::March;
+use super::channel::{Channel, Read, RowShape, When};
+use super::effect::{Begin, Effect};
+use super::error::EffectError;
+use super::observer::{End, Found, Observer, Step};
 use crate::counters::{Counter, Meter, Stage, Work};
 use crate::plan::{Plan, bytes};
 use crate::response::vibration::{
-    ContactPower, ElementVelocities, Heard, HeardVelocity, PowerState, SegmentLayout, TransferKind, VelocityTable,
-    VibrationAccumulator, VibrationField, VibrationState, point_bytes,
+    ElementVelocities, Heard, HeardVelocity, SegmentLayout, TransferKind, VelocityTable, VibrationAccumulator,
+    VibrationField, VibrationState, point_bytes,
 };
-use crate::run::error::RunError;
-use crate::run::prepare::Prepared;
+use crate::results::files::ResultFiles;
 use crate::scene::{LoadedScene, SceneError, Vibration};
-use crate::storage::StateError;
-use crate::storage::state::restore_part;
+use crate::storage::state::{StateError, StateReader, StateWriter, restore_part};
 use answer::TyreAnswer;
 use resolved::{ResolvedForces, ResolvedState};
 pub use results::HeardVibration;
 
-/// Takes in the patch forces of every step.
-pub struct VibrationRecorder {
+/// Vibration of belt and tread.
+pub struct VibrationEffect;
+
+const fn map(name: &'static str, unit: &'static str, meaning: &'static str) -> Channel {
+    let wanted = |plan: &Plan| plan.decisions.vibration.as_ref().is_some_and(|wanted| wanted.map);
+    Channel { name, unit, meaning, row: RowShape::One, when: When::AtEnd, wanted, read: Read::Written }
+}
+
+static CHANNELS: [Channel; 3] = [
+    map("vibration_map_frequency", "Hz", "frequencies of the maps"),
+    map("vibration_map_wavenumber", "1", "wavenumbers of the maps, in periods round the tyre"),
+    map("vibration_map", "m^2/s^2/Hz", "power of the velocity by frequency and wavenumber"),
+];
+
+impl Effect for VibrationEffect {
+    fn name(&self) -> &'static str {
+        "vibration"
+    }
+
+    fn channels(&self) -> &'static [Channel] {
+        &CHANNELS
+    }
+
+    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, EffectError> {
+        Ok(VibrationObserver::begin(begin)?.map(|observer| Box::new(observer) as Box<dyn Observer>))
+    }
+}
+
+/// Observer of the patch's forces, which the tyre's velocities are made of.
+pub struct VibrationObserver {
     wanted: Vibration,
     accumulator: VibrationAccumulator,
-    power: ContactPower,
     tyre: TyreAnswer,
     /// Where the forces are those of cells.
     resolved: Option<ResolvedForces>,
@@ -42,33 +68,60 @@ pub struct VibrationRecorder {
     steps: u64,
 }
 
-/// State of a [`VibrationRecorder`].
+/// State of a [`VibrationObserver`].
 #[derive(Deserialize, Serialize)]
-pub(crate) struct RecorderState {
+struct VibrationObserverState {
     accumulator: VibrationState,
-    power: PowerState,
     resolved: Option<ResolvedState>,
 }
 
-impl VibrationRecorder {
-    /// A recorder of a prepared run; `None` if no vibration is wanted, or, with a warning, if the run is shorter than a
-    /// revolution.
-    ///
-    /// # Errors
-    /// A plan that needs too much memory; a fit that was refused; [`RunError::Interrupted`].
-    pub fn prepare(
-        loaded: &LoadedScene,
-        plan: &Plan,
-        prepared: &mut Prepared,
-        stop: &AtomicBool,
+impl Observer for VibrationObserver {
+    fn needs_power(&self) -> bool {
+        true
+    }
+
+    fn observe(&mut self, step: &Step<'_>, meter: &mut Meter) -> Result<(), EffectError> {
+        // Backward differences look two steps back.
+        if step.number + 2 >= self.warm_up {
+            self.push(step, meter);
+        }
+        Ok(())
+    }
+
+    fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
+        let resolved = self.resolved.as_ref().map(ResolvedForces::save);
+        state.put(&VibrationObserverState { accumulator: self.accumulator.save(), resolved })
+    }
+
+    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+        let VibrationObserverState { accumulator, resolved } = state.take()?;
+        self.accumulator.restore(accumulator)?;
+        restore_part(&mut self.resolved, resolved, ResolvedForces::restore)
+    }
+
+    fn write(
+        &self,
+        end: &End<'_>,
+        files: &dyn ResultFiles,
+        found: &mut Found,
         meter: &mut Meter,
-    ) -> Result<Option<Self>, RunError> {
+    ) -> Result<(), EffectError> {
+        found.vibration = self.write_all(end.loaded, files, meter)?;
+        Ok(())
+    }
+}
+
+impl VibrationObserver {
+    /// Begins the observer of a run; `None` if no vibration is wanted, or, with a warning, if the run is shorter than a
+    /// revolution.
+    fn begin(begin: &mut Begin<'_>) -> Result<Option<Self>, EffectError> {
+        let Begin { loaded, plan, contact, .. } = *begin;
         let Some(vibration) = plan.decisions.vibration.clone() else { return Ok(None) };
-        let geometry = prepared.march.geometry();
+        let geometry = &contact.geometry;
         let steps = plan.steps - plan.warm_up_steps;
         let Some(segments) = plan.vibration_segments(&vibration, geometry.columns) else {
             let revolution = (plan.scene.numerics.elements * plan.scene.numerics.substeps) as f64;
-            prepared.warnings.push(format!(
+            begin.warnings.push(format!(
                 "the run is too short for vibration: it needs a revolution, {:.2} s, after the warm-up",
                 revolution * plan.time_step
             ));
@@ -92,13 +145,13 @@ impl VibrationRecorder {
 
         let cells = segments.cells.as_ref();
         let numbers = cells.map(|cells| cells.heard.as_slice());
-        let mut tyre = TyreAnswer::new(loaded, plan, prepared, numbers, stop, meter)?;
+        let mut tyre = TyreAnswer::new(begin, numbers)?;
+        let meter = &mut *begin.meter;
         if vibration.tangential {
             tyre.add_tangential(loaded, plan, layout.angular_frequency(layout.bins() - 1), meter)?;
         }
-        let (across, valid_to) = (prepared.march.footprint().shape().across, prepared.valid_to);
         let open = meter.open();
-        let resolved = cells.and_then(|cells| ResolvedForces::new(plan, prepared, cells, &layout, meter));
+        let resolved = cells.and_then(|cells| ResolvedForces::new(plan, begin.models, cells, &layout, meter));
         let at_places = !(vibration.points.is_empty() && vibration.elements.is_empty());
         let heard = cells.map(|_| heard(&layout, &tyre, &fields, at_places));
         meter.close(open, Stage::Vibration);
@@ -109,24 +162,20 @@ impl VibrationRecorder {
                 (VibrationAccumulator::resolved(layout, Heard::Velocities(velocities)), Some(kept))
             }
         };
-        let mut recorder = Self {
-            wanted: vibration,
-            accumulator,
-            power: ContactPower::new(layout.rule, plan.time_step, layout.columns * across),
-            tyre,
-            resolved,
-            fields,
-            valid_to,
-            warm_up: plan.warm_up_steps,
-            steps,
-        };
+        let (valid_to, warm_up) = (contact.valid_to, plan.warm_up_steps);
+        let mut observer = Self { wanted: vibration, accumulator, tyre, resolved, fields, valid_to, warm_up, steps };
         if at_places {
-            meter.time(Stage::Vibration, || recorder.add_points(first_element, tables));
+            meter.time(Stage::Vibration, || observer.add_points(first_element, tables));
         }
         if at_places || heard_here {
-            meter.count(Counter::VibrationEvaluations, recorder.evaluations(recorder.fields.len()));
+            meter.count(Counter::VibrationEvaluations, observer.evaluations(observer.fields.len()));
         }
-        Ok(Some(recorder))
+        Ok(Some(observer))
+    }
+
+    /// Velocities of the steps so far, where a segment of them is complete.
+    pub fn heard_so_far(&self, meter: &mut Meter) -> Option<HeardVibration> {
+        self.found(false, meter).map(|(heard, _)| heard)
     }
 
     /// Points beside the axle and elements, by the fields' tables where they are known; `first_element` is in the
@@ -157,28 +206,23 @@ impl VibrationRecorder {
         (fields * (layout.elements / 2 + 1) * layout.channels() * layout.bins()) as u64
     }
 
-    /// Takes in the step that a march has just done.
-    pub fn push(&mut self, step: u64, march: &March, meter: &mut Meter) {
-        // Backward differences look two steps back.
-        if step + 2 < self.warm_up {
-            return;
-        }
+    /// Takes in a step.
+    fn push(&mut self, step: &Step<'_>, meter: &mut Meter) {
         let of_power = self.resolved.as_ref().is_some_and(ResolvedForces::completes_next);
-        let completes = step >= self.warm_up && (of_power || self.accumulator.completes_next());
+        let completes = step.counts && (of_power || self.accumulator.completes_next());
         let work = || {
-            let footprint = march.footprint();
+            let footprint = step.footprint;
             let (forces, displacements) = (footprint.forces(), footprint.displacements());
             let first = footprint.first_point();
-            let power = self.power.push(first, forces, displacements);
             let of_waves = self.resolved.as_mut().map_or(0.0, |resolved| resolved.put_in(first, forces, displacements));
-            if step < self.warm_up {
+            if !step.counts {
                 return [false; 2];
             }
             match &mut self.resolved {
-                None => [self.accumulator.push(forces, power), false],
+                None => [self.accumulator.push(forces, step.power), false],
                 Some(resolved) => {
                     let of_power = resolved.push(forces, of_waves);
-                    [self.accumulator.push(resolved.heard(forces), power), of_power]
+                    [self.accumulator.push(resolved.heard(forces), step.power), of_power]
                 }
             }
         };
@@ -197,22 +241,6 @@ impl VibrationRecorder {
         if let Some(resolved) = self.resolved.as_ref().filter(|_| of_power) {
             count_segment(resolved.layout(), 0, 0.0, meter);
         }
-    }
-
-    /// Takes the state down.
-    pub(crate) fn save(&self) -> RecorderState {
-        let resolved = self.resolved.as_ref().map(ResolvedForces::save);
-        RecorderState { accumulator: self.accumulator.save(), power: self.power.save(), resolved }
-    }
-
-    /// Goes on from the state of a recorder of the same run.
-    ///
-    /// # Errors
-    /// [`StateError`].
-    pub(crate) fn restore(&mut self, state: RecorderState) -> Result<(), StateError> {
-        self.accumulator.restore(state.accumulator)?;
-        restore_part(&mut self.resolved, state.resolved, ResolvedForces::restore)?;
-        self.power.restore(state.power)
     }
 }
 

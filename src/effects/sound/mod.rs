@@ -11,30 +11,42 @@ mod results;
 mod way;
 
 use std::ops::Range;
-use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::contact::march::March;
+use super::effect::{Begin, Effect};
+use super::error::EffectError;
+use super::observer::{End, Found, Observer, Step};
 use crate::counters::{Counter, Meter, Stage, Work};
 use crate::plan::{Heard, Plan, SOUND_FADE, SOUND_SEGMENT, Sound};
 use crate::response::pressure::{PressureState, PressureStream};
 use crate::response::vibration::SegmentLayout;
 use crate::response::{LateralForces, SpectrumAccumulator, SpectrumState};
+use crate::results::files::ResultFiles;
 use crate::results::sound::{BodySummary, RatedLevel, ReceiverSpectrum, SoundError};
-use crate::run::error::RunError;
-use crate::run::prepare::Prepared;
-use crate::run::progress::Progress;
-use crate::scene::{LoadedScene, Zone};
-use crate::storage::StateError;
+use crate::scene::Zone;
+use crate::storage::state::{StateError, StateReader, StateWriter};
 use kept_signal::{KeptSignal, KeptState};
 use passing::Passing;
 pub(crate) use way::WAVES;
 use way::{Seeking, Way};
 
-/// Takes in the patch forces of every step.
-pub struct SoundRecorder {
+/// Sound at receivers.
+pub struct SoundEffect;
+
+impl Effect for SoundEffect {
+    fn name(&self) -> &'static str {
+        "sound"
+    }
+
+    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, EffectError> {
+        Ok(SoundObserver::begin(begin)?.map(|observer| Box::new(observer) as Box<dyn Observer>))
+    }
+}
+
+/// Observer of the patch's forces, which pressures at the receivers are made of.
+pub struct SoundObserver {
     sound: Sound,
     /// How the transfers were found.
     way: Way,
@@ -76,7 +88,7 @@ fn radiated(sound: &Sound) -> Range<f64> {
 }
 
 /// Lists the sounds that a run of a plan is too short for, known before it.
-pub(super) fn unheard(plan: &Plan) -> Vec<String> {
+pub(crate) fn unheard(plan: &Plan) -> Vec<String> {
     let Some(sound) = plan.sound() else { return Vec::new() };
     let samples = PressureStream::samples(&sound.layout, plan.steps - plan.warm_up_steps);
     if samples == 0 {
@@ -91,30 +103,24 @@ pub(super) fn unheard(plan: &Plan) -> Vec<String> {
     sound.heard.iter().filter(|heard| heard.is_passed()).filter_map(missing).collect()
 }
 
-/// State of a [`SoundRecorder`].
+/// State of a [`SoundObserver`].
 #[derive(Deserialize, Serialize)]
-pub(crate) struct SoundState {
+struct SoundState {
     stream: PressureState,
     spectra: Vec<SpectrumState>,
     signals: Vec<KeptState>,
 }
 
-impl SoundRecorder {
-    /// Makes the recorder of a prepared run; `None` without receivers, or, with a warning, if the run is too short.
+impl SoundObserver {
+    /// Begins the observer of a run; `None` without receivers, or, with a warning, if the run is too short.
     ///
     /// # Errors
     /// A body or receivers that cannot be, a plan that needs too much memory: complaints about the scene;
-    /// [`RunError::Interrupted`].
-    pub fn prepare(
-        loaded: &LoadedScene,
-        plan: &Plan,
-        prepared: &mut Prepared,
-        stop: &AtomicBool,
-        progress: &mut dyn Progress,
-        meter: &mut Meter,
-    ) -> Result<Option<Self>, RunError> {
+    /// [`EffectError::Interrupted`].
+    pub fn begin(begin: &mut Begin<'_>) -> Result<Option<Self>, EffectError> {
+        let Begin { loaded, plan, contact, warnings, stop, progress, meter, .. } = begin;
         let Some(sound) = plan.sound() else { return Ok(None) };
-        let geometry = prepared.march.geometry();
+        let geometry = &contact.geometry;
         let layout = SegmentLayout {
             columns: geometry.columns,
             phase: geometry.substep(plan.warm_up_steps),
@@ -123,11 +129,11 @@ impl SoundRecorder {
         };
         let samples = PressureStream::samples(&layout, plan.steps - plan.warm_up_steps);
         if samples == 0 {
-            prepared.warnings.push(too_short(&sound, plan.speed));
+            warnings.push(too_short(&sound, plan.speed));
             return Ok(None);
         }
         let seeking = Seeking { loaded, plan, sound: &sound, layout, stop };
-        let (way, transfers) = seeking.find(prepared, progress, meter)?;
+        let (way, transfers) = seeking.find(contact, warnings, *progress, meter)?;
         let kept = sound.kept_samples().min(samples as usize);
         let points = sound.points();
         let speed = loaded.scene.rolling.speed();
@@ -137,7 +143,7 @@ impl SoundRecorder {
                 // The samples are the same whatever is listened to.
                 let passing = Passing::of(&sound, &way, heard, speed, &radiated(&sound));
                 let missing = passing.as_ref().and_then(|passing| passing.missing(&sound, kept));
-                prepared.warnings.extend(missing.map(|why| format!("{}: {why}", heard.name)));
+                warnings.extend(missing.map(|why| format!("{}: {why}", heard.name)));
                 passing.iter().for_each(|passing| passing.keep(kept, &mut signals));
             } else if heard.is_recorded() && sound.radiation.audio {
                 signals[heard.points.clone()].fill(KeptSignal::of(std::iter::once(0..kept).collect()));
@@ -157,17 +163,13 @@ impl SoundRecorder {
             signals,
             warm_up: plan.warm_up_steps,
             speed,
-            valid_to: prepared.valid_to.min(sound.complete_to()),
+            valid_to: contact.valid_to.min(sound.complete_to()),
             sound,
         }))
     }
 
-    /// Takes in the step that a march has just done.
-    pub fn push(&mut self, step: u64, march: &March, meter: &mut Meter) {
-        self.take(step, march.footprint().forces(), meter);
-    }
-
-    /// Takes in the forces of a step \[N\], stage by stage, point by point: [`Footprint::forces`](crate::contact::footprint::Footprint::forces).
+    /// Takes in the forces of a step \[N\], stage by stage, point by point, as
+    /// [`Footprint::forces`](crate::contact::footprint::Footprint::forces) has them.
     pub fn take(&mut self, step: u64, forces: &[f64], meter: &mut Meter) {
         if step < self.warm_up {
             return;
@@ -208,32 +210,45 @@ impl SoundRecorder {
     ///
     /// # Errors
     /// Too short for a spectrum.
-    pub fn heard(&self) -> Result<HeardSound, RunError> {
+    pub fn heard(&self) -> Result<HeardSound, EffectError> {
         let receivers = self.receiver_spectra(&self.point_spectra()?);
         let rated = self.rated(&receivers);
         Ok(HeardSound { receivers, rated, body: self.way.body.clone(), error: self.sound.error() })
     }
+}
 
-    /// Takes the state down.
-    pub(crate) fn save(&self) -> SoundState {
-        SoundState {
+impl Observer for SoundObserver {
+    fn observe(&mut self, step: &Step<'_>, meter: &mut Meter) -> Result<(), EffectError> {
+        self.take(step.number, step.footprint.forces(), meter);
+        Ok(())
+    }
+
+    fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
+        state.put(&SoundState {
             stream: self.stream.save(),
             spectra: self.spectra.iter().map(SpectrumAccumulator::save).collect(),
             signals: self.signals.iter().map(KeptSignal::save).collect(),
-        }
+        })
     }
 
-    /// Goes on from the state of a recorder of the same run.
-    ///
-    /// # Errors
-    /// [`StateError`].
-    pub(crate) fn restore(&mut self, state: SoundState) -> Result<(), StateError> {
-        let SoundState { stream, spectra, signals } = state;
+    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+        let SoundState { stream, spectra, signals } = state.take()?;
         if spectra.len() != self.spectra.len() || signals.len() != self.signals.len() {
             return Err(StateError::Length { expected: self.signals.len(), found: signals.len() });
         }
         self.stream.restore(stream)?;
         self.signals.iter_mut().zip(signals).try_for_each(|(here, saved)| here.restore(saved))?;
         self.spectra.iter_mut().zip(spectra).try_for_each(|(here, saved)| here.restore(saved))
+    }
+
+    fn write(
+        &self,
+        end: &End<'_>,
+        files: &dyn ResultFiles,
+        found: &mut Found,
+        _: &mut Meter,
+    ) -> Result<(), EffectError> {
+        found.sound = Some(self.write_all(end.loaded, files)?);
+        Ok(())
     }
 }

@@ -1,0 +1,202 @@
+//! Contact over cells beside what every run gives: force by row across, area and pressure against time, pictures of the
+//! patch, and the cells themselves at chosen instants.
+
+use ndarray::{Array2, ArrayView2};
+
+use super::channel::{Channel, Read, RowShape, When};
+use super::effect::{Begin, Effect};
+use super::error::EffectError;
+use super::observer::{End, Found, Observer, Step};
+use crate::counters::{Meter, Stage};
+use crate::numeric::{RunningMoments, largest_or_zero};
+use crate::plan::Plan;
+use crate::results::files::ResultFiles;
+use crate::results::plots::PatchMap;
+use crate::results::summary::CellsSummary;
+use crate::scene::Zone;
+use crate::storage::state::{StateError, StateReader, StateWriter, fill};
+
+/// Contact over cells.
+pub struct CellsEffect;
+
+static CHANNELS: [Channel; 5] = [
+    Channel {
+        name: "row_force",
+        unit: "N",
+        meaning: "contact force of each row of cells across",
+        row: RowShape::Across,
+        when: When::EveryStep,
+        wanted: over_cells,
+        read: Read::Fill(|step, rows| {
+            for cells in step.footprint.mean().chunks_exact(rows.len()) {
+                rows.iter_mut().zip(cells).for_each(|(row, force)| *row += force);
+            }
+        }),
+    },
+    Channel {
+        name: "contact_area",
+        unit: "m^2",
+        meaning: "area of the cells that carry force",
+        row: RowShape::One,
+        when: When::EveryStep,
+        wanted: over_cells,
+        read: Read::Number(area),
+    },
+    Channel {
+        name: "peak_pressure",
+        unit: "Pa",
+        meaning: "largest pressure on a cell",
+        row: RowShape::One,
+        when: When::EveryStep,
+        wanted: over_cells,
+        read: Read::Number(peak_pressure),
+    },
+    Channel {
+        name: "cells",
+        unit: "N",
+        meaning: "contact force of each cell in the window, at chosen instants",
+        row: RowShape::Points,
+        when: When::CellsEvery,
+        wanted: has_frames,
+        read: Read::Single(|step, frame| {
+            frame.iter_mut().zip(step.footprint.mean()).for_each(|(frame, &force)| *frame = force as f32);
+        }),
+    },
+    Channel {
+        name: "cells_time",
+        unit: "s",
+        meaning: "time of those instants",
+        row: RowShape::One,
+        when: When::CellsEvery,
+        wanted: has_frames,
+        read: Read::Number(|step| step.time),
+    },
+];
+
+fn over_cells(plan: &Plan) -> bool {
+    plan.decisions.zone == Zone::Cells
+}
+
+fn has_frames(plan: &Plan) -> bool {
+    over_cells(plan) && plan.scene.outputs.cells_every.is_some()
+}
+
+/// Size of a cell's face \[m^2\].
+fn face(step: &Step<'_>) -> f64 {
+    step.point_size[0] * step.point_size[1]
+}
+
+/// Area of the cells that carry force \[m^2\].
+fn area(step: &Step<'_>) -> f64 {
+    let touched = step.footprint.mean().iter().filter(|&&force| force > 0.0).count();
+    touched as f64 * face(step)
+}
+
+/// Largest pressure on a cell \[Pa\].
+fn peak_pressure(step: &Step<'_>) -> f64 {
+    largest_or_zero(step.footprint.mean()) / face(step)
+}
+
+impl Effect for CellsEffect {
+    fn name(&self) -> &'static str {
+        "cells"
+    }
+
+    fn channels(&self) -> &'static [Channel] {
+        &CHANNELS
+    }
+
+    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, EffectError> {
+        let Begin { plan, contact, .. } = *begin;
+        if !over_cells(plan) {
+            return Ok(None);
+        }
+        let shape = contact.shape;
+        let size = [plan.element, plan.scene.tyre.contact_width / shape.across as f64];
+        let sum = vec![0.0; shape.points()];
+        Ok(Some(Box::new(CellObserver { across: shape.across, size, moments: Default::default(), sum })))
+    }
+}
+
+/// Observer of the patch.
+pub struct CellObserver {
+    across: usize,
+    /// Size of a cell \[m\].
+    size: [f64; 2],
+    /// After the warm-up: area \[m^2\], pressure on it and its peak \[Pa\].
+    moments: [RunningMoments; 3],
+    /// Sum of the forces of the steps that count, cell by cell of the window.
+    sum: Vec<f64>,
+}
+
+impl Observer for CellObserver {
+    fn observe(&mut self, step: &Step<'_>, meter: &mut Meter) -> Result<(), EffectError> {
+        if step.counts {
+            meter.time_in_step(Stage::Output, || {
+                let (area, footprint) = (area(step), step.footprint);
+                let total: f64 = footprint.column_mean().iter().sum();
+                let pressure = if area > 0.0 { total / area } else { 0.0 };
+                for (moments, value) in self.moments.iter_mut().zip([area, pressure, peak_pressure(step)]) {
+                    moments.push(value);
+                }
+                self.sum.iter_mut().zip(footprint.mean()).for_each(|(sum, force)| *sum += force);
+            });
+        }
+        Ok(())
+    }
+
+    fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
+        state.put(&self.moments)?;
+        state.put(&self.sum)
+    }
+
+    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+        self.moments = state.take()?;
+        fill(&mut self.sum, &state.take::<Vec<f64>>()?)
+    }
+
+    fn tell(&self, _: &End<'_>, found: &mut Found) {
+        let [area, pressure, peak] = self.moments.each_ref().map(RunningMoments::mean);
+        found.outcome.cells = area.zip(pressure).zip(peak).map(|((mean_area, mean_pressure), mean_peak_pressure)| {
+            CellsSummary { across: self.across, mean_area, mean_pressure, mean_peak_pressure }
+        });
+    }
+
+    fn write(&self, end: &End<'_>, files: &dyn ResultFiles, _: &mut Found, _: &mut Meter) -> Result<(), EffectError> {
+        if end.loaded.scene.outputs.plots { self.draw(end, files) } else { Ok(()) }
+    }
+}
+
+impl CellObserver {
+    /// Draws the patch: mean pressure, the pressure of the last step, and the road under it.
+    fn draw(&self, end: &End<'_>, files: &dyn ResultFiles) -> Result<(), EffectError> {
+        let geometry = end.geometry;
+        let first = geometry.first_element(end.steps.saturating_sub(1));
+        let mut heights = vec![f64::NAN; self.sum.len()];
+        for (element, heights) in (first..).zip(heights.chunks_exact_mut(self.across)) {
+            if let Some(known) = end.road.heights(element) {
+                heights.copy_from_slice(known);
+            }
+        }
+        let counted = self.moments[0].count() as f64;
+        let field = |values: &[f64], scale: f64| -> Array2<f64> {
+            let shape = (values.len() / self.across, self.across);
+            ArrayView2::from_shape(shape, values)
+                .map_or_else(|_| Array2::zeros((0, 0)), |view| view.mapv(|v| scale * v))
+        };
+        let pressure = 1e-3 / (self.size[0] * self.size[1]);
+        let mean = field(&self.sum, pressure / counted.max(1.0));
+        let maps = [
+            ("cells_mean_pressure.svg", "Mean pressure", "Pressure [kPa]", mean),
+            ("cells_pressure.svg", "Pressure at the end", "Pressure [kPa]", field(end.footprint.mean(), pressure)),
+            ("cells_road.svg", "Road under the patch", "Height [mm]", field(&heights, 1e3)),
+        ];
+        for (file, what, quantity, values) in maps {
+            let title = format!("{what}: {}", end.loaded.title());
+            let first_position = geometry.first_position();
+            let map = PatchMap { title: &title, quantity, values: values.view(), first_position, size: self.size };
+            files.write_text(file, &map.to_svg()?)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,278 @@
+//! Arrays of a run, each stated once: its file, unit, meaning, and how a row of it is read from a step.
+//!
+//! Folder, memory, MATLAB file, Python package and documentation take them from here.
+
+use super::error::EffectError;
+use super::observer::Step;
+use crate::plan::Plan;
+use crate::results::ResultsError;
+use crate::results::arrays::{ArrayPlace, WrittenArrays};
+use crate::results::npy::{NpyNumber, NpyWriter, Row};
+
+/// Array of a run.
+pub struct Channel {
+    /// Name of the file, without its ending.
+    pub name: &'static str,
+    /// Unit of its numbers; 1 for mere numbers.
+    pub unit: &'static str,
+    /// Meaning in a few words.
+    pub meaning: &'static str,
+    /// Numbers of a row.
+    pub row: RowShape,
+    /// Steps that have a row.
+    pub when: When,
+    /// Tells whether a plan calls for it.
+    pub wanted: fn(&Plan) -> bool,
+    /// Reads a row.
+    pub read: Read,
+}
+
+/// Numbers of a row.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+pub enum RowShape {
+    /// One number.
+    One,
+    /// One for each column of the window.
+    Columns,
+    /// One for each row of points along.
+    Across,
+    /// One for each point of the window, column by column.
+    Points,
+}
+
+/// Steps that have a row.
+#[derive(Clone, Copy, Debug, Eq, PartialEq)]
+pub enum When {
+    /// Every step.
+    EveryStep,
+    /// Those at `outputs.cells_every`.
+    CellsEvery,
+    /// None: the array is written at the end of a run.
+    AtEnd,
+}
+
+/// Reading of a row from a step.
+pub enum Read {
+    /// A number.
+    Number(fn(&Step<'_>) -> f64),
+    /// A whole number.
+    Count(fn(&Step<'_>) -> i64),
+    /// A row that is there.
+    Row(for<'a> fn(&Step<'a>) -> &'a [f64]),
+    /// A row that is worked out.
+    Fill(fn(&Step<'_>, &mut [f64])),
+    /// A row in single precision.
+    Single(fn(&Step<'_>, &mut [f32])),
+    /// No row: written at the end.
+    Written,
+}
+
+/// Numbers of an array that a run keeps in memory.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Numbers {
+    /// In double precision.
+    Double(Vec<f64>),
+    /// Whole numbers.
+    Whole(Vec<i64>),
+    /// In single precision.
+    Single(Vec<f32>),
+}
+
+/// Array of a run in memory.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KeptArray {
+    /// Name of the channel.
+    pub name: &'static str,
+    /// Numbers of a row; `None` where that is one.
+    pub columns: Option<usize>,
+    /// Row after row.
+    pub numbers: Numbers,
+}
+
+/// Destination of an array's rows.
+enum Sink<T> {
+    File(NpyWriter<T>),
+    Memory(Vec<T>),
+}
+
+impl<T: NpyNumber> Sink<T> {
+    fn push(&mut self, row: &[T]) -> Result<(), ResultsError> {
+        match self {
+            Self::File(writer) => writer.push(row),
+            Self::Memory(numbers) => {
+                numbers.extend_from_slice(row);
+                Ok(())
+            }
+        }
+    }
+}
+
+/// Sink by the type of its numbers.
+enum Rows {
+    Double(Sink<f64>),
+    Whole(Sink<i64>),
+    Single(Sink<f32>),
+}
+
+/// Does the same with a sink whatever its numbers are.
+macro_rules! for_each_type {
+    ($rows:expr, $sink:ident => $work:expr) => {
+        match $rows {
+            Rows::Double($sink) => $work,
+            Rows::Whole($sink) => $work,
+            Rows::Single($sink) => $work,
+        }
+    };
+}
+
+/// Channel of a run that has begun.
+struct Open {
+    channel: &'static Channel,
+    rows: Rows,
+    /// Numbers of a row.
+    length: usize,
+}
+
+/// Arrays of a run that has begun.
+pub struct Arrays {
+    open: Vec<Open>,
+    /// Steps between two frames of cells.
+    every: u64,
+    filled: Vec<f64>,
+    singles: Vec<f32>,
+}
+
+impl Arrays {
+    /// Begins the arrays that a plan calls for, or goes on with them, in a folder; without one in memory. A window has
+    /// so many columns and points across.
+    ///
+    /// # Errors
+    /// Errors of the arrays; [`ResultsError::Room`] where memory does not suffice.
+    pub fn open(
+        channels: impl Iterator<Item = &'static Channel>,
+        plan: &Plan,
+        [columns, across]: [usize; 2],
+        place: Option<&ArrayPlace<'_>>,
+    ) -> Result<Self, ResultsError> {
+        let every = plan.scene.outputs.cells_every.map(|time| (time / plan.time_step).round().max(1.0) as u64);
+        let mut arrays = Self {
+            open: Vec::new(),
+            every: every.unwrap_or(u64::MAX),
+            filled: vec![0.0; columns * across],
+            singles: Vec::new(),
+        };
+        let wanted = channels.filter(|channel| channel.when != When::AtEnd && (channel.wanted)(plan));
+        for channel in wanted.filter(|_| plan.scene.outputs.arrays) {
+            let length = match channel.row {
+                RowShape::One => 1,
+                RowShape::Columns => columns,
+                RowShape::Across => across,
+                RowShape::Points => columns * across,
+            };
+            let steps = match channel.when {
+                When::CellsEvery => plan.steps.div_ceil(arrays.every),
+                _ => plan.steps,
+            };
+            let rows = match channel.read {
+                Read::Count(_) => Rows::Whole(sink(channel, place, length, steps)?),
+                Read::Single(_) => {
+                    arrays.singles.resize(length, 0.0);
+                    Rows::Single(sink(channel, place, length, steps)?)
+                }
+                _ => Rows::Double(sink(channel, place, length, steps)?),
+            };
+            arrays.open.push(Open { channel, rows, length });
+        }
+        Ok(arrays)
+    }
+
+    /// Tells whether there is any.
+    pub fn is_empty(&self) -> bool {
+        self.open.is_empty()
+    }
+
+    /// Writes a row of each, where the step has one.
+    ///
+    /// # Errors
+    /// Errors of the arrays.
+    pub fn push(&mut self, step: &Step<'_>) -> Result<(), EffectError> {
+        let Self { open, every, filled, singles } = self;
+        for Open { channel, rows, length } in open {
+            if channel.when == When::CellsEvery && !step.number.is_multiple_of(*every) {
+                continue;
+            }
+            match (rows, &channel.read) {
+                (Rows::Double(sink), Read::Number(read)) => sink.push(&[read(step)])?,
+                (Rows::Whole(sink), Read::Count(read)) => sink.push(&[read(step)])?,
+                (Rows::Double(sink), Read::Row(read)) => sink.push(read(step))?,
+                (Rows::Double(sink), Read::Fill(read)) => {
+                    let row = &mut filled[..*length];
+                    row.fill(0.0);
+                    read(step, row);
+                    sink.push(row)?;
+                }
+                (Rows::Single(sink), Read::Single(read)) => {
+                    read(step, &mut singles[..*length]);
+                    sink.push(&singles[..*length])?;
+                }
+                // Opened by how it is read.
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Brings all rows so far to the disk; gives how far each array has come.
+    ///
+    /// # Errors
+    /// Errors of the arrays.
+    pub fn sync(&mut self) -> Result<WrittenArrays, ResultsError> {
+        let mut written = WrittenArrays::default();
+        for Open { rows, .. } in &mut self.open {
+            for_each_type!(rows, sink => if let Sink::File(writer) = sink {
+                written.sync(writer)?;
+            });
+        }
+        Ok(written)
+    }
+
+    /// Completes the arrays; gives the bytes written to files, and the arrays in memory.
+    ///
+    /// # Errors
+    /// Errors of the arrays.
+    pub fn finish(self) -> Result<(u64, Vec<KeptArray>), ResultsError> {
+        let (mut bytes, mut kept) = (0, Vec::new());
+        for Open { channel, rows, length } in self.open {
+            let columns = (channel.row != RowShape::One).then_some(length);
+            let keep = |numbers| KeptArray { name: channel.name, columns, numbers };
+            match rows {
+                Rows::Double(Sink::Memory(numbers)) => kept.push(keep(Numbers::Double(numbers))),
+                Rows::Whole(Sink::Memory(numbers)) => kept.push(keep(Numbers::Whole(numbers))),
+                Rows::Single(Sink::Memory(numbers)) => kept.push(keep(Numbers::Single(numbers))),
+                rows => for_each_type!(rows, sink => if let Sink::File(writer) = sink {
+                    bytes += writer.bytes();
+                    writer.finish()?;
+                }),
+            }
+        }
+        Ok((bytes, kept))
+    }
+}
+
+/// Begins the rows of a channel.
+fn sink<T: NpyNumber>(
+    channel: &Channel,
+    place: Option<&ArrayPlace<'_>>,
+    length: usize,
+    steps: u64,
+) -> Result<Sink<T>, ResultsError> {
+    let Some(place) = place else {
+        let (mut numbers, rows) = (Vec::new(), usize::try_from(steps).unwrap_or(usize::MAX));
+        let bytes = steps as f64 * (length * size_of::<T>()) as f64;
+        let room = numbers.try_reserve_exact(rows.saturating_mul(length));
+        room.map_err(|_| ResultsError::Room { array: channel.name, bytes })?;
+        return Ok(Sink::Memory(numbers));
+    };
+    let row = if channel.row == RowShape::One { Row::Scalar } else { Row::Columns(length) };
+    Ok(Sink::File(place.open(&format!("{}.npy", channel.name), row)?))
+}

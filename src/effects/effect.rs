@@ -1,0 +1,81 @@
+//! Effects as the program lists them: each begins an observer for a run that calls for it.
+
+use std::sync::atomic::AtomicBool;
+
+use super::channel::Channel;
+use super::error::EffectError;
+use super::observer::Observer;
+use crate::contact::footprint::WindowShape;
+use crate::contact::geometry::Geometry;
+use crate::contact::static_contact::StaticContact;
+use crate::counters::{Meter, Progress};
+use crate::plan::Plan;
+use crate::response::vibration::CarriedWaves;
+use crate::scene::LoadedScene;
+use crate::tyre::influence::CellInfluence;
+use crate::tyre::poles::RationalModel;
+
+/// Contact of a run that is about to begin.
+#[derive(Clone, Debug)]
+pub struct ContactFacts {
+    /// Where the window's elements are.
+    pub geometry: Geometry,
+    /// Shape of the window.
+    pub shape: WindowShape,
+    /// Static contact on a smooth road.
+    pub at_rest: StaticContact,
+    /// Factor of the influence functions; 1 unless a bedding's carcass is scaled.
+    pub scale: f64,
+    /// Spring compliance per element \[m/N\]; 0 without springs.
+    pub spring: f64,
+    /// Highest frequency that levels are vouched for \[Hz\]: the plan's, or the road's where that ends before.
+    pub valid_to: f64,
+}
+
+/// Models of the tyre that the contact has made, where an effect demands them.
+#[derive(Default)]
+pub struct TyreModels {
+    /// The tyre's poles, where the past is carried by them.
+    pub poles: Option<RationalModel>,
+    /// The waves of cells, and the influence between cells at once beyond them.
+    pub waves: Option<(Vec<CarriedWaves>, CellInfluence)>,
+}
+
+/// Ingredients of an observer.
+pub struct Begin<'a> {
+    /// The scene.
+    pub loaded: &'a LoadedScene,
+    /// Its plan.
+    pub plan: &'a Plan,
+    /// The contact.
+    pub contact: &'a ContactFacts,
+    /// Models of the tyre.
+    pub models: &'a mut TyreModels,
+    /// True for a run whose results stay in memory: it draws nothing.
+    pub in_memory: bool,
+    /// Warnings that the user should act on.
+    pub warnings: &'a mut Vec<String>,
+    /// Flag that ends the work once it is set.
+    pub stop: &'a AtomicBool,
+    /// Watcher of the work.
+    pub progress: &'a mut dyn Progress,
+    /// Cost so far.
+    pub meter: &'a mut Meter,
+}
+
+/// Effect that reads the steps of a run.
+pub trait Effect: Sync {
+    /// Name, also of its part of a checkpoint.
+    fn name(&self) -> &'static str;
+
+    /// Arrays that it gives, beside the files of its end.
+    fn channels(&self) -> &'static [Channel] {
+        &[]
+    }
+
+    /// Begins an observer; `None` where the scene does not call for it, or, with a warning, for a run that is too short.
+    ///
+    /// # Errors
+    /// [`EffectError`].
+    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, EffectError>;
+}

@@ -1,0 +1,266 @@
+//! Total force of every step, its spectrum, and the forces of the patch: what every run gives. Memory does not grow with
+//! the number of steps.
+
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+use ndarray::ArrayView2;
+use serde::{Deserialize, Serialize};
+
+use super::channel::{Channel, Read, RowShape, When};
+use super::effect::{Begin, Effect};
+use super::error::EffectError;
+use super::observer::{End, Found, Observer, Step};
+use crate::counters::Meter;
+use crate::numeric::RunningMoments;
+use crate::plan::front::FrontRow;
+use crate::plan::{Plan, SEGMENT};
+use crate::response::{BandLevel, PowerSpectrum, SpectrumAccumulator};
+use crate::results::files::ResultFiles;
+use crate::results::plots::{ForceMap, ThirdOctavePlot};
+use crate::results::spectra::{FORCE_LEVEL, LOWEST_FREQUENCY, SPECTRA_FILE, force_levels_csv};
+use crate::results::summary::AxleMotion;
+use crate::scene::{Axle, TimeRule};
+use crate::storage::state::{StateError, StateReader, StateWriter, restore_part};
+
+/// Force in the contact.
+pub struct ForceEffect;
+
+static CHANNELS: [Channel; 5] = [
+    Channel {
+        name: "time",
+        unit: "s",
+        meaning: "time",
+        row: RowShape::One,
+        when: When::EveryStep,
+        wanted: |_| true,
+        read: Read::Number(|step| step.time),
+    },
+    Channel {
+        name: "total_force",
+        unit: "N",
+        meaning: "contact force",
+        row: RowShape::One,
+        when: When::EveryStep,
+        wanted: |_| true,
+        read: Read::Number(|step| step.total_force),
+    },
+    Channel {
+        name: "patch_force",
+        unit: "N",
+        meaning: "contact force of an element in the window",
+        row: RowShape::Columns,
+        when: When::EveryStep,
+        wanted: |_| true,
+        read: Read::Row(|step| step.footprint.column_mean()),
+    },
+    Channel {
+        name: "patch_element",
+        unit: "1",
+        meaning: "number of the element in the window's first column",
+        row: RowShape::One,
+        when: When::EveryStep,
+        wanted: |_| true,
+        read: Read::Count(|step| step.footprint.first_element()),
+    },
+    Channel {
+        name: "axle",
+        unit: "m",
+        meaning: "indentation of the rigid tyre into z = 0",
+        row: RowShape::One,
+        when: When::EveryStep,
+        wanted: moves,
+        read: Read::Number(|step| step.indentation),
+    },
+];
+
+/// Tells whether the axle's motion is a result.
+fn moves(plan: &Plan) -> bool {
+    matches!(plan.scene.rolling.axle, Axle::Mass { .. })
+}
+
+impl Effect for ForceEffect {
+    fn name(&self) -> &'static str {
+        "force"
+    }
+
+    fn channels(&self) -> &'static [Channel] {
+        &CHANNELS
+    }
+
+    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, EffectError> {
+        let Begin { plan, contact, in_memory, .. } = *begin;
+        let outputs = &plan.scene.outputs;
+        let steps = plan.steps_drawn(contact.at_rest.length) as u64;
+        let drawn = plan.warm_up_steps..(plan.warm_up_steps + steps.max(2)).min(plan.steps);
+        let shown = if outputs.plots && !in_memory { drawn } else { 0..0 };
+        let rows = shown.end.saturating_sub(shown.start) as usize;
+        let counted = (plan.steps - plan.warm_up_steps) as usize;
+        let spectrum = in_memory || outputs.spectra || outputs.plots;
+        let accumulator = || SpectrumAccumulator::new(counted, plan.time_step, Some(SEGMENT)).ok();
+        Ok(Some(Box::new(ForceObserver {
+            shown,
+            drawn: Drawn {
+                time: Vec::with_capacity(rows),
+                first_element: Vec::with_capacity(rows),
+                force: Vec::with_capacity(rows * contact.shape.columns),
+            },
+            force: RunningMoments::default(),
+            indentation: moves(plan).then(RunningMoments::default),
+            spectrum: spectrum.then(accumulator).flatten(),
+            sum_of_lengths: 0.0,
+            recording: (plan.scene.numerics.time_rule, plan.time_step),
+        })))
+    }
+}
+
+/// Observer of the force.
+pub struct ForceObserver {
+    shown: Range<u64>,
+    /// Steps that are drawn.
+    drawn: Drawn,
+    /// Total force after the warm-up \[N\].
+    force: RunningMoments,
+    /// Indentation after the warm-up \[m\], of an axle that moves.
+    indentation: Option<RunningMoments>,
+    /// Where spectra or plots want it and the run is long enough.
+    spectrum: Option<SpectrumAccumulator>,
+    sum_of_lengths: f64,
+    /// The rule whose mean force of a step is recorded, and the step \[s\].
+    recording: (TimeRule, f64),
+}
+
+/// Steps of the force map.
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+struct Drawn {
+    /// Time \[s\].
+    time: Vec<f64>,
+    /// Element number of the first column.
+    first_element: Vec<i64>,
+    /// Forces, row by row \[N\].
+    force: Vec<f64>,
+}
+
+impl Observer for ForceObserver {
+    fn observe(&mut self, step: &Step<'_>, _: &mut Meter) -> Result<(), EffectError> {
+        if self.shown.contains(&step.number) {
+            self.drawn.time.push(step.time);
+            self.drawn.first_element.push(step.footprint.first_element());
+            self.drawn.force.extend_from_slice(step.footprint.column_mean());
+        }
+        if step.counts {
+            self.force.push(step.total_force);
+            if let Some(indentation) = &mut self.indentation {
+                indentation.push(step.indentation);
+            }
+            self.sum_of_lengths += step.contact_length;
+            if let Some(spectrum) = &mut self.spectrum {
+                spectrum.push(step.total_force);
+            }
+        }
+        Ok(())
+    }
+
+    fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
+        state.put(&self.force)?;
+        state.put(&self.indentation)?;
+        state.put(&self.sum_of_lengths)?;
+        state.put(&self.drawn)?;
+        state.put(&self.spectrum.as_ref().map(SpectrumAccumulator::save))
+    }
+
+    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+        self.force = state.take()?;
+        restore_part(&mut self.indentation, state.take()?, |here, saved| {
+            *here = saved;
+            Ok(())
+        })?;
+        self.sum_of_lengths = state.take()?;
+        let drawn: Drawn = state.take()?;
+        if drawn.first_element.len() != drawn.time.len() {
+            return Err(StateError::Value);
+        }
+        // In the room that is there for all rows.
+        self.drawn.time.extend(drawn.time);
+        self.drawn.first_element.extend(drawn.first_element);
+        self.drawn.force.extend(drawn.force);
+        restore_part(&mut self.spectrum, state.take()?, SpectrumAccumulator::restore)
+    }
+
+    fn tell(&self, end: &End<'_>, found: &mut Found) {
+        let counted = self.force.count();
+        found.outcome.mean_force = self.force.mean();
+        found.outcome.rms_force_variation = self.force.variance().map(f64::sqrt);
+        found.outcome.mean_contact_length = (counted > 0).then(|| self.sum_of_lengths / counted as f64);
+        let motion = self.indentation.as_ref().and_then(|moments| moments.mean().zip(moments.variance()));
+        found.outcome.axle = motion.map(|(mean, variance)| AxleMotion { mean, rms_variation: variance.sqrt() });
+        if self.spectrum.is_none() && end.plan.scene.outputs.spectra {
+            found.warnings.push("the run is too short for a spectrum".into());
+        }
+    }
+
+    fn write(&self, end: &End<'_>, files: &dyn ResultFiles, _: &mut Found, _: &mut Meter) -> Result<(), EffectError> {
+        let outputs = &end.loaded.scene.outputs;
+        // A run too short for a spectrum has none: the summary's warnings say so.
+        if (outputs.spectra || outputs.plots)
+            && let Some(levels) = self.levels(end)
+        {
+            if outputs.spectra {
+                files.write_text(SPECTRA_FILE, &force_levels_csv(&levels))?;
+            }
+            if outputs.plots && !levels.is_empty() {
+                files.write_text("force_spectrum.svg", &spectrum_picture(end, &levels)?)?;
+            }
+        }
+        if outputs.plots && self.drawn.time.len() >= 2 {
+            self.draw_patch(end, files)?;
+        }
+        Ok(())
+    }
+}
+
+impl ForceObserver {
+    /// The averaged spectrum of the force after the warm-up, of a run that has reached its end; what the mean over a
+    /// step takes off is put back.
+    pub fn spectrum(&self) -> Option<PowerSpectrum> {
+        let (rule, time_step) = self.recording;
+        let spectrum = self.spectrum.clone().and_then(|spectrum| spectrum.finish().ok())?;
+        Some(spectrum.without(|frequency| rule.mean_response(TAU * frequency * time_step)))
+    }
+
+    /// Third octaves of the force re 1 N, of a run that is long enough for a spectrum.
+    fn levels(&self, end: &End<'_>) -> Option<Vec<BandLevel>> {
+        Some(self.spectrum()?.valid_to(end.valid_to).third_octaves(LOWEST_FREQUENCY, 1.0))
+    }
+
+    /// Draws the forces of the patch over time.
+    fn draw_patch(&self, end: &End<'_>, files: &dyn ResultFiles) -> Result<(), EffectError> {
+        let drawn = &self.drawn;
+        let shape = (drawn.time.len(), end.geometry.columns);
+        if let Ok(force) = ArrayView2::from_shape(shape, &drawn.force) {
+            let map = ForceMap {
+                title: &format!("Contact force over patch and time: {}", end.loaded.title()),
+                time: &drawn.time,
+                first_element: &drawn.first_element,
+                force,
+                element_length: end.plan.element,
+                speed: end.plan.speed,
+                start: end.geometry.start,
+                shown: drawn.time[0]..f64::INFINITY,
+            };
+            files.write_text("patch_force.svg", &map.to_svg()?)?;
+        }
+        Ok(())
+    }
+}
+
+/// Draws the third octaves of the force.
+fn spectrum_picture(end: &End<'_>, levels: &[BandLevel]) -> Result<String, EffectError> {
+    let plot = ThirdOctavePlot {
+        title: &format!("Contact force, third octaves: {}", end.loaded.title()),
+        quantity: FORCE_LEVEL,
+        spectra: vec![("", levels)],
+        error: FrontRow::stated_error(&end.plan.scene.numerics),
+    };
+    Ok(plot.to_svg()?)
+}

@@ -1,0 +1,40 @@
+//! Effects of a run: each reads the steps that are done and makes results of them. What changes the problem itself, as
+//! rotation or friction, is physics and no effect.
+//!
+//! An effect is a folder and a line in [`EFFECTS`]. It states its arrays as [`Channel`]s, begins an [`Observer`] for a
+//! run that calls for it, and looks back at the end. An effect that is off has no observer, no array, no memory.
+//!
+//! - [`force`]: the total force, its spectrum and the patch's forces: every run has it;
+//! - [`cells`]: area, pressure and force across of a contact of cells;
+//! - [`resistance`]: rolling resistance by the power put in;
+//! - [`vibration`]: velocities of belt and tread;
+//! - [`sound`]: pressures at the receivers, levels and files to listen to.
+
+pub mod cells;
+mod channel;
+mod effect;
+mod error;
+pub mod force;
+mod observer;
+pub mod resistance;
+pub mod sound;
+pub mod vibration;
+
+pub use channel::{Arrays, Channel, KeptArray, Numbers, Read, RowShape, When};
+pub use effect::{Begin, ContactFacts, Effect, TyreModels};
+pub use error::EffectError;
+pub use observer::{End, Found, Observer, Step};
+
+/// All effects, in the order of their work.
+pub static EFFECTS: [&dyn Effect; 5] = [
+    &force::ForceEffect,
+    &cells::CellsEffect,
+    &resistance::ResistanceEffect,
+    &vibration::VibrationEffect,
+    &sound::SoundEffect,
+];
+
+/// All arrays of all effects.
+pub fn channels() -> impl Iterator<Item = &'static Channel> {
+    EFFECTS.into_iter().flat_map(Effect::channels)
+}

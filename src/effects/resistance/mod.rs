@@ -1,0 +1,75 @@
+//! Rolling resistance of a run: the mean power that the contact forces put into the tyre, over speed and mean force.
+//!
+//! The tyre dissipates what is put in, so this is the resistance by hysteresis of tread, belt and foundation, to the
+//! smooth road and to the texture alike. It asks for no vibration: the displacements of the window, at every instant
+//! one product of the forces with the first weights. With `tread = "uncoupled"` the displacements are not those of the
+//! tyre under the forces, and there is none.
+
+use super::effect::{Begin, Effect};
+use super::error::EffectError;
+use super::observer::{End, Found, Observer, Step};
+use crate::counters::Meter;
+use crate::numeric::RunningMoments;
+use crate::results::summary::RollingResistance;
+use crate::scene::Tread;
+use crate::storage::state::{StateError, StateReader, StateWriter};
+
+/// Rolling resistance.
+pub struct ResistanceEffect;
+
+impl Effect for ResistanceEffect {
+    fn name(&self) -> &'static str {
+        "resistance"
+    }
+
+    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, EffectError> {
+        if begin.plan.decisions.tread == Tread::Uncoupled {
+            return Ok(None);
+        }
+        let [power, force] = Default::default();
+        Ok(Some(Box::new(ResistanceObserver { power, force, speed: begin.plan.speed })))
+    }
+}
+
+/// Observer of the power.
+pub struct ResistanceObserver {
+    /// Power after the warm-up \[W\].
+    power: RunningMoments,
+    /// Total force after the warm-up \[N\].
+    force: RunningMoments,
+    /// Rolling speed \[m/s\].
+    speed: f64,
+}
+
+impl Observer for ResistanceObserver {
+    fn needs_power(&self) -> bool {
+        true
+    }
+
+    fn observe(&mut self, step: &Step<'_>, _: &mut Meter) -> Result<(), EffectError> {
+        if step.counts {
+            self.power.push(step.power);
+            self.force.push(step.total_force);
+        }
+        Ok(())
+    }
+
+    fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
+        state.put(&self.power)?;
+        state.put(&self.force)
+    }
+
+    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+        self.power = state.take()?;
+        self.force = state.take()?;
+        Ok(())
+    }
+
+    fn tell(&self, _: &End<'_>, found: &mut Found) {
+        let means = self.power.mean().zip(self.force.mean().filter(|&force| force > 0.0));
+        found.outcome.rolling_resistance = means.map(|(power, load)| {
+            let force = power / self.speed;
+            RollingResistance { coefficient: force / load, force, power }
+        });
+    }
+}

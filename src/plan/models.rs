@@ -1,0 +1,84 @@
+//! Models of the tyre that a planned run needs, from the user's cache or fitted.
+
+use std::sync::atomic::AtomicBool;
+
+use thiserror::Error;
+
+use super::Plan;
+use crate::counters::{Counter, Meter, Stage, Work};
+use crate::scene::{LoadedScene, SceneError, Tyre};
+use crate::storage::Cache;
+use crate::tyre::layers::operations;
+use crate::tyre::poles::cache::{self, Fetched};
+use crate::tyre::poles::{FitError, FitOptions, FitTimes, RationalModel, fit_timed};
+
+/// Fault of a model.
+#[derive(Debug, Error)]
+pub enum ModelError {
+    /// The fit was refused: a complaint about the scene.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// The user stopped the work.
+    #[error("interrupted")]
+    Stopped,
+}
+
+/// A model from the user's cache, or fitted where there is none.
+///
+/// # Errors
+/// [`FitError`] for a fit that is refused, or stopped by `stop`.
+pub fn fetch(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<Fetched, FitError> {
+    match Cache::open() {
+        Ok(cache) => cache::fetch(&cache, tyre, options, stop),
+        Err(error) => {
+            let (model, times) = fit_timed(tyre, options, stop)?;
+            let warnings = vec![format!("no cache of influence models: {error}")];
+            Ok(Fetched { model, warm: false, times: Some(times), warnings })
+        }
+    }
+}
+
+/// Translates a fit's end: the user's wish, or a complaint about the scene's tolerance, with its remedy
+/// `right`.
+pub fn refused(loaded: &LoadedScene, error: FitError, right: &str) -> ModelError {
+    match error {
+        FitError::Stopped => ModelError::Stopped,
+        error => SceneError::from(loaded.complain("numerics.pole_tolerance", error.to_string(), right)).into(),
+    }
+}
+
+/// The model that a planned run needs, metered; `right` is what a user whose fit is refused could do instead.
+///
+/// # Errors
+/// A fit that was [`refused`]; [`ModelError::Stopped`].
+pub fn planned_model(
+    loaded: &LoadedScene,
+    plan: &Plan,
+    right: &str,
+    stop: &AtomicBool,
+    meter: &mut Meter,
+    warnings: &mut Vec<String>,
+) -> Result<RationalModel, ModelError> {
+    let open = meter.open();
+    let fetched = fetch(&plan.decisions.tyre, &plan.fit, stop).map_err(|error| refused(loaded, error, right))?;
+    match fetched.times {
+        None => meter.close(open, Stage::Influence),
+        Some(FitTimes { sums, poles }) => {
+            let share = poles.as_secs_f64() / (sums + poles).as_secs_f64();
+            meter.close_shared(open, &[(Stage::Influence, 1.0 - share), (Stage::Fit, share)]);
+        }
+    }
+    warnings.extend(fetched.warnings);
+    // A warm model took its evaluations in an earlier run.
+    let evaluations = if fetched.warm { 0 } else { fetched.model.evaluations() };
+    count_evaluations(plan, evaluations, meter);
+    Ok(fetched.model)
+}
+
+/// Counts evaluations of the compliance of a planned scene's tyre, and their arithmetic: as many flops as so many
+/// multiply-adds have.
+pub fn count_evaluations(plan: &Plan, evaluations: u64, meter: &mut Meter) {
+    let flop = evaluations * operations(plan.decisions.tyre.layers.len() as u64);
+    meter.count(Counter::ComplianceEvaluations, evaluations);
+    meter.add_work(Stage::Influence, Work { multiply_adds: flop / 2, bytes: 0 });
+}

@@ -1,0 +1,461 @@
+//! Simulation of a planned scene: begun, stepped as far as the caller likes, turned into results. The front page of the
+//! library has an example.
+//!
+//! There is one beginning and one step: a run into a folder, in memory or from a checkpoint takes the same. After each
+//! step its effects observe it in their order, and the rows of the arrays are written.
+
+use std::any::Any;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use crate::contact::ContactError;
+use crate::contact::complementarity::{Residuals, SearchCounts};
+use crate::contact::march::StepResult;
+use crate::counters::{Counter, Meter, Phase, Progress, Stage, Timing, Unwatched, Watch, Work};
+use crate::effects::force::ForceObserver;
+use crate::effects::sound::{HeardSound, SoundObserver};
+use crate::effects::vibration::{HeardVibration, VibrationObserver};
+use crate::effects::{Arrays, Begin, EFFECTS, End, Found, KeptArray, Observer, Step, channels};
+use crate::plan::Plan;
+use crate::response::PowerSpectrum;
+use crate::response::vibration::ContactPower;
+use crate::results::ResultsError;
+use crate::results::arrays::{ArrayPlace, WrittenArrays};
+use crate::results::files::ResultFiles;
+use crate::results::summary::RollingResistance;
+use crate::run::error::RunError;
+use crate::run::prepare::{Prepared, prepare};
+use crate::scene::LoadedScene;
+use crate::storage::state::{SavedState, StateError, StateWriter, restore_part};
+
+/// Steps between two looks at the interrupt flag and the progress bar.
+const LOOK_EVERY: u64 = 16;
+/// Factor by which a window of cells becomes longer once contact has reached its end.
+const WIDER: f64 = 1.5;
+
+/// Run between two of its steps.
+pub struct Simulation {
+    /// The scene as it was loaded, and its plan.
+    loaded: LoadedScene,
+    plan: Plan,
+    /// Size of a point along and across \[m\].
+    point_size: [f64; 2],
+    /// The step after the last one that is recorded; the contact is behind it after it began again.
+    next_step: u64,
+    /// Contact, road and axle.
+    pub(crate) prepared: Prepared,
+    /// Observers by the names of their effects.
+    observers: Vec<(&'static str, Box<dyn Observer>)>,
+    /// Power put in, where an observer needs it.
+    power: Option<ContactPower>,
+    arrays: Option<Arrays>,
+    /// Cost so far.
+    pub(crate) meter: Meter,
+}
+
+/// Choices of a beginning.
+pub struct Setup<'a> {
+    /// Flag that ends the work once it is set.
+    pub stop: &'a AtomicBool,
+    /// Meter of the cost, begun.
+    pub meter: Meter,
+    /// Watcher of the work.
+    pub progress: &'a mut dyn Progress,
+    /// True for a run whose results stay in memory: it draws nothing.
+    pub in_memory: bool,
+    /// Names of effects that are left out whatever the scene says.
+    pub without: &'a [&'a str],
+}
+
+/// Findings of a run after its warm-up; numbers that do not exist (nothing counted yet) are `None`.
+#[derive(Clone, Debug)]
+pub struct Results {
+    /// Time steps done, warm-up included.
+    pub steps: u64,
+    /// Mean total contact force \[N\].
+    pub mean_force: Option<f64>,
+    /// Root mean square of the force less its mean \[N\].
+    pub rms_force_variation: Option<f64>,
+    /// Mean length of the contact patch \[m\].
+    pub mean_contact_length: Option<f64>,
+    /// Rolling resistance, where the tread law has one.
+    pub rolling_resistance: Option<RollingResistance>,
+    /// Averaged spectrum of the total force; `None` for a run that did not reach its end, or is too short for one.
+    pub spectrum: Option<PowerSpectrum>,
+    /// Work of the search for the forces.
+    pub search: SearchCounts,
+    /// How far the contact conditions are missed, at worst; relative to the largest force and displacement.
+    pub residuals: Residuals,
+    /// Sound at the receivers, where there are any and the run was long enough.
+    pub sound: Option<HeardSound>,
+    /// Choices of the plan, and effects that it leaves out.
+    pub notes: Vec<String>,
+    /// Warnings that the user should act on.
+    pub warnings: Vec<String>,
+    /// Cost of the run.
+    pub meter: Meter,
+}
+
+impl Simulation {
+    /// Prepares a run that keeps its results in memory, with every effect that the scene calls for. `stop` ends the
+    /// work on the tyre and its sound once it is set.
+    ///
+    /// # Errors
+    /// [`RunError`]: what the scene asks for cannot be simulated, a road that cannot be read, ...
+    pub fn begin(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool) -> Result<Self, RunError> {
+        Self::begin_watched(loaded, plan, stop, Watch::default())
+    }
+
+    /// As [`Self::begin`], its cost watched as closely as it is told.
+    ///
+    /// # Errors
+    /// As [`Self::begin`].
+    pub fn begin_watched(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, watch: Watch) -> Result<Self, RunError> {
+        let meter = Meter::new(watch);
+        let setup = Setup { stop, meter, progress: &mut Unwatched, in_memory: true, without: &[] };
+        let mut run = Self::prepare(loaded, plan, setup)?;
+        run.enter_steps();
+        Ok(run)
+    }
+
+    /// Prepares a run: tyre, road, contact, then the observers of its effects.
+    ///
+    /// # Errors
+    /// As [`Self::begin`].
+    pub fn prepare(loaded: &LoadedScene, plan: &Plan, setup: Setup<'_>) -> Result<Self, RunError> {
+        loaded.check_time_domain()?;
+        let Setup { stop, mut meter, progress, in_memory, without } = setup;
+        progress.stage(Stage::Influence);
+        let mut prepared = prepare(loaded, plan, stop, &mut meter)?;
+        let Prepared { contact, models, warnings, .. } = &mut prepared;
+        let mut begin = Begin { loaded, plan, contact, models, in_memory, warnings, stop, progress, meter: &mut meter };
+        let mut observers = Vec::new();
+        for effect in EFFECTS.into_iter().filter(|effect| !without.contains(&effect.name())) {
+            observers.extend(effect.begin(&mut begin)?.map(|observer| (effect.name(), observer)));
+        }
+        let shape = prepared.contact.shape;
+        let needs_power = observers.iter().any(|(_, observer)| observer.needs_power());
+        let rule = plan.scene.numerics.time_rule;
+        Ok(Self {
+            loaded: loaded.clone(),
+            plan: plan.clone(),
+            point_size: [plan.element, plan.scene.tyre.contact_width / shape.across as f64],
+            next_step: 0,
+            power: needs_power.then(|| ContactPower::new(rule, plan.time_step, shape.points())),
+            prepared,
+            observers,
+            arrays: None,
+            meter,
+        })
+    }
+
+    /// Adds an observer of the caller's own, after those of the effects.
+    #[must_use]
+    pub fn with(mut self, observer: impl Observer) -> Self {
+        self.observers.push(("own", Box::new(observer)));
+        self
+    }
+
+    /// The first observer of a type, if there is one.
+    pub fn observer<T: Observer>(&self) -> Option<&T> {
+        self.observers.iter().find_map(|(_, observer)| (observer.as_ref() as &dyn Any).downcast_ref())
+    }
+
+    /// Begins the arrays that the plan calls for, in a folder or in memory, or goes on with them.
+    ///
+    /// # Errors
+    /// Errors of the arrays.
+    pub(crate) fn open_arrays(&mut self, place: Option<&ArrayPlace<'_>>) -> Result<(), RunError> {
+        let shape = self.prepared.contact.shape;
+        let arrays = Arrays::open(channels(), &self.plan, [shape.columns, shape.across], place)?;
+        self.arrays = Some(arrays).filter(|arrays| !arrays.is_empty());
+        Ok(())
+    }
+
+    /// Changes how closely steps are timed from now on.
+    pub fn set_timing(&mut self, timing: Timing) {
+        self.meter.set_timing(timing);
+    }
+
+    /// Time step \[s\].
+    pub fn time_step(&self) -> f64 {
+        self.plan.time_step
+    }
+
+    /// Number of the next step; the number of all steps after the last.
+    pub fn next_step(&self) -> u64 {
+        self.next_step
+    }
+
+    /// Does a step and says what it gave; `None` after the last. With more than one thread the road is made behind,
+    /// ahead of its need.
+    ///
+    /// # Errors
+    /// [`RunError`]; the run cannot go on then.
+    pub fn step(&mut self) -> Result<Option<StepResult>, RunError> {
+        while self.next_step < self.plan.steps {
+            if let Some(result) = self.advance()? {
+                return Ok(Some(result));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Does the steps up to the last one. Every few steps `look` may end the run: it gives `false` then, and so does
+    /// this.
+    ///
+    /// # Errors
+    /// Errors of the steps, and those of `look`.
+    pub(crate) fn roll(&mut self, look: &mut dyn FnMut(&mut Self) -> Result<bool, RunError>) -> Result<bool, RunError> {
+        while self.next_step < self.plan.steps {
+            if self.prepared.march.next_step().is_multiple_of(LOOK_EVERY) && !look(self)? {
+                return Ok(false);
+            }
+            self.advance()?;
+        }
+        Ok(true)
+    }
+
+    /// Contact forces of the last step by column of the window, the first one that of element
+    /// [`StepResult::first_element`] \[N\].
+    pub fn forces(&self) -> &[f64] {
+        self.prepared.march.footprint().column_mean()
+    }
+
+    /// Velocities of the steps so far, where the scene asks for them and a segment of them is complete.
+    pub fn vibration(&mut self) -> Option<HeardVibration> {
+        let Self { observers, meter, .. } = self;
+        let of_vibration = |(_, observer): &(_, Box<dyn Observer>)| {
+            (observer.as_ref() as &dyn Any).downcast_ref::<VibrationObserver>()?.heard_so_far(meter)
+        };
+        observers.iter().find_map(of_vibration)
+    }
+
+    /// Ends the run, wherever it is.
+    pub fn finish(mut self) -> Results {
+        self.settle();
+        let found = self.tell();
+        let (sound, spectrum) = (self.observer::<SoundObserver>(), self.observer::<ForceObserver>());
+        let (sound, spectrum) =
+            (sound.and_then(|sound| sound.heard().ok()), spectrum.and_then(ForceObserver::spectrum));
+        let Self { prepared, meter, .. } = self;
+        Results {
+            steps: self.next_step,
+            mean_force: found.outcome.mean_force,
+            rms_force_variation: found.outcome.rms_force_variation,
+            mean_contact_length: found.outcome.mean_contact_length,
+            rolling_resistance: found.outcome.rolling_resistance,
+            spectrum,
+            search: prepared.march.search_counts(),
+            residuals: prepared.march.totals().relative_residuals(),
+            sound,
+            notes: prepared.notes,
+            warnings: prepared.warnings,
+            meter,
+        }
+    }
+
+    /// End of the run as its effects see it.
+    fn end(&self) -> End<'_> {
+        let Prepared { march, road, contact, .. } = &self.prepared;
+        End {
+            loaded: &self.loaded,
+            plan: &self.plan,
+            steps: self.next_step,
+            valid_to: contact.valid_to,
+            footprint: march.footprint(),
+            geometry: march.geometry(),
+            road: road.slices(),
+        }
+    }
+
+    /// Gathers the figures of all effects.
+    pub(crate) fn tell(&self) -> Found {
+        let (mut found, end) = (Found::default(), self.end());
+        self.observers.iter().for_each(|(_, observer)| observer.tell(&end, &mut found));
+        found
+    }
+
+    /// Has all effects write their tables, pictures, sounds and maps.
+    ///
+    /// # Errors
+    /// Errors of the files and pictures.
+    pub(crate) fn write(&mut self, files: &dyn ResultFiles, found: &mut Found) -> Result<(), RunError> {
+        let mut meter = std::mem::take(&mut self.meter);
+        let end = self.end();
+        let written = self.observers.iter().try_for_each(|(_, of)| of.write(&end, files, found, &mut meter));
+        self.meter = meter;
+        Ok(written?)
+    }
+
+    /// Completes the arrays; gives those that are in memory.
+    ///
+    /// # Errors
+    /// Errors of the arrays.
+    pub(crate) fn finish_arrays(&mut self) -> Result<Vec<KeptArray>, RunError> {
+        let Some(arrays) = self.arrays.take() else { return Ok(Vec::new()) };
+        let (bytes, kept) = self.meter.time(Stage::Output, || arrays.finish())?;
+        self.meter.count(Counter::BytesWritten, bytes);
+        self.meter.add_work(Stage::Output, Work { multiply_adds: 0, bytes });
+        Ok(kept)
+    }
+
+    /// Brings all rows of the arrays so far to the disk; gives how far each has come.
+    ///
+    /// # Errors
+    /// Errors of the arrays.
+    pub(crate) fn sync_arrays(&mut self) -> Result<WrittenArrays, ResultsError> {
+        let Self { arrays, meter, .. } = self;
+        meter.time(Stage::Output, || arrays.as_mut().map_or(Ok(WrittenArrays::default()), Arrays::sync))
+    }
+
+    /// Takes the states of the observers down.
+    ///
+    /// # Errors
+    /// [`StateError`].
+    pub(crate) fn save_observers(&self) -> Result<SavedState, StateError> {
+        let mut state = StateWriter::default();
+        state.put(&self.power.as_ref().map(ContactPower::save))?;
+        for (name, observer) in &self.observers {
+            state.put(name)?;
+            observer.save(&mut state)?;
+        }
+        Ok(state.finish())
+    }
+
+    /// Goes on from the states of the observers of the same run.
+    ///
+    /// # Errors
+    /// [`StateError`].
+    pub(crate) fn restore_observers(&mut self, saved: &SavedState) -> Result<(), StateError> {
+        let mut state = saved.reader();
+        restore_part(&mut self.power, state.take()?, ContactPower::restore)?;
+        for (name, observer) in &mut self.observers {
+            if state.take::<String>()? != *name {
+                return Err(StateError::Value);
+            }
+            observer.restore(&mut state)?;
+        }
+        state.finish()
+    }
+
+    /// Makes the contact begin again over a window of cells so many times as long as the one whose forces are told,
+    /// if it is shorter; what was recorded stays.
+    pub(crate) fn widen(&mut self, window: f64) -> Result<(), RunError> {
+        if self.plan.window >= window {
+            return Ok(());
+        }
+        self.plan.window = window;
+        let stop = AtomicBool::new(false);
+        let Prepared { march, road, axle, .. } = prepare(&self.loaded, &self.plan, &stop, &mut self.meter)?;
+        let prepared = &mut self.prepared;
+        (prepared.march, prepared.road, prepared.axle) = (march, road, axle);
+        Ok(())
+    }
+
+    /// Goes on after so many recorded steps; `false` if the contact cannot be where it is then.
+    pub(crate) fn go_on_after(&mut self, steps: u64) -> bool {
+        self.next_step = steps;
+        let done = self.prepared.march.next_step();
+        done == steps || done < steps && self.window() > 1.0
+    }
+
+    /// Length of the window of cells over that whose forces are told.
+    pub(crate) fn window(&self) -> f64 {
+        self.plan.window
+    }
+
+    /// Brings the contact on by a step, and has it observed. Where contact reaches the end of a window of cells it
+    /// begins again over a wider one, since other waves carry the past through that; `None` until it has come as far
+    /// as it was.
+    fn advance(&mut self) -> Result<Option<StepResult>, RunError> {
+        let Self { plan, point_size, next_step, prepared, observers, power, arrays, meter, .. } = self;
+        let Prepared { march, road, axle, .. } = prepared;
+        let number = march.next_step();
+        meter.begin_step(number);
+        let reach = march.reach(number);
+        road.reach(reach.start, reach.end, meter)?;
+        let indentation = axle.indentation(number);
+        let result = match march.step(axle, road.slices(), meter) {
+            Err(ContactError::AtWindowEnd { .. }) => {
+                let times = 1 + march.totals().edge_contacts;
+                self.widen(WIDER * self.window())?;
+                self.prepared.march.count_again(times);
+                return Ok(None);
+            }
+            result => result?,
+        };
+        axle.observe(number, result.total_force);
+        if number < *next_step {
+            return Ok(None);
+        }
+        *next_step = number + 1;
+        let footprint = march.footprint();
+        let mut step = Step {
+            number,
+            time: number as f64 * plan.time_step,
+            counts: number >= plan.warm_up_steps,
+            indentation,
+            total_force: result.total_force,
+            power: 0.0,
+            contact_length: result.extent as f64 * plan.element,
+            point_size: *point_size,
+            footprint,
+            geometry: march.geometry(),
+        };
+        // Backward differences look two steps back.
+        if let Some(power) = power.as_mut().filter(|_| number + 2 >= plan.warm_up_steps) {
+            step.power = power.push(footprint.first_point(), footprint.forces(), footprint.displacements());
+        }
+        if let Some(arrays) = arrays {
+            meter.time_in_step(Stage::Output, || arrays.push(&step))?;
+        }
+        for (_, observer) in observers {
+            observer.observe(&step, meter)?;
+        }
+        meter.end_step(number + 1);
+        Ok(Some(result))
+    }
+
+    /// Time that the stages of its steps have taken so far, as far as steps were timed: all of it if every step is.
+    pub fn spent(&self) -> [Duration; Stage::OF_A_STEP.len()] {
+        Stage::OF_A_STEP.map(|stage| self.meter.spent(stage))
+    }
+
+    /// The steps begin: from the next one to the last.
+    pub(crate) fn enter_steps(&mut self) {
+        let (first, end) = (self.next_step, self.plan.steps);
+        if let Some(trace) = self.meter.trace_mut() {
+            trace.expect_steps(first, end);
+        }
+        self.meter.enter(Phase::Contact);
+    }
+
+    /// Hands what the steps have cost to the meter; once, at the end.
+    pub(crate) fn settle(&mut self) {
+        let next = self.next_step;
+        let Self { prepared: Prepared { march, .. }, meter, .. } = self;
+        if let Some(trace) = meter.trace_mut() {
+            trace.end_block(next);
+        }
+        meter.enter(Phase::Results);
+        meter.settle_steps(next);
+        let counts = march.search_counts();
+        meter.add_work(Stage::ActiveSet, counts.work - counts.factorisation);
+        meter.add_work(Stage::Factorisation, counts.factorisation);
+        for (counter, amount) in [
+            (Counter::Steps, next),
+            (Counter::HistoryMultiplyAdds, meter.cost(Stage::History).work.multiply_adds),
+            (Counter::WindowEdgeContacts, march.totals().edge_contacts),
+            (Counter::Solves, counts.solves),
+            (Counter::Fallbacks, counts.fallbacks),
+            (Counter::Factorisations, counts.factors.factorisations),
+            (Counter::CacheHits, counts.factors.hits),
+            (Counter::CacheMisses, counts.factors.misses),
+            (Counter::Neighbours, counts.factors.neighbours),
+            (Counter::CacheEvictions, counts.factors.evictions),
+        ] {
+            meter.count(counter, amount);
+        }
+    }
+}

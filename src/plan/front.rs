@@ -2,7 +2,7 @@
 //!
 //! A stated error is the largest difference of a third octave of the contact force, [`STATED_FROM`] to fmax, from the
 //! limit for small time steps, elements and cells, with the axle at the same height. The rows were set from made dense
-//! asphalt at 80 km/h and hold on other roads at other speeds (README's table; an ignored test,
+//! asphalt at 80 km/h and hold on other roads at other speeds (docs/accuracy.md; an ignored test,
 //! tests/suite/presets.rs).
 //! `tyrewave study SCENE --check-presets` measures them on any scene.
 

@@ -1,4 +1,4 @@
-"""What the tests share: a small scene, and the program."""
+"""Common things of the tests: a small scene, and the program."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""What makes no sense is refused, with its place; nothing else escapes than these exceptions."""
+"""Mistakes are refused, with their place; nothing else escapes than these exceptions."""
 
 import sys
 from pathlib import Path
@@ -133,7 +133,7 @@ def test_what_a_run_cannot_do_is_told_before_it() -> None:
 
 
 @pytest.mark.parametrize("threads", [0, 1025, 10**9])
-def test_no_number_of_threads_that_nobody_means(scene: tyrewave.Scene, threads: int) -> None:
+def test_no_number_of_threads_that_cannot_be_meant(scene: tyrewave.Scene, threads: int) -> None:
     with pytest.raises(ValueError, match="threads"):
         scene.run(threads=threads)
 

@@ -1,4 +1,4 @@
-"""What comes first: import, the ten lines, the notebook; and what memory a run takes."""
+"""First things: import, the ten lines, the notebook; and what memory a run takes."""
 
 import json
 import os
@@ -88,7 +88,7 @@ def test_the_notebook_runs(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     book = nbformat.read(ROOT / "python/notebooks/tyrewave.ipynb", as_version=4)
     kept, size = pictures(book), (ROOT / "python/notebooks/tyrewave.ipynb").stat().st_size
-    assert len(kept) == PICTURES and size < 300_000, "whoever reads it sees what it gives"
+    assert len(kept) == PICTURES and size < 300_000, "a reader sees what it gives"
     client = nbclient.NotebookClient(
         book, timeout=300, resources={"metadata": {"path": str(ROOT / "python/notebooks")}}
     )

@@ -1,10 +1,10 @@
-"""What a run would do."""
+"""Plans: forecasts of runs."""
 
 from typing import Any
 
 
 class Plan:
-    """What a run would do and why, and what it would take on this machine; nothing is simulated for it.
+    """Forecast of a run: its work with reasons, and its cost on this machine; nothing is simulated for it.
 
     `record` is all of it as `tyrewave plan --json` prints it.
     """
@@ -24,12 +24,12 @@ class Plan:
 
     @property
     def choices(self) -> list[dict[str, Any]]:
-        """What was chosen where the scene leaves it open: key, value, reason."""
+        """Choices where the scene leaves them open: key, value, reason."""
         return list(self.record["choices"])
 
     @property
     def notes(self) -> list[str]:
-        """What is worth knowing before."""
+        """Remarks that are worth knowing before."""
         return list(self.record["notes"])
 
     @property

@@ -8,7 +8,7 @@ Told = Callable[[str, int, int], object]
 
 
 def teller(progress: Told | bool | None) -> Told | None:
-    """Whom to tell: a line on standard error for True, nobody for False and None."""
+    """Chooses the listener: a line on standard error for True, none for False and None."""
     if progress is True:
         return _line
     return progress or None

@@ -1,4 +1,4 @@
-"""What a run has found: arrays, tables, summary, with their units."""
+"""Results of a run: arrays, tables, summary, with their units."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ _MEANINGS = {
     "contact_area": "area of the cells that carry force",
     "peak_pressure": "largest pressure on a cell",
 }
-"""What the arrays are; those that have a row for every step."""
+"""Meanings of the arrays that have a row for every step."""
 
 
 class RunWarning(UserWarning):
@@ -57,16 +57,16 @@ class RunWarning(UserWarning):
 
 
 class Results(Mapping[str, NDArray[Any]]):
-    """What a run has found: a mapping of arrays by name, beside tables and a summary.
+    """Results of a run: a mapping of arrays by name, beside tables and a summary.
 
     Arrays have a row for every time step, the warm-up included. Those of a folder are mapped, not read: they take no
-    memory until somebody looks at them, and cannot be written to.
+    memory until they are looked at, and cannot be written to.
     """
 
     folder: Path | None
     """Where they are; None for results in memory."""
     summary: dict[str, Any]
-    """What was run, how it went, what it cost: `summary.json` of a results folder."""
+    """Settings, outcome and cost of the run: `summary.json` of a results folder."""
     units: dict[str, str]
     """Units of the arrays; those of a table are in its own `units`."""
 
@@ -113,7 +113,7 @@ class Results(Mapping[str, NDArray[Any]]):
 
     @property
     def warnings(self) -> list[str]:
-        """What the user should act on: each was a `RunWarning` of the run."""
+        """Texts that the user should act on: each was a `RunWarning` of the run."""
         return list(self.summary["warnings"])
 
     @property
@@ -165,7 +165,7 @@ class Results(Mapping[str, NDArray[Any]]):
         return _native.read_sound(name, content)
 
     def _heard(self, receiver: str, key: str, what: str) -> dict[str, Any]:
-        """What the summary says of a file of a receiver."""
+        """Entry of the summary for a file of a receiver."""
         heard = (self.summary.get("sound") or {"receivers": []})["receivers"]
         found: dict[str, Any] | None = next((entry.get(key) for entry in heard if entry["name"] == receiver), None)
         if found is None:

@@ -42,7 +42,7 @@ class Scene:
 
     @classmethod
     def load(cls, path: _Path, *, set: Mapping[str, Any] | None = None, allow_outside: bool = False) -> Scene:
-        """Reads a scene file. The tyre and the road that it names lie in its folder or below, unless `allow_outside`."""
+        """Reads a scene file. Its tyre and its road lie in its folder or below, unless `allow_outside`."""
         return cls(_native.Scene.load(path, dict(set or {}), allow_outside))
 
     @classmethod
@@ -87,7 +87,7 @@ class Scene:
         return f"<tyrewave.Scene {self.name}: {self.title}>"
 
     def plan(self, *, threads: int | None = None) -> Plan:
-        """What a run would do and why, and what it would take on so many threads of this machine.
+        """Plans a run: its work with reasons, and its cost on so many threads of this machine.
 
         The first time on a machine, costs of units of work are measured (two or three seconds) and kept.
         """
@@ -145,8 +145,8 @@ class Scene:
     def effects(
         self, *, duration: float | None = None, threads: int | None = None, progress: Told | bool | None = None
     ) -> Table:
-        """What each effect is worth: the columns of `effects.csv`, a row for each run without any effect, with all,
-        with one alone (`+`), with all but one (`-`).
+        """Measures the worth of each effect: the columns of `effects.csv`, a row for each run without any effect, with
+        all, with one alone (`+`), with all but one (`-`).
 
         `duration` [s] is rolled after the warm-up for each, by default the scene's, at most 3 s.
         """
@@ -165,8 +165,7 @@ class Scene:
         threads: int | None = None,
         progress: Told | bool | None = None,
     ) -> dict[str, Any]:
-        """What kind of tyre it is, as `tyre.json` of `tyrewave tyre` has it: modes, stiffness and patch under loads,
-        mobility.
+        """Describes the tyre as `tyre.json` of `tyrewave tyre` does: modes, stiffness and patch under loads, mobility.
 
         Modes with up to `waves` periods round the tyre, of the `lateral` lowest numbers across it, up to `highest`
         [Hz]; loads [N], with the mean length of the patch at the scene's speed if `rolling`; mobility of square patches
@@ -185,8 +184,8 @@ class Scene:
         threads: int | None = None,
         progress: Told | bool | None = None,
     ) -> dict[str, Any]:
-        """How the tyre radiates as it stands on a road, as `radiation.json` of `tyrewave radiation` has it: transfers
-        [1/m] and horn amplification [dB] at some receivers, directivity on a circle, which waves radiate.
+        """Describes how the tyre radiates as it stands on a road, as `radiation.json` of `tyrewave radiation` does:
+        transfers [1/m] and horn amplification [dB] at some receivers, directivity on a circle, which waves radiate.
 
         At so many `points` from 100 Hz to `highest` [Hz].
         """
@@ -197,7 +196,7 @@ class Scene:
     def compliance(self, around: ArrayLike, frequency: ArrayLike, *, lateral: int = 0) -> NDArray[np.complex128]:
         """Compliance C [m/Pa] of the tread's surface, [waves, frequencies, 3, 3]: displacement i for unit traction j.
 
-        Of waves with `around` periods round the tyre and the number `lateral` across it, at frequencies [Hz]. Order of
+        For waves with `around` periods round the tyre and the number `lateral` across it, at frequencies [Hz]. Order of
         the directions: circumferential, lateral, outward.
         """
         return _native.compliance(self._native, _whole(around), lateral, numbers(frequency))

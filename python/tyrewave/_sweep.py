@@ -12,7 +12,7 @@ from tyrewave._table import Table
 
 
 class Sweep(Mapping[str, Results]):
-    """What a sweep has found: a mapping of the results of its variants by name, beside its tables.
+    """Results of a sweep: a mapping of the results of its variants by name, beside its tables.
 
     The results are opened when they are looked at.
     """

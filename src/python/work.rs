@@ -124,7 +124,7 @@ pub(super) fn carried_out<T: Send>(
         pool.in_place_scope(|scope| {
             let (sender, receiver) = channel();
             let watched = &watched;
-            // Nobody to send to: the caller is gone, and with it whoever wants to know.
+            // Without a receiver the caller is gone, and the result is not wanted any more.
             scope.spawn(move |_| drop(sender.send(work(watched))));
             let mut stopped: Option<PyErr> = None;
             loop {

@@ -139,6 +139,43 @@ def test_sound_is_heard_in_memory_and_in_a_folder(tmp_path: Path) -> None:
         memory.pressure("far")
 
 
+def test_no_file_outside_of_the_folder_is_read(tmp_path: Path) -> None:
+    folder, outside = tmp_path / "a", tmp_path / "outside.wav"
+    tyrewave.Scene.load(ROOT / "scenes/default.toml", set=SMALL | SOUND).run(folder)
+    summary = json.loads((folder / "summary.json").read_text())
+    (heard,) = summary["sound"]["receivers"]
+    own = heard["audio"]["file"]
+    outside.write_bytes((folder / own).read_bytes())
+    (folder / "below").mkdir()
+    (folder / "below/sound.wav").write_bytes(outside.read_bytes())
+
+    def named(file: object) -> tyrewave.Results:
+        """The results after their summary was changed."""
+        heard["audio"] = heard["pass_by"] = {"file": file}
+        (folder / "summary.json").write_text(json.dumps(summary))
+        return tyrewave.open(folder)
+
+    kept = named(own).pressure("near")[1]
+    assert np.abs(kept).max() > 0.0
+    names = ["../outside.wav", str(outside), "below/sound.wav", "./" + own, own + "/", "..", ".", ""]
+    for name in [*names, "..\\outside.wav", "C:outside.wav", "\\\\host\\share\\a.wav", 3, None]:
+        changed = named(name)
+        for read in (changed.pressure, changed.pass_by):
+            with pytest.raises(ValueError, match="is no name of a file of the run"):
+                read("near")
+    with pytest.raises(ValueError, match="is no name of a file of the run"):
+        changed.table("../a/spectra.csv")
+    with pytest.raises(KeyError, match="not there any more"):
+        named("gone.wav").pressure("near")
+    if sys.platform != "win32":
+        for target in (outside, Path(own)):
+            (folder / "link.wav").symlink_to(target)
+            with pytest.raises(ValueError, match=r"link\.wav is a link"):
+                named("link.wav").pressure("near")
+            (folder / "link.wav").unlink()
+    assert named(own).pressure("near")[1].tobytes() == kept.tobytes()
+
+
 def test_arrays_are_handed_over_and_not_copied(scene: tyrewave.Scene, tmp_path: Path) -> None:
     memory = scene.run()
     for name in ARRAYS:

@@ -8,7 +8,7 @@ import os
 import warnings
 from collections.abc import Iterator, Mapping
 from os import PathLike
-from pathlib import Path
+from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     import xarray
 
 _Path = str | PathLike[str]
+
+_KINDS_OF_PATH = (PurePosixPath, PureWindowsPath)
+"""Rules by which a name may hold folders; a plain name holds none by either."""
 
 UNITS = {
     "time": "s",
@@ -146,7 +149,10 @@ class Results(Mapping[str, NDArray[Any]]):
         return {str(name): table.where(names == name) for name in dict.fromkeys(names.tolist())}
 
     def table(self, name: str) -> Table:
-        """Columns of a table of the run, by its file's name; empty where it has none. An empty cell is NaN."""
+        """Columns of a table of the run, by its file's name; empty where it has none. An empty cell is NaN.
+
+        A `ValueError` for a name that leads out of the run's folder, and for a link.
+        """
         content = self._file(name)
         return Table({}) if content is None else Table.of_csv(content.decode("utf-8"))
 
@@ -157,7 +163,7 @@ class Results(Mapping[str, NDArray[Any]]):
 
     def pressure(self, receiver: str) -> tuple[int, NDArray[np.float64]]:
         """The sound at a receiver: samples a second, and pressures [Pa], [samples, channels]. A `KeyError` where it is
-        not recorded."""
+        not recorded, a `ValueError` where the summary names a file outside of the run's folder, or a link."""
         name = self._heard(receiver, "audio", "sound")["file"]
         content = self._file(name)
         if content is None:
@@ -174,10 +180,15 @@ class Results(Mapping[str, NDArray[Any]]):
         return found
 
     def _file(self, name: str) -> bytes | None:
-        """Content of a file of the run."""
+        """Content of a file of the run. A folder may come from a stranger, and so may the names in its summary."""
+        plain = isinstance(name, str) and all(name == kind(name).name for kind in _KINDS_OF_PATH)
+        if not plain or name in ("", ".."):
+            raise ValueError(f"{name!r} is no name of a file of the run, and nothing outside of its folder is read")
         if self.folder is None:
             return self._files.get(name)
         path = self.folder / name
+        if path.is_symlink():
+            raise ValueError(f"{path} is a link, and links are not followed here")
         return path.read_bytes() if path.is_file() else None
 
     def to_xarray(self) -> xarray.Dataset:

@@ -102,6 +102,7 @@ def test_tables_have_units_and_masks(tmp_path: Path) -> None:
     force = results.spectra
     assert force["valid"].dtype == np.bool_ and force["valid"].any()
     assert force.units["level_db_re_1n"] == "dB re 1 N" and force.units["nominal_hz"] == "Hz"
+    assert force.units["mean_square_n2"] == "N^2"
     assert np.array_equal(force.where(force["valid"])["nominal_hz"], force["nominal_hz"][force["valid"]])
     heard = results.sound["1"]
     assert heard.units["level_db_a"] == "dB(A)" and heard["valid"].dtype == np.bool_

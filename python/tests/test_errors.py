@@ -63,7 +63,7 @@ def test_settings_are_numbers_texts_arrays_and_paths_of_python_and_numpy() -> No
         set={
             "rolling.speed_kmh": np.float32(50),
             "road.seed": np.int64(7),
-            "title": 'quoted "and\nbroken"',
+            "title": 'quoted "and\\broken" \u00fc',
             "outputs.plots": False,
             "tyre.layers[0].tension": np.array([4e4, 2e4]),
             "tyre.layers[1].material": {"law": "elastic", "modulus": 6e6, "poisson": 0.49, "density": 1000},
@@ -71,9 +71,12 @@ def test_settings_are_numbers_texts_arrays_and_paths_of_python_and_numpy() -> No
     )
     settings = scene.settings
     assert settings["rolling"]["speed_kmh"] == 50 and settings["road"]["seed"] == 7
-    assert scene.title == 'quoted "and\nbroken"' and settings["outputs"]["plots"] is False
+    assert scene.title == 'quoted "and\\broken" \u00fc' and settings["outputs"]["plots"] is False
     assert settings["tyre"]["layers"][0]["tension"] == [4e4, 2e4]
     assert settings["tyre"]["layers"][1]["material"]["law"] == "elastic"
+    # As in a file: a text is one line.
+    with pytest.raises(tyrewave.SceneError, match="control character"):
+        tyrewave.Scene.load(SCENES / "default.toml", set={"title": 'quoted "and\nbroken"'})
     tyre = Path("tyres/car.toml")
     assert tyrewave.Scene.load(SCENES / "default.toml", set={"tyre": tyre}).settings["tyre"]["circumference"] > 1.0
 

@@ -60,10 +60,14 @@ def test_a_sweep_that_misses_its_load_warns(tmp_path: Path) -> None:
 
 
 def test_effects_are_those_of_the_program(program: Callable[..., str], tmp_path: Path) -> None:
-    keys = SMALL | {"rolling.duration": 0.3, "contact.slices": "none"}
-    program("effects", DEFAULT, *settings(keys), "--out", tmp_path / "effects")
+    # A flat tyre has it soonest. The axle has a mass of its own: one wheel's is too small for such long steps.
+    plate, axle = ROOT / "scenes/plate.toml", {"mass": 350.0, "stiffness": 2e4, "damping": 1e3}
+    keys = {key: value for key, value in SMALL.items() if not key.startswith("rolling.axle")}
+    keys |= {f"rolling.axle.{key}": value for key, value in axle.items()}
+    keys |= {"rolling.duration": 0.3, "contact.slices": "none"}
+    program("effects", plate, *settings(keys), "--out", tmp_path / "effects")
     expected = tyrewave.Table.of_csv((tmp_path / "effects/effects.csv").read_text())
-    found = tyrewave.Scene.load(DEFAULT, set=keys).effects()
+    found = tyrewave.Scene.load(plate, set=keys).effects()
     assert found.keys() == expected.keys() and list(found["effects"][:2]) == ["none", "all"]
     for name in found.keys() - {"steps_s"}:
         values = found[name]

@@ -1,6 +1,7 @@
-//! Statements of the README, executed.
+//! Statements of the README and of the pages under docs/, executed.
 
 use std::fs;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use tyrewave::scene::{Axle, DEFAULT, Scene};
@@ -9,48 +10,75 @@ const README: &str = include_str!("../../README.md");
 const LONGER: &str = include_str!("../README.md");
 
 /// Texts of the fenced blocks of a language.
-fn blocks(language: &str) -> Vec<&'static str> {
+fn blocks<'a>(page: &'a str, language: &str) -> Vec<&'a str> {
     let fence = format!("```{language}\n");
-    README.split(fence.as_str()).skip(1).map(|rest| rest.split("```").next().unwrap()).collect()
+    page.split(fence.as_str()).skip(1).map(|rest| rest.split("```").next().unwrap()).collect()
+}
+
+/// The README and the pages under docs/: folder and text.
+fn pages() -> Vec<(PathBuf, String)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let docs = root.join("docs");
+    let paths = fs::read_dir(&docs).unwrap().map(|entry| entry.unwrap().path());
+    let texts = paths.filter(|path| path.extension().is_some_and(|ending| ending == "md"));
+    let mut pages = vec![(root.to_owned(), README.to_owned())];
+    pages.extend(texts.map(|path| (docs.clone(), fs::read_to_string(path).unwrap())));
+    pages
 }
 
 #[test]
 fn the_first_scene_is_the_default_scene() {
-    let scenes = blocks("toml");
+    let scenes = blocks(README, "toml");
     assert_eq!(scenes[0], DEFAULT, "the README's first scene is not scenes/default.toml");
     for scene in scenes {
         Scene::from_str(scene, "README.md").unwrap();
     }
 }
 
+/// The program's help of a command.
+fn help(command: &str) -> String {
+    let output = Command::new(env!("CARGO_BIN_EXE_tyrewave")).args([command, "--help"]).output().unwrap();
+    assert!(output.status.success(), "{command}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
 #[test]
 fn commands_exist_with_the_options_shown() {
     let mut found = 0;
-    let lines = blocks("sh").into_iter().flat_map(str::lines);
-    let spans = README.split('`').skip(1).step_by(2);
-    for text in lines.chain(spans) {
-        let text = text.split('#').next().unwrap().trim();
-        let Some(rest) = text.strip_prefix("tyrewave ").or_else(|| {
-            text.split_once(" -- ").and_then(|(cargo, rest)| cargo.starts_with("cargo run").then_some(rest))
-        }) else {
-            continue;
-        };
-        found += 1;
-        let words: Vec<&str> = rest.split_whitespace().collect();
-        if words[0] == "help" {
-            continue;
-        }
-        let output = Command::new(env!("CARGO_BIN_EXE_tyrewave")).args([words[0], "--help"]).output().unwrap();
-        assert!(output.status.success(), "{text}");
-        let help = String::from_utf8(output.stdout).unwrap();
-        for option in words.iter().filter(|word| word.starts_with("--")) {
-            assert!(help.contains(option), "{text}: {option} is no option");
-        }
-        for file in words.iter().filter(|word| word.ends_with(".toml")) {
-            assert!(fs::exists(file).unwrap(), "{text}: there is no {file}");
+    for (_, page) in pages() {
+        let lines = blocks(&page, "sh").into_iter().flat_map(str::lines);
+        for text in lines.chain(page.split('`').skip(1).step_by(2)) {
+            let text = text.split('#').next().unwrap().trim();
+            let Some(rest) = text.strip_prefix("tyrewave ").or_else(|| {
+                text.split_once(" -- ").and_then(|(cargo, rest)| cargo.starts_with("cargo run").then_some(rest))
+            }) else {
+                continue;
+            };
+            found += 1;
+            let words: Vec<&str> = rest.split_whitespace().collect();
+            if words[0] == "help" {
+                continue;
+            }
+            let help = help(words[0]);
+            for option in words.iter().filter(|word| word.starts_with("--")) {
+                assert!(help.contains(option), "{text}: {option} is no option");
+            }
+            for file in words.iter().filter(|word| word.ends_with(".toml")) {
+                assert!(fs::exists(file).unwrap(), "{text}: there is no {file}");
+            }
         }
     }
-    assert!(found >= 4, "{found} commands found");
+    assert!(found >= 40, "{found} commands found");
+}
+
+#[test]
+fn pages_are_narrow_and_the_readme_is_short() {
+    assert!(README.lines().count() < 150);
+    for (_, page) in pages() {
+        for line in page.lines() {
+            assert!(line.chars().count() <= 120, "{line}");
+        }
+    }
 }
 
 #[test]
@@ -78,9 +106,11 @@ fn figures_in_the_text_are_those_of_the_default_scene() {
             README.contains(file) && fs::exists(concat!(env!("CARGO_MANIFEST_DIR"), "/").to_owned() + file).unwrap()
         );
     }
-    for link in README.split("](").skip(1).map(|rest| rest.split(')').next().unwrap()) {
-        let local = !link.contains("://");
-        assert!(!local || fs::exists(link).unwrap(), "the README links to {link}, which is not there");
+    for (folder, page) in pages() {
+        for link in page.split("](").skip(1).map(|rest| rest.split(')').next().unwrap()) {
+            let local = !link.contains("://") && !link.starts_with('#');
+            assert!(!local || folder.join(link).exists(), "{}: there is no {link}", folder.display());
+        }
     }
 }
 

@@ -26,33 +26,10 @@ _Path = str | PathLike[str]
 _KINDS_OF_PATH = (PurePosixPath, PureWindowsPath)
 """Rules by which a name may hold folders; a plain name holds none by either."""
 
-UNITS = {
-    "time": "s",
-    "total_force": "N",
-    "patch_force": "N",
-    "patch_element": "1",
-    "axle": "m",
-    "row_force": "N",
-    "contact_area": "m^2",
-    "peak_pressure": "Pa",
-    "cells": "N",
-    "cells_time": "s",
-    "vibration_map_frequency": "Hz",
-    "vibration_map_wavenumber": "1",
-}
-"""Units of the arrays."""
+_CHANNELS = {name: (unit, meaning, row, every) for name, unit, meaning, row, every in _native.channels()}
 
-_MEANINGS = {
-    "time": "time",
-    "total_force": "contact force",
-    "patch_force": "contact force of an element in the window",
-    "patch_element": "number of the element in the window's first column",
-    "axle": "indentation of the rigid tyre into z = 0",
-    "row_force": "contact force of each row of cells across",
-    "contact_area": "area of the cells that carry force",
-    "peak_pressure": "largest pressure on a cell",
-}
-"""Meanings of the arrays that have a row for every step."""
+UNITS = {name: unit for name, (unit, *_) in _CHANNELS.items()}
+"""Units of the arrays."""
 
 
 class RunWarning(UserWarning):
@@ -198,15 +175,15 @@ class Results(Mapping[str, NDArray[Any]]):
         except ImportError as missing:
             raise ImportError("to_xarray needs the package xarray: pip install xarray") from missing
 
-        across = {"patch_force": "column", "row_force": "row"}
         data: dict[str, Any] = {}
         for name, array in self._arrays.items():
-            if name in _MEANINGS and name != "time":
-                dims = ["time", across[name]] if name in across else ["time"]
-                data[name] = (dims, array, {"units": UNITS[name], "long_name": _MEANINGS[name]})
+            unit, meaning, row, every_step = _CHANNELS.get(name, ("", "", "", False))
+            if every_step and name != "time":
+                dims = ["time", row] if row else ["time"]
+                data[name] = (dims, array, {"units": unit, "long_name": meaning})
         coordinates: dict[str, Any] = {}
         if "time" in self:
-            coordinates["time"] = ("time", self.time, {"units": "s", "long_name": _MEANINGS["time"]})
+            coordinates["time"] = ("time", self.time, {"units": "s", "long_name": _CHANNELS["time"][1]})
         if bands := self.spectra:
             coordinates["band"] = ("band", bands["nominal_hz"], {"units": "Hz", "long_name": "nominal frequency"})
             attributes = {"units": "dB", "long_name": "contact force level re 1 N"}
@@ -231,7 +208,7 @@ class Results(Mapping[str, NDArray[Any]]):
 
 
 def _unit(array: str) -> str | None:
-    return "m^2/s^2/Hz" if array.startswith("vibration_map_") and array not in UNITS else UNITS.get(array)
+    return UNITS["vibration_map"] if array.startswith("vibration_map_") and array not in UNITS else UNITS.get(array)
 
 
 def in_memory(found: dict[str, Any]) -> Results:

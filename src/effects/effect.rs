@@ -73,7 +73,7 @@ pub trait Effect: Sync {
         &[]
     }
 
-    /// Begins an observer; `None` where the scene does not call for it, or, with a warning, for a run that is too short.
+    /// Begins an observer; `None` where the scene does not call for it, or, with a warning, where the run is too short.
     ///
     /// # Errors
     /// [`EffectError`].

@@ -34,6 +34,12 @@ pub static EFFECTS: [&dyn Effect; 5] = [
     &sound::SoundEffect,
 ];
 
+/// The channel of an array by its file's name without the ending; several maps may share one.
+pub fn channel(name: &str) -> Option<&'static Channel> {
+    let exact = channels().find(|channel| channel.name == name);
+    exact.or_else(|| channels().find(|channel| channel.when == When::AtEnd && name.starts_with(channel.name)))
+}
+
 /// All arrays of all effects.
 pub fn channels() -> impl Iterator<Item = &'static Channel> {
     EFFECTS.into_iter().flat_map(Effect::channels)

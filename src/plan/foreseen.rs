@@ -1,10 +1,10 @@
-//! What a plan knows of a run that will hardly give what it is asked for.
+//! Knowledge of a plan about a run that will hardly give what it is asked for.
 
 use super::Plan;
 use crate::tyre::slowest_wave::{SlowestWave, slowest_wave_below};
 
 impl Plan {
-    /// What the user should act on before the run: a speed at which the tyre rolls into its own waves.
+    /// Lists what the user should act on before the run: a speed at which the tyre rolls into its own waves.
     pub fn warnings(&self) -> Vec<String> {
         self.outrun_waves().into_iter().collect()
     }

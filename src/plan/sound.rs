@@ -12,11 +12,10 @@ use crate::response::ThirdOctaveBand;
 use crate::response::pressure::{PressureModel, PressureStream};
 use crate::response::vibration::{Across, SegmentLayout};
 use crate::results::sound::SoundError;
-use crate::scene::{Radiation, RadiationQuality, ReceiverPlace, Scene, StandardReceiver, Tyre, Vehicle, Zone};
+use crate::scene::{Radiation, RadiationQuality, ReceiverPlace, Scene, Tyre, Vehicle, Zone};
 use crate::sound::Air;
 use crate::sound::pass_by::STENCIL;
-use crate::sound::power::Iso3744;
-use crate::sound::receivers::{self, CoastByLine, Side};
+use crate::sound::receivers::{Beside, Standard, standard};
 use crate::sound::resample::FILE_RATE;
 use crate::tyre::influence::Waves;
 
@@ -32,13 +31,8 @@ const BELOW_NYQUIST: f64 = 0.9;
 /// Longest stretch that is kept to be listened to \[s\].
 const LISTENED: f64 = 30.0;
 
-/// Road before a passage in which the detector settles \[m\]: 0.27 s at 80 km/h. The same at all speeds, so that they
-/// share the transfers.
-const LEAD: f64 = 6.0;
 /// Samples of a point that a passage reads beyond those while it is near: what resampling reaches for.
 const EXCERPT_ENDS: f64 = 70.0;
-/// Distance of the points of a passage \[m\]; farther away than the standard's microphone as much more as that is.
-const SPACING: f64 = 0.25;
 /// Error of a third octave at the default nodes per wavelength \[dB\]: the worst of single waves (9 against 14 nodes).
 /// With 7 nodes it is 0.5 dB, so it falls with about the sixth power. `tyrewave study SCENE` measures all three.
 const ELEMENTS_ERROR: f64 = 0.1;
@@ -50,10 +44,6 @@ const FREQUENCIES_ERROR: f64 = 0.05;
 const WAVES_ERROR: f64 = 0.01;
 /// Kernels of boundary elements that a draft's four monopoles take the time of.
 const DRAFT_KERNELS: f64 = 30.0;
-/// Distance of a microphone beside the road, and its greatest height, with which a draft's error over the whole line is
-/// that of the standard's \[m\].
-const DRAFT_PASSED: std::ops::RangeInclusive<f64> = 5.0..=10.0;
-const DRAFT_HEIGHT: f64 = 2.0;
 /// Part of the tyre's radius that patches are rounded to.
 const PATCH_STEP: f64 = 0.01;
 
@@ -71,14 +61,14 @@ pub struct Heard {
 }
 
 impl Heard {
+    /// Microphones of its standard.
+    pub fn standard(&self) -> Box<dyn Standard> {
+        standard(&self.place)
+    }
+
     /// Length of the passage \[m\], if the tyre passes it.
     pub fn passage(&self) -> Option<f64> {
-        match self.place {
-            ReceiverPlace::Standard(StandardReceiver::CoastBy { distance, height, passage, .. }) => {
-                Some(passage.unwrap_or_else(|| StandardReceiver::passage(distance, height)))
-            }
-            _ => None,
-        }
+        self.standard().passage()
     }
 
     /// Tells whether the tyre passes it.
@@ -86,17 +76,9 @@ impl Heard {
         self.passage().is_some()
     }
 
-    /// Tells whether all of its pressures can be listened to: it moves along, as one microphone or two.
-    pub fn is_recorded(&self) -> bool {
-        matches!(self.place, ReceiverPlace::Position { .. } | ReceiverPlace::Standard(StandardReceiver::Cpx))
-    }
-
     /// The vehicle whose four tyres it hears, if it hears more than one.
     pub fn vehicle(&self) -> Option<Vehicle> {
-        match self.place {
-            ReceiverPlace::Standard(StandardReceiver::CoastBy { vehicle, .. }) => vehicle,
-            _ => None,
-        }
+        self.standard().vehicle()
     }
 
     /// Tyres that it hears.
@@ -233,14 +215,8 @@ impl Sound {
     fn draft_error(&self, place: &ReceiverPlace, points: &[[f64; 3]]) -> DraftError {
         let none = DraftError { band: f64::INFINITY, from: 0.0, level: f64::INFINITY };
         let Some(errors) = self.draft else { return none };
-        match *place {
-            ReceiverPlace::Standard(StandardReceiver::Cpx) => return errors.of_standards,
-            ReceiverPlace::Standard(StandardReceiver::CoastBy { distance, height, .. })
-                if DRAFT_PASSED.contains(&distance) && height <= DRAFT_HEIGHT =>
-            {
-                return errors.of_standards;
-            }
-            _ => {}
+        if standard(place).has_stated_draft() {
+            return errors.of_standards;
         }
         let all = points.iter().map(|&point| errors.at(point).unwrap_or(none));
         all.reduce(|a, b| if b.band > a.band { b } else { a }).unwrap_or(none)
@@ -291,7 +267,7 @@ impl Sound {
         let kept = self.kept_samples().min(samples) as f64;
         let one = |heard: &Heard| {
             if !heard.is_passed() {
-                let recorded = heard.is_recorded() && self.radiation.audio;
+                let recorded = heard.standard().is_recorded() && self.radiation.audio;
                 return [if recorded { kept * heard.points.len() as f64 } else { 0.0 }, 0.0];
             }
             let lines = heard.lines();
@@ -366,11 +342,16 @@ impl Plan {
         let mut positions = Vec::new();
         let mut names: Vec<String> = receivers.iter().map(|receiver| receiver.name.clone()).collect();
         let mut files: Vec<String> = Vec::new();
+        let beside = Beside { half_width: 0.5 * tyre.width + radiation.shoulder };
         let heard = receivers.iter().enumerate().map(|(index, receiver)| {
-            let first = positions.len();
-            positions.extend(points(&receiver.place, 0.5 * tyre.width + radiation.shoulder));
+            let (first, microphones) = (positions.len(), standard(&receiver.place));
+            positions.extend(microphones.points(&beside));
             if receiver.name.is_empty() {
-                names[index] = unlike(&name(&receiver.place, index), index, &names);
+                let name = match receiver.place {
+                    ReceiverPlace::Position { .. } => format!("{}-{}", microphones.name(), index + 1),
+                    ReceiverPlace::Standard(_) => microphones.name().to_owned(),
+                };
+                names[index] = unlike(&name, index, &names);
             }
             let name = names[index].clone();
             let plain = name.chars().map(|letter| if letter.is_ascii_alphanumeric() { letter } else { '-' });
@@ -385,43 +366,6 @@ impl Plan {
     }
 }
 
-/// The points of a receiver beside a tyre that reaches so far to either side \[m\].
-fn points(place: &ReceiverPlace, half_width: f64) -> Vec<[f64; 3]> {
-    match *place {
-        ReceiverPlace::Position { position } => vec![position],
-        ReceiverPlace::Standard(StandardReceiver::CoastBy { distance, height, vehicle, passage }) => {
-            let passage = passage.unwrap_or_else(|| StandardReceiver::passage(distance, height));
-            let near = StandardReceiver::DISTANCE.hypot(StandardReceiver::HEIGHT);
-            let spacing = SPACING * (distance.hypot(height) / near).max(1.0);
-            let line = |followed: f64, offset: f64| {
-                // As many points as reach so far; the lead is there before the passage alone.
-                let steps = ((followed + LEAD) / spacing - 1e-9).ceil();
-                let half_length = steps * spacing;
-                let receivers = 2 * steps as usize + 1;
-                let line = CoastByLine { half_length, receivers, distance, height, offset, ..Default::default() };
-                let mut positions = line.positions();
-                positions.truncate(receivers - (LEAD / spacing) as usize);
-                positions
-            };
-            match vehicle {
-                None => line(0.5 * passage, 0.0),
-                // Tyres of one side see the microphone on the same line, the front ones later by the wheelbase.
-                Some(Vehicle { wheelbase, track }) => {
-                    let sides = [0.5 * track, -0.5 * track];
-                    sides.into_iter().flat_map(|offset| line(0.5 * (passage + wheelbase), offset)).collect()
-                }
-            }
-        }
-        ReceiverPlace::Standard(StandardReceiver::Cpx) => {
-            receivers::close_proximity(2.0 * half_width, Side::Left).to_vec()
-        }
-        ReceiverPlace::Standard(StandardReceiver::Circle { radius, height }) => {
-            receivers::circle(radius, height, receivers::CIRCLE_POSITIONS)
-        }
-        ReceiverPlace::Standard(StandardReceiver::Hemisphere { radius }) => Iso3744::Broadband.positions(radius, true),
-    }
-}
-
 /// The name of a receiver of this number, or with a number behind it, so that no other one has the same: not even on
 /// disks that do not tell capital letters.
 fn unlike(name: &str, index: usize, others: &[String]) -> String {
@@ -430,23 +374,10 @@ fn unlike(name: &str, index: usize, others: &[String]) -> String {
     std::iter::once(name.to_owned()).chain(numbered).find(|name| !taken(name)).unwrap_or_default()
 }
 
-/// Names a receiver that has no name.
-fn name(place: &ReceiverPlace, index: usize) -> String {
-    match place {
-        ReceiverPlace::Position { .. } => format!("receiver-{}", index + 1),
-        ReceiverPlace::Standard(standard) => match standard {
-            StandardReceiver::CoastBy { .. } => "coast-by".to_owned(),
-            StandardReceiver::Cpx => "cpx".to_owned(),
-            StandardReceiver::Circle { .. } => "circle".to_owned(),
-            StandardReceiver::Hemisphere { .. } => "hemisphere".to_owned(),
-        },
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{DEFAULT, Preset, Receiver};
+    use crate::scene::{DEFAULT, Preset, Receiver, StandardReceiver};
 
     fn coast_by(vehicle: Option<Vehicle>) -> StandardReceiver {
         let (distance, height) = (StandardReceiver::DISTANCE, StandardReceiver::HEIGHT);

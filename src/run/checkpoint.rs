@@ -289,7 +289,7 @@ mod tests {
         let window = outgrown.window();
         let again = outgrown.finish().meter.counted(Counter::WindowEdgeContacts);
         assert!(window > 1.0 && again > 0, "contact stayed within {window} windows, {again} times outgrown");
-        // What was recorded before is recorded once, and the end is that of a window that had the length from the start.
+        // What was recorded is recorded once; the end is that of a window which had the length from the start.
         assert_eq!(found.len(), whole.len());
         let mut wide = run_over(0.3, window);
         let from_the_start = forces(&mut wide, u64::MAX);

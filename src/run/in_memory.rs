@@ -18,7 +18,7 @@ use crate::scene::LoadedScene;
 /// Results of a complete run in memory.
 #[derive(Clone, Debug)]
 pub struct RunInMemory {
-    /// What `summary.json` would say.
+    /// Summary, as `summary.json` has it.
     pub summary: Summary,
     /// Arrays that have a row for a step.
     pub arrays: Vec<KeptArray>,

@@ -54,9 +54,8 @@ fn smooth(rule: &str, lag: f64) -> (RollingResistance, f64, f64) {
 
 #[test]
 fn uncoupled_points_have_no_rolling_resistance() {
-    let loaded = scene(&[("rolling.duration", "0.05")]);
-    let loaded =
-        test_models::scene(&test_models::add(&loaded.scene.to_toml().unwrap(), "contact.tread", "\"uncoupled\""));
+    let text = format!("{PLATE}\n[contact]\ntread = \"uncoupled\"\n");
+    let loaded = test_models::scene(&edit(&text, &[("numerics.elements", "128"), ("rolling.duration", "0.05")]));
     let plan = Plan::of(&loaded).unwrap();
     let mut run = Simulation::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap();
     while run.step().unwrap().is_some() {}

@@ -32,7 +32,7 @@ pub struct CoveredBands {
     pub lowest: f64,
     /// Nominal mid-frequency of the last one \[Hz\].
     pub highest: f64,
-    /// Estimate of what the bands above would add \[dB(A)\]; absent where the last ones do not fall, or end below 1 kHz.
+    /// Estimate of what the bands above would add \[dB(A)\]; absent where the last ones do not fall, and below 1 kHz.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub missing: Option<f64>,
     /// The level is a lower bound: more than half a decibel may be missing, or nothing is known of that.

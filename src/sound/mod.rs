@@ -4,7 +4,7 @@
 //! data's way:
 //!
 //! - [`air`]: sound speed and density by temperature;
-//! - [`receivers`]: where the standards put their microphones;
+//! - [`frame`]: places and sides of a tyre; [`receivers`]: where the standards put their microphones;
 //! - [`power`]: the surfaces around a source that its sound power is taken from;
 //! - [`weighting`]: the A-weighting by frequency, [`weighting_filter`]: as a filter of a signal;
 //! - [`detector`]: what a sound level meter shows against time;
@@ -22,6 +22,7 @@ pub mod air;
 pub mod band_pass;
 pub mod covered;
 pub mod detector;
+pub mod frame;
 pub mod levels;
 pub mod pass_by;
 pub mod power;
@@ -35,9 +36,10 @@ pub mod weighting_filter;
 pub use air::Air;
 pub use covered::CoveredBands;
 pub use detector::{Detector, TimeWeighting};
+pub use frame::Side;
 pub use levels::SoundLevels;
 pub use pass_by::{PassBy, PassByError};
-pub use receivers::{CoastByLine, Side};
+pub use receivers::CoastByLine;
 pub use speed_coefficient::SpeedCoefficient;
 pub use wav::{Recording, SampleFormat, WavError};
 pub use weighting::FrequencyWeighting;

@@ -41,7 +41,7 @@ use std::ops::Range;
 
 use thiserror::Error;
 
-use super::receivers::Position;
+use super::frame::Position;
 use super::resample::{half_width, weighted};
 use crate::numeric::lagrange::uniform_cubic;
 

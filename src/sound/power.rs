@@ -10,7 +10,7 @@
 use std::f64::consts::{PI, TAU};
 
 use super::air::Air;
-use super::receivers::Position;
+use super::frame::Position;
 use crate::numeric::legendre;
 
 /// Reference power of levels \[W\] (ISO 1683).

@@ -16,6 +16,7 @@ use crate::radiation::{Block, Body, Cost, RadiationError, Resolution, Transfer, 
 use crate::response::pressure::{PressureModel, PressureShares, SurfaceGreen};
 use crate::response::vibration::SegmentLayout;
 use crate::scene::{AirMotion, Scene};
+use crate::sound::Side;
 use crate::sound::{Air, receivers};
 use crate::tyre::influence::SurfaceWaves;
 use crate::tyre::influence::mobility::frequencies;
@@ -41,7 +42,7 @@ pub fn asked_frequencies(highest: f64, points: u32) -> Vec<f64> {
 
 /// The receivers, by name.
 pub fn named_receivers(width: f64) -> [(&'static str, [f64; 3]); 3] {
-    let [front, _] = receivers::close_proximity(width, receivers::Side::Left);
+    let [front, _] = receivers::close_proximity(width, Side::Left);
     let height = receivers::COAST_BY_HEIGHT;
     [
         ("in plane, 7.5 m ahead, 0.3 m high", [7.5, 0.0, 0.3]),

@@ -5,9 +5,9 @@
 //! wave's resonance on, where V is the speed of the free wave. Above the slowest one waves stand behind the patch, the
 //! mean force no longer grows with the indentation for sure, and the motion may grow without bound.
 //!
-//! Waves shorter than 2 pi times the layers' thickness are left out: those are of the tread alone, whose own shear waves
-//! are as slow, but die out within a wavelength. (Default tyre at 250 km/h with the tension that its rolling adds:
-//! Re C_zz < 0 from n = 57 on, and a run that is steady.)
+//! Waves shorter than 2 pi times the layers' thickness are left out: those are of the tread alone, whose own shear
+//! waves are as slow, but die out within a wavelength. (Default tyre at 250 km/h with the tension that its rolling
+//! adds: Re C_zz < 0 from n = 57 on, and a run that is steady.)
 //!
 //! Cost: one evaluation of C_zz for each n, and ten times as many where a wave is slower than V.
 

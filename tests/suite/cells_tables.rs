@@ -2,7 +2,7 @@
 //! slices give instead. Both hold the axle where it carries 3400 N at rest on cells of 4 mm.
 
 use toml::{Table, Value};
-use tyrewave::test_models::{CHIP_SEAL, COBBLES, reference, scene_text, with_all_terms};
+use tyrewave::test_models::{CHIP_SEAL, reference, scene_text, with_all_terms};
 
 use crate::common::run;
 
@@ -14,7 +14,8 @@ const BANDS: std::ops::RangeInclusive<f64> = 63.0..=2000.0;
 /// Names of the roads, and what a scene says of them.
 fn roads() -> Vec<(&'static str, String)> {
     let chippings = "kind = \"made\"\npower_law = { rms = 0.0012, exponent = 2.0, longest = 0.1, shortest = 0.005 }";
-    let [chip_seal, cobbles] = [CHIP_SEAL, COBBLES].map(|name| reference(name).display().to_string());
+    let chip_seal = reference(CHIP_SEAL).display().to_string();
+    let cobbles = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/roads/cobbles.crg");
     vec![
         ("dense asphalt", "kind = \"made\"\nseed = 1".to_owned()),
         ("chippings", chippings.to_owned()),

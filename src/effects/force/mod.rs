@@ -1,5 +1,5 @@
-//! Total force of every step, its spectrum, and the forces of the patch: what every run gives. Memory does not grow with
-//! the number of steps.
+//! Total force of every step, its spectrum, and the forces of the patch: what every run gives. Memory does not grow
+//! with the number of steps.
 
 use std::f64::consts::TAU;
 use std::ops::Range;

@@ -17,10 +17,11 @@ use crate::results::sound::{
 };
 use crate::results::spectra::LOWEST_FREQUENCY;
 use crate::results::table::csv;
-use crate::scene::{LoadedScene, ReceiverPlace, StandardReceiver};
+use crate::scene::LoadedScene;
 use crate::sound::band_pass::band_pass;
 use crate::sound::levels::{REFERENCE_PRESSURE, energetic_mean, mean_square};
 use crate::sound::power::{Iso3744, power_level};
+use crate::sound::receivers::Finding;
 use crate::sound::resample::{FILE_RATE, resample};
 use crate::sound::wav::{SampleFormat, full_scale_for};
 use crate::sound::{Recording, SoundLevels};
@@ -111,19 +112,20 @@ impl SoundObserver {
             audio: None,
         };
         let audio = self.sound.radiation.audio;
-        match heard.place {
-            ReceiverPlace::Standard(StandardReceiver::Hemisphere { radius }) => {
+        let standard = heard.standard();
+        match standard.finding() {
+            Finding::SoundPower(radius) => {
                 let squares: Vec<f64> =
                     points[heard.points.clone()].iter().map(|point| mean_square(vouched(point).overall_a)).collect();
                 summary.power_level_a = Some(power_level(Iso3744::power(&squares, radius, &self.way.air)));
             }
-            ReceiverPlace::Standard(StandardReceiver::Circle { .. }) => {
+            Finding::Directivity => {
                 if loaded.scene.outputs.plots {
                     let levels = points[heard.points.clone()].iter().map(|point| vouched(point).overall_a);
                     draw_directivity(loaded, heard, &levels.collect::<Vec<_>>(), folder)?;
                 }
             }
-            ReceiverPlace::Standard(StandardReceiver::CoastBy { .. }) => {
+            Finding::Passage => {
                 let Some((passing, found)) = self.passing(heard) else { return Ok((summary, None)) };
                 match found {
                     Err(missing) => summary.no_pass_by = Some(missing),
@@ -133,13 +135,12 @@ impl SoundObserver {
                     }
                 }
             }
-            ReceiverPlace::Position { .. } | ReceiverPlace::Standard(StandardReceiver::Cpx) => {
-                if audio {
-                    let channels = heard.points.clone().map(|point| self.at_file_rate(point)).collect();
-                    let description = "a tyre, heard moving along";
-                    recording = Some(Audible { channels, description, tyres: None });
-                }
-            }
+            Finding::Level => {}
+        }
+        if audio && standard.is_recorded() {
+            let channels = heard.points.clone().map(|point| self.at_file_rate(point)).collect();
+            let description = "a tyre, heard moving along";
+            recording = Some(Audible { channels, description, tyres: None });
         }
         Ok((summary, recording))
     }

@@ -173,11 +173,6 @@ impl VibrationObserver {
         Ok(Some(observer))
     }
 
-    /// Velocities of the steps so far, where a segment of them is complete.
-    pub fn heard_so_far(&self, meter: &mut Meter) -> Option<HeardVibration> {
-        self.found(false, meter).map(|(heard, _)| heard)
-    }
-
     /// Points beside the axle and elements, by the fields' tables where they are known; `first_element` is in the
     /// window's first column at the first step.
     fn add_points(&mut self, first_element: i64, known: Option<Vec<VelocityTable>>) {

@@ -66,6 +66,11 @@ impl VibrationObserver {
         Ok(Some(summary))
     }
 
+    /// Velocities of the steps so far, where a segment of them is complete.
+    pub fn heard_so_far(&self, meter: &mut Meter) -> Option<HeardVibration> {
+        self.found(false, meter).map(|(heard, _)| heard)
+    }
+
     /// Returns the vibration of a complete run, with maps where they are wanted.
     pub(super) fn found(&self, maps: bool, meter: &mut Meter) -> Option<(HeardVibration, Vec<FieldSpectra>)> {
         let patch = self.accumulator.finish()?;

@@ -5,28 +5,12 @@
 
 use super::error::ExportError;
 use super::mat_file::{self, Value};
+use crate::effects::channel;
 use crate::report::stored::Stored;
 use crate::report::table::Column;
 
 /// Beginning of every file of ours.
 pub const MAT_HEAD: &str = "MATLAB 5.0 MAT-file, Platform: tyrewave,";
-
-/// Units of arrays, by the beginning of their names; the longer one first where two fit.
-const UNITS: [(&str, &str); 13] = [
-    ("time", "s"),
-    ("total_force", "N"),
-    ("patch_force", "N"),
-    ("patch_element", "1"),
-    ("axle", "m"),
-    ("row_force", "N"),
-    ("contact_area", "m^2"),
-    ("peak_pressure", "Pa"),
-    ("cells_time", "s"),
-    ("cells", "N"),
-    ("vibration_map_frequency", "Hz"),
-    ("vibration_map_wavenumber", "1"),
-    ("vibration_map", "m^2/s^2/Hz"),
-];
 
 /// The bytes of the file.
 ///
@@ -41,7 +25,7 @@ pub fn mat(stored: &Stored) -> Result<Vec<u8>, ExportError> {
             "npy" => {
                 let Some(array) = stored.array(file)? else { continue };
                 let name = free(&variables, stem);
-                let unit = UNITS.iter().find(|(begin, _)| stem.starts_with(begin)).map_or("", |(_, unit)| unit);
+                let unit = channel(stem).map_or("", |channel| channel.unit);
                 let shape = [array.shape.first().copied().unwrap_or(1), array.shape.iter().skip(1).product()];
                 units.push((name.clone(), Value::Text(unit.into())));
                 variables.push((name, Value::Numbers(array.values, shape)));

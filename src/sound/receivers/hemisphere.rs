@@ -1,0 +1,24 @@
+//! Positions on a hemisphere over the tyre, for its sound power (ISO 3744).
+
+use super::standard::{Beside, Finding, Standard};
+use crate::sound::frame::Position;
+use crate::sound::power::Iso3744;
+
+/// The receiver.
+pub(super) struct Hemisphere {
+    pub(super) radius: f64,
+}
+
+impl Standard for Hemisphere {
+    fn name(&self) -> &'static str {
+        "hemisphere"
+    }
+
+    fn points(&self, _: &Beside) -> Vec<Position> {
+        Iso3744::Broadband.positions(self.radius, true)
+    }
+
+    fn finding(&self) -> Finding {
+        Finding::SoundPower(self.radius)
+    }
+}

@@ -26,7 +26,7 @@ use crate::storage::state::{StateError, StateReader, StateWriter, restore_part};
 /// Force in the contact.
 pub struct ForceEffect;
 
-static CHANNELS: [Channel; 5] = [
+static CHANNELS: [Channel; 6] = [
     Channel {
         name: "time",
         unit: "s",
@@ -62,6 +62,15 @@ static CHANNELS: [Channel; 5] = [
         when: When::EveryStep,
         wanted: |_| true,
         read: Read::Count(|step| step.footprint.first_element()),
+    },
+    Channel {
+        name: "contact_length",
+        unit: "m",
+        meaning: "length of the contact patch, from the first to the last element that carries force",
+        row: RowShape::One,
+        when: When::EveryStep,
+        wanted: |_| true,
+        read: Read::Number(|step| step.contact_length),
     },
     Channel {
         name: "axle",

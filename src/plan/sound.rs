@@ -267,7 +267,7 @@ impl Sound {
         let kept = self.kept_samples().min(samples) as f64;
         let one = |heard: &Heard| {
             if !heard.is_passed() {
-                let recorded = heard.standard().is_recorded() && self.radiation.audio;
+                let recorded = heard.standard().is_kept(self.radiation.audio);
                 return [if recorded { kept * heard.points.len() as f64 } else { 0.0 }, 0.0];
             }
             let lines = heard.lines();
@@ -290,10 +290,15 @@ impl Plan {
     /// # Errors
     /// Sizes that do not fit each other.
     pub fn radiating_body(&self, radiation: &Radiation, at_rest: f64) -> Result<Body, RadiationError> {
-        let step = self.patch_step();
-        let patch = radiation.patch_length.unwrap_or_else(|| (at_rest / step).round().max(1.0) * step);
+        let patch = self.patch_length(radiation, at_rest);
         let width = self.scene.tyre.width + 2.0 * radiation.shoulder;
         Body::standing_tyre(self.radius, width, radiation.shoulder, 0.5 * patch)?.with_gap(radiation.acoustic_gap)
+    }
+
+    /// Length of the patch of the body that radiates, given that of the static contact \[m\].
+    fn patch_length(&self, radiation: &Radiation, at_rest: f64) -> f64 {
+        let step = self.patch_step();
+        radiation.patch_length.unwrap_or_else(|| (at_rest / step).round().max(1.0) * step)
     }
 
     /// Blocks of the forces; columns, phase and first position are the run's to say.
@@ -342,7 +347,8 @@ impl Plan {
         let mut positions = Vec::new();
         let mut names: Vec<String> = receivers.iter().map(|receiver| receiver.name.clone()).collect();
         let mut files: Vec<String> = Vec::new();
-        let beside = Beside { half_width: 0.5 * tyre.width + radiation.shoulder };
+        let patch_length = || self.patch_length(&radiation, self.amounts().expected.length);
+        let beside = Beside { half_width: 0.5 * tyre.width + radiation.shoulder, patch_length: &patch_length };
         let heard = receivers.iter().enumerate().map(|(index, receiver)| {
             let (first, microphones) = (positions.len(), standard(&receiver.place));
             positions.extend(microphones.points(&beside));

@@ -1,5 +1,7 @@
 //! `sound.csv`, `sound_narrow.csv`, `pass_by.csv` and the sound's part of the summary.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 use super::table::{csv, optional, row};
@@ -167,9 +169,28 @@ pub struct ReceiverSummary {
     /// Why a receiver that is passed has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub no_pass_by: Option<String>,
+    /// Sound intensity, by pairs of microphones.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub intensity: Option<IntensitySummary>,
     /// The files to listen to, and the pressure of their full scale \[Pa\].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub audio: Option<AudioSummary>,
+}
+
+/// Sound intensity at a receiver of pairs of microphones.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub struct IntensitySummary {
+    /// Its table.
+    pub file: String,
+    /// Energetic mean of the probes' A-weighted levels \[dB(A) re 1 pW/m^2\].
+    pub level_a: f64,
+    /// Level of each probe, by name.
+    pub probes: BTreeMap<String, f64>,
+    /// The bands of these levels; absent where the run vouches for none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bands: Option<CoveredBands>,
+    /// Seconds of the run that they are taken from.
+    pub seconds: f64,
 }
 
 /// The A-weighted level of a receiver by which runs are compared: where the tyre passes the maximum of the pass-by,

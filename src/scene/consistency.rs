@@ -247,17 +247,7 @@ fn stated(scene: &Scene, table: &Table<'_>) -> Option<()> {
     }
     let mut sound = Some(());
     for (index, receiver) in scene.receivers.iter().enumerate() {
-        let (key, place) = match receiver.place {
-            ReceiverPlace::Position { position } => ("position", position),
-            // Half of its points are above the tyre.
-            ReceiverPlace::Standard(StandardReceiver::Hemisphere { radius }) => ("standard", [0.0, 0.0, radius]),
-            ReceiverPlace::Standard(StandardReceiver::Circle { radius, height }) => ("height", [radius, 0.0, height]),
-            ReceiverPlace::Standard(StandardReceiver::CoastBy { distance, height, vehicle, .. }) => {
-                let nearest = distance - vehicle.map_or(0.0, |vehicle| 0.5 * vehicle.track);
-                ("standard", [0.0, nearest, height])
-            }
-            ReceiverPlace::Standard(StandardReceiver::Cpx) => continue,
-        };
+        let Some((key, place)) = receiver.place.judged_by() else { continue };
         if errors.at(place).is_none() {
             let wrong =
                 "a draft's error is not known at this place: without the tyre's body it is up to 18 dB off there";

@@ -9,7 +9,7 @@
 //! - [`weighting`]: the A-weighting by frequency, [`weighting_filter`]: as a filter of a signal;
 //! - [`detector`]: what a sound level meter shows against time;
 //! - [`levels`]: third octaves and overall levels; [`covered`]: the bands of these and what is missing above them;
-//!   [`speed_coefficient`]: levels over a range of speeds;
+//!   [`speed_coefficient`]: levels over a range of speeds; [`intensity`]: by a pair of microphones;
 //! - [`band_pass`]: a signal in a band of frequencies; [`resample`]: at the rate of a sound file;
 //! - [`pass_by`]: what a microphone beside the road hears of a tyre that rolls by;
 //! - [`wav`]: sound files that know their calibration.
@@ -23,6 +23,7 @@ pub mod band_pass;
 pub mod covered;
 pub mod detector;
 pub mod frame;
+pub mod intensity;
 pub mod levels;
 pub mod pass_by;
 pub mod power;

@@ -145,7 +145,7 @@ impl SoundObserver {
                 let missing = passing.as_ref().and_then(|passing| passing.missing(&sound, kept));
                 warnings.extend(missing.map(|why| format!("{}: {why}", heard.name)));
                 passing.iter().for_each(|passing| passing.keep(kept, &mut signals));
-            } else if heard.standard().is_recorded() && sound.radiation.audio {
+            } else if heard.standard().is_kept(sound.radiation.audio) {
                 signals[heard.points.clone()].fill(KeptSignal::of(std::iter::once(0..kept).collect()));
             }
         }

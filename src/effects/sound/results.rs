@@ -1,5 +1,6 @@
 //! Results of a run's sound: tables, pictures, files to listen to, the summary.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use crate::effects::error::EffectError;
@@ -7,24 +8,25 @@ use crate::effects::sound::SoundObserver;
 use crate::effects::sound::passing::{HeardPassing, Passing};
 use crate::effects::sound::pictures::{draw_directivity, draw_levels, draw_pass_by};
 use crate::numeric::in_parallel;
-use crate::plan::Heard;
-use crate::response::{PowerSpectrum, SpectrumAccumulator, ThirdOctaveBand};
+use crate::plan::{Heard, SOUND_FADE, SOUND_SEGMENT};
+use crate::response::{BandLevel, PowerSpectrum, SpectrumAccumulator, ThirdOctaveBand};
 use crate::results::ResultsError;
 use crate::results::files::ResultFiles;
 use crate::results::sound::{
-    AudioSummary, PassBySummary, RatedLevel, ReceiverSpectrum, ReceiverSummary, SOUND_FILE, SOUND_NARROW_FILE,
-    SoundSummary, sound_levels_csv, sound_narrow_csv,
+    AudioSummary, IntensitySummary, PassBySummary, RatedLevel, ReceiverSpectrum, ReceiverSummary, SOUND_FILE,
+    SOUND_NARROW_FILE, SoundSummary, sound_levels_csv, sound_narrow_csv,
 };
 use crate::results::spectra::LOWEST_FREQUENCY;
-use crate::results::table::csv;
+use crate::results::table::{csv, row};
 use crate::scene::LoadedScene;
 use crate::sound::band_pass::band_pass;
+use crate::sound::intensity::Intensity;
 use crate::sound::levels::{REFERENCE_PRESSURE, energetic_mean, mean_square};
 use crate::sound::power::{Iso3744, power_level};
-use crate::sound::receivers::Finding;
+use crate::sound::receivers::{Finding, Probes};
 use crate::sound::resample::{FILE_RATE, resample};
 use crate::sound::wav::{SampleFormat, full_scale_for};
-use crate::sound::{Recording, SoundLevels};
+use crate::sound::{CoveredBands, Recording, SoundLevels};
 
 /// Points of a pass-by's level that are written and drawn, a second.
 const LEVELS_A_SECOND: f64 = 200.0;
@@ -109,6 +111,7 @@ impl SoundObserver {
             power_level_a: None,
             pass_by: None,
             no_pass_by: None,
+            intensity: None,
             audio: None,
         };
         let audio = self.sound.radiation.audio;
@@ -135,6 +138,7 @@ impl SoundObserver {
                     }
                 }
             }
+            Finding::Intensity(probes) => summary.intensity = self.write_intensity(heard, &probes, folder)?,
             Finding::Level => {}
         }
         if audio && standard.is_recorded() {
@@ -143,6 +147,59 @@ impl SoundObserver {
             recording = Some(Audible { channels, description, tyres: None });
         }
         Ok((summary, recording))
+    }
+
+    /// Writes the intensity by the pairs of a receiver; `None` where too little of the pressures is kept.
+    fn write_intensity(
+        &self,
+        heard: &Heard,
+        probes: &Probes,
+        folder: &dyn ResultFiles,
+    ) -> Result<Option<IntensitySummary>, EffectError> {
+        let time_step = self.sound.layout.time_step;
+        // Pressures come early by the whole steps of each point's delay.
+        let delays = heard.points.clone().map(|point| self.way.delays[point]);
+        let latest = delays.clone().max().unwrap_or(0);
+        let signal = |point: usize| -> Vec<f64> {
+            let early = latest - self.way.delays[heard.points.start + point];
+            self.signals[heard.points.start + point].excerpt(0).skip(early as usize).collect()
+        };
+        let (mut rows, mut levels, mut seconds, mut bands) = (Vec::new(), BTreeMap::new(), 0.0, None);
+        for (name, [first, second]) in &probes.pairs {
+            let signals = [signal(*first), signal(*second)];
+            let found = Intensity::of(
+                signals.each_ref().map(Vec::as_slice),
+                time_step,
+                probes.spacing,
+                &self.way.air,
+                probes.frequencies.clone(),
+                [SOUND_SEGMENT, SOUND_FADE],
+                self.valid_to,
+            );
+            let Ok(found) = found else { return Ok(None) };
+            seconds = signals[0].len() as f64 * time_step;
+            levels.insert((*name).to_owned(), found.level_a());
+            let valid: Vec<BandLevel> = found.a_weighted.iter().copied().filter(|band| band.valid).collect();
+            bands = CoveredBands::of(&valid);
+            for ((band, weighted), index) in found.bands.iter().zip(&found.a_weighted).zip(&found.index) {
+                let valid = u8::from(band.valid);
+                let middle = band.band.nominal_frequency();
+                rows.push(row([name, &middle, &band.mean_square, &band.level, &weighted.level, index, &valid]));
+            }
+        }
+        let header = [
+            "probe",
+            "nominal_hz",
+            "intensity_w_per_m2",
+            "level_db_re_1pw_per_m2",
+            "level_db_a",
+            "pressure_intensity_index_db",
+            "valid",
+        ];
+        let file = format!("intensity_{}.csv", heard.file);
+        folder.write_text(&file, &csv(header, rows))?;
+        let level_a = energetic_mean(levels.values().copied());
+        Ok(Some(IntensitySummary { file, level_a, probes: levels, bands, seconds }))
     }
 
     /// The levels by which runs are compared.

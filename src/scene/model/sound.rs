@@ -34,6 +34,24 @@ pub enum ReceiverPlace {
     Standard(StandardReceiver),
 }
 
+impl ReceiverPlace {
+    /// The key and the place \[m\] by which a draft's error is told; `None` where
+    /// it is stated for the standard.
+    pub(crate) fn judged_by(&self) -> Option<(&'static str, [f64; 3])> {
+        Some(match *self {
+            Self::Position { position } => ("position", position),
+            // Half of its points are above the tyre.
+            Self::Standard(StandardReceiver::Hemisphere { radius }) => ("standard", [0.0, 0.0, radius]),
+            Self::Standard(StandardReceiver::Circle { radius, height }) => ("height", [radius, 0.0, height]),
+            Self::Standard(StandardReceiver::CoastBy { distance, height, vehicle, .. }) => {
+                let nearest = distance - vehicle.map_or(0.0, |vehicle| 0.5 * vehicle.track);
+                ("standard", [0.0, nearest, height])
+            }
+            Self::Standard(StandardReceiver::Cpx) => return None,
+        })
+    }
+}
+
 /// Places that standards or habit give.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(tag = "standard", rename_all = "kebab-case")]

@@ -23,7 +23,7 @@ impl Standard for Circle {
         "circle"
     }
 
-    fn points(&self, _: &Beside) -> Vec<Position> {
+    fn points(&self, _: &Beside<'_>) -> Vec<Position> {
         circle(self.radius, self.height, CIRCLE_POSITIONS)
     }
 

@@ -102,7 +102,7 @@ impl Standard for CoastBy {
         "coast-by"
     }
 
-    fn points(&self, _: &Beside) -> Vec<Position> {
+    fn points(&self, _: &Beside<'_>) -> Vec<Position> {
         match self.vehicle {
             None => self.line(0.5 * self.length(), 0.0),
             // Tyres of one side see the microphone on the same line, the front ones later by the wheelbase.

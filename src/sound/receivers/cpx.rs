@@ -28,7 +28,7 @@ impl Standard for Cpx {
         "cpx"
     }
 
-    fn points(&self, beside: &Beside) -> Vec<Position> {
+    fn points(&self, beside: &Beside<'_>) -> Vec<Position> {
         close_proximity(2.0 * beside.half_width, Side::Left).to_vec()
     }
 

@@ -14,7 +14,7 @@ impl Standard for Hemisphere {
         "hemisphere"
     }
 
-    fn points(&self, _: &Beside) -> Vec<Position> {
+    fn points(&self, _: &Beside<'_>) -> Vec<Position> {
         Iso3744::Broadband.positions(self.radius, true)
     }
 

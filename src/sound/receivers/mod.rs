@@ -22,7 +22,7 @@ use crate::scene::{ReceiverPlace, StandardReceiver, Vehicle};
 pub use circle::{CIRCLE_POSITIONS, circle};
 pub use coast_by::{COAST_BY_DISTANCE, COAST_BY_HALF_LENGTH, COAST_BY_HEIGHT, CoastByLine};
 pub use cpx::{CPX_ADVANCE, CPX_DISTANCE, CPX_HEIGHT, close_proximity};
-pub use standard::{Beside, Finding, Standard};
+pub use standard::{Beside, Finding, Probes, Standard};
 
 /// The microphones of a receiver's place.
 pub fn standard(place: &ReceiverPlace) -> Box<dyn Standard> {
@@ -47,7 +47,7 @@ impl Standard for Point {
         "receiver"
     }
 
-    fn points(&self, _: &Beside) -> Vec<Position> {
+    fn points(&self, _: &Beside<'_>) -> Vec<Position> {
         vec![self.0]
     }
 

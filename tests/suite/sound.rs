@@ -371,3 +371,37 @@ fn a_run_that_is_too_short_says_so_and_one_without_receivers_has_no_sound() {
     assert!(silent.summary().get("sound").is_none());
     assert_eq!(scene(&text).scene.receivers.len(), 1);
 }
+
+/// AASHTO T 360: two probes at the edges of the patch, beside a microphone in the middle of the first.
+#[test]
+fn on_board_intensity_is_that_of_two_probes_at_the_edges_of_the_patch() {
+    let folder = tempfile::tempdir().unwrap();
+    let receivers = "[[receiver]]\nstandard = \"obsi\"\n[[receiver]]\nstandard = \"cpx\"";
+    let way = "[radiation]\nfmax = 800.0\nnodes_per_wavelength = 5.0\nfrequency_tolerance = \"0.5 dB\"\naudio = false";
+    let text = scene_text(256, "kind = \"made\"\nseed = 4", &rolling(2.0), MODAL, &format!("{receivers}\n{way}"));
+    fs::write(folder.path().join("probe.toml"), text).unwrap();
+    program(folder.path(), &["run", "probe.toml", "--out", "out"]);
+    let summary = read_summary(&folder.path().join("out"));
+    let sound = &summary["sound"]["receivers"];
+    let [obsi, cpx] = [0, 1].map(|receiver| &sound[receiver]);
+    assert_eq!((obsi["name"].as_str(), obsi["points"].as_u64()), (Some("obsi"), Some(4)));
+    assert!(cpx["intensity"].is_null() && obsi["audio"].is_null(), "{sound:#}");
+    let intensity = &obsi["intensity"];
+    let [leading, trailing] = ["leading", "trailing"].map(|probe| intensity["probes"][probe].as_f64().unwrap());
+    let mean = 10.0 * (0.5 * (10.0_f64.powf(0.1 * leading) + 10.0_f64.powf(0.1 * trailing))).log10();
+    assert!((intensity["level_a"].as_f64().unwrap() - mean).abs() < 1e-9, "{intensity:#}");
+    assert_eq!(intensity["bands"]["lowest"], 400.0);
+    assert_eq!(intensity["bands"]["lower_bound"], true, "it ends below 1 kHz");
+    let table = fs::read_to_string(folder.path().join("out").join(intensity["file"].as_str().unwrap())).unwrap();
+    let rows: Vec<Vec<&str>> = table.lines().skip(1).map(|line| line.split(',').collect()).collect();
+    // 400 Hz to 5 kHz, as far as the time step holds them.
+    assert!(rows.len() >= 2 * 8 && rows.iter().all(|row| row[0] == "leading" || row[0] == "trailing"), "{table}");
+    let valid: Vec<&Vec<&str>> = rows.iter().filter(|row| row[6] == "1").collect();
+    assert_eq!(valid.iter().map(|row| row[1]).collect::<Vec<_>>(), ["400", "500", "630", "400", "500", "630"]);
+    for row in valid {
+        // Power leaves the tyre, and no more of it than travelling waves of that pressure carry.
+        let [watt, level, index]: [f64; 3] = [2, 3, 5].map(|column: usize| row[column].parse().unwrap());
+        assert!(watt > 0.0 && (level - 10.0 * (watt / 1e-12).log10()).abs() < 1e-6, "{row:?}");
+        assert!((-1.0..20.0).contains(&index), "{row:?}");
+    }
+}

@@ -48,6 +48,8 @@ impl ReceiverPlace {
                 ("standard", [0.0, nearest, height])
             }
             Self::Standard(StandardReceiver::Cpx) => return None,
+            // In the near field of both edges.
+            Self::Standard(StandardReceiver::Obsi) => ("standard", [0.1, 0.2, 0.1]),
         })
     }
 }
@@ -85,6 +87,8 @@ pub enum StandardReceiver {
         /// Round the point on the road under the axle \[m\].
         radius: f64,
     },
+    /// Two probes of sound intensity at the edges of the patch, moving along (AASHTO T 360, SAE J2706).
+    Obsi,
 }
 
 impl StandardReceiver {
@@ -218,6 +222,7 @@ pub enum Standard {
     Cpx,
     Circle,
     Hemisphere,
+    Obsi,
 }
 
 keys! {
@@ -229,8 +234,8 @@ keys! {
         /// A point that moves along with the tyre, from the road under the axle's centre x forward, y to the left, z up
         /// \[m\].
         position: Option<[f64; 3]> = None => Optional(Exactly(COORDINATE)),
-        /// Places beside the passing tyre (UN R117, ISO 362), close to it (ISO 11819-2), or round it for its
-        /// directivity or its sound power (ISO 3744).
+        /// Places beside the passing tyre (UN R117, ISO 362), close to it (ISO 11819-2), round it for its directivity
+        /// or its sound power (ISO 3744), or at the edges of its patch for the intensity (AASHTO T 360).
         standard: Option<Standard> = None => Optional(OneOf::new()),
         /// Distance for `coast-by`: from the tyre's path, or the middle of the vehicle's, to its left \[m\].
         distance: f64 = StandardReceiver::DISTANCE => FROM_TYRE,
@@ -253,6 +258,7 @@ fn receiver(table: &mut Table<'_>) -> Option<Receiver> {
         _ if table.has("position") => ("position", &["distance", "height", "radius", "vehicle", "passage"]),
         Some(Some(Standard::CoastBy)) => ("standard = \"coast-by\"", &["radius"]),
         Some(Some(Standard::Cpx)) => ("standard = \"cpx\"", &["distance", "height", "radius", "vehicle", "passage"]),
+        Some(Some(Standard::Obsi)) => ("standard = \"obsi\"", &["distance", "height", "radius", "vehicle", "passage"]),
         Some(Some(Standard::Circle)) => ("standard = \"circle\"", &["distance", "vehicle", "passage"]),
         Some(Some(Standard::Hemisphere)) => {
             ("standard = \"hemisphere\"", &["distance", "height", "vehicle", "passage"])
@@ -274,8 +280,8 @@ fn receiver(table: &mut Table<'_>) -> Option<Receiver> {
         // A slip in the key's name is told by itself, with the name that was meant.
         (None, None) if table.has_unknown() => return None,
         (None, None) => {
-            let right = "position = [x, y, z] in metres, or standard = \"coast-by\", \"cpx\", \"circle\" or \
-                         \"hemisphere\"";
+            let right = "position = [x, y, z] in metres, or standard = \"coast-by\", \"cpx\", \"circle\", \
+                         \"hemisphere\" or \"obsi\"";
             return table.complain_here(Problem::new("it says nowhere where the receiver is", right));
         }
         (None, Some(standard)) => ReceiverPlace::Standard(match standard {
@@ -284,6 +290,7 @@ fn receiver(table: &mut Table<'_>) -> Option<Receiver> {
                 StandardReceiver::CoastBy { distance, height, vehicle, passage }
             }
             Standard::Cpx => StandardReceiver::Cpx,
+            Standard::Obsi => StandardReceiver::Obsi,
             Standard::Circle => {
                 let (radius, height) = (required("radius", radius), required("height", height));
                 StandardReceiver::Circle { radius: radius?, height: height? }

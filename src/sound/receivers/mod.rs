@@ -14,6 +14,7 @@ mod circle;
 mod coast_by;
 mod cpx;
 mod hemisphere;
+mod obsi;
 
 mod standard;
 
@@ -35,6 +36,7 @@ pub fn standard(place: &ReceiverPlace) -> Box<dyn Standard> {
             StandardReceiver::Cpx => Box::new(cpx::Cpx),
             StandardReceiver::Circle { radius, height } => Box::new(circle::Circle { radius, height }),
             StandardReceiver::Hemisphere { radius } => Box::new(hemisphere::Hemisphere { radius }),
+            StandardReceiver::Obsi => Box::new(obsi::Obsi),
         },
     }
 }

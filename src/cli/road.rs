@@ -8,7 +8,7 @@ use tyrewave::counters::Stage;
 use tyrewave::plan::Plan;
 use tyrewave::report::road::{description, map, texture_spectrum};
 use tyrewave::road::{RoadError, describe};
-use tyrewave::run::prepare::{in_scene, road_limits};
+use tyrewave::run::road::{in_scene, road_limits};
 use tyrewave::scene::{DEFAULT, LoadedScene, Scene, Setting};
 use tyrewave::study::sweep::{Axes, variants};
 

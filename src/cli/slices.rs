@@ -11,7 +11,7 @@ use tyrewave::report::slices::pictures;
 use tyrewave::results::table::{Report, aligned, numbers, row};
 use tyrewave::road::RoadSurface;
 use tyrewave::road::slices::StiffnessCurve;
-use tyrewave::run::prepare::{in_scene, road_limits};
+use tyrewave::run::road::{in_scene, road_limits};
 use tyrewave::scene::LoadedScene;
 use tyrewave::study::slices::{LAWS, Sample, Spread, spread};
 

@@ -9,7 +9,7 @@ use super::scene::Scene;
 use super::work::{carried_out, shaped};
 use crate::plan::Plan;
 use crate::road::describe;
-use crate::run::prepare::{in_scene, road_limits};
+use crate::run::road::{in_scene, road_limits};
 use crate::scene::LoadedScene;
 use crate::study::slices::{LAWS, Sample};
 

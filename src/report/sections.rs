@@ -15,7 +15,7 @@ use crate::results::profile_table::cost_table;
 use crate::results::sound::SOUND_LEVEL;
 use crate::results::table::{Table, aligned, row, words};
 use crate::road::describe;
-use crate::run::prepare::road_limits;
+use crate::run::road::road_limits;
 use crate::scene::{Axle, Road, Scene, Zone};
 use crate::sound::wav::rescaled;
 

@@ -8,20 +8,24 @@ use crate::contact::cells::past::{RingParts, WavePast};
 use crate::contact::cells::resting::RestingCells;
 use crate::contact::cells::wave_transform::WaveTransform;
 use crate::contact::cells::{CellPast, CellZone};
+use crate::contact::march::March;
 use crate::contact::static_contact::StaticContact;
 use crate::counters::{Counter, Meter, Stage};
+use crate::effects::TyreModels;
 use crate::plan::Plan;
 use crate::plan::models::{count_evaluations, refused};
 use crate::response::vibration::CarriedWaves;
+use crate::road::maker::SliceForm;
 use crate::run::error::RunError;
-use crate::scene::{History, LoadedScene, Tyre};
+use crate::run::zone_maker::{Made, Window, ZoneMaker};
+use crate::scene::{Axle, History, LoadedScene, SceneError, Tyre};
 use crate::storage::Cache;
 use crate::storage::cache::key;
 use crate::tyre::influence::{CellGrid, CellInfluence, CellRow, CellSums, WaveBand};
 use crate::tyre::poles::cells::{CellModel, fit_cells};
 
 /// Ingredients of contact over cells.
-pub struct CellContact<'a> {
+pub(super) struct CellContact<'a> {
     loaded: &'a LoadedScene,
     plan: &'a Plan,
     sums: CellSums,
@@ -30,9 +34,45 @@ pub struct CellContact<'a> {
     stop: &'a AtomicBool,
 }
 
+impl ZoneMaker for CellContact<'_> {
+    fn at_rest(&mut self) -> Result<(StaticContact, f64), RunError> {
+        Ok((self.resting.under(&self.plan.scene.rolling.axle)?, 1.0))
+    }
+
+    fn make(&self, window: Window<'_>, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Made, RunError> {
+        let plan = self.plan;
+        let Window { told, margin, columns, .. } = window;
+        if matches!(plan.scene.rolling.axle, Axle::Mass { .. }) {
+            let right = "an axle without a mass";
+            let problem = self.loaded.complain("rolling.axle.mass", "no mass moves on cells yet", right);
+            return Err(SceneError::from(problem).into());
+        }
+        let numerics = &plan.scene.numerics;
+        let instant = self.instant(columns, meter)?;
+        let followed = plan.decisions.vibration.is_some();
+        let waves = match numerics.history {
+            History::Direct if !followed => Vec::new(),
+            _ => self.carried(columns, meter, warnings)?,
+        };
+        let zone = self.zone(instant.clone(), &waves, margin, meter);
+        let mut models = TyreModels::default();
+        if followed {
+            let beyond = meter.time(Stage::Influence, || self.beyond(instant, &waves))?;
+            models.waves = Some((waves, beyond));
+        }
+        Ok(Made {
+            march: March::with_cells(told, zone, numerics.time_rule, plan.time_step),
+            form: SliceForm::Cells,
+            moving: None,
+            local_compliance: None,
+            models,
+        })
+    }
+}
+
 impl<'a> CellContact<'a> {
     /// Makes the contact of a planned scene; `stop` ends the work on the influence functions once it is set.
-    pub fn new(loaded: &'a LoadedScene, plan: &'a Plan, stop: &'a AtomicBool) -> Self {
+    pub(super) fn new(loaded: &'a LoadedScene, plan: &'a Plan, stop: &'a AtomicBool) -> Self {
         let grid = plan.cell_grid();
         let crown: Vec<f64> = (0..grid.across).map(|j| plan.crown(grid.from_middle(j))).collect();
         let sums = Self::sums_of(plan, &plan.decisions.tyre);
@@ -40,19 +80,11 @@ impl<'a> CellContact<'a> {
         Self { loaded, plan, sums, crown, resting, stop }
     }
 
-    /// Contact at rest on a smooth road under the scene's axle.
-    ///
-    /// # Errors
-    /// [`ContactError::LoadNotReached`].
-    pub fn at_rest(&mut self) -> Result<StaticContact, ContactError> {
-        self.resting.under(&self.plan.scene.rolling.axle)
-    }
-
     /// Sums the influence between the cells of a window of so many columns within an instant.
     ///
     /// # Errors
     /// A rule without a first rate.
-    pub fn instant(&self, columns: usize, meter: &mut Meter) -> Result<CellInfluence, ContactError> {
+    fn instant(&self, columns: usize, meter: &mut Meter) -> Result<CellInfluence, ContactError> {
         let Plan { scene, time_step, .. } = self.plan;
         let rate = scene.numerics.time_rule.first_rate(*time_step).ok_or(ContactError::NoSuchField)?;
         Ok(meter.time(Stage::Influence, || self.sums.instant(rate, columns)))
@@ -60,7 +92,7 @@ impl<'a> CellContact<'a> {
 
     /// The cells of a window, at rest, longer by `margin` columns at either end than what is told; the past is that of
     /// the waves that carry it, or of direct sums.
-    pub fn zone(&self, instant: CellInfluence, carried: &[CarriedWaves], margin: usize, meter: &mut Meter) -> CellZone {
+    fn zone(&self, instant: CellInfluence, carried: &[CarriedWaves], margin: usize, meter: &mut Meter) -> CellZone {
         let numerics = &self.plan.scene.numerics;
         let past = match numerics.history {
             History::Direct => CellPast::Direct(Box::new(self.direct(instant.columns, meter))),
@@ -89,7 +121,7 @@ impl<'a> CellContact<'a> {
     ///
     /// # Errors
     /// A fit that is refused, or stopped.
-    pub fn carried(
+    fn carried(
         &self,
         columns: usize,
         meter: &mut Meter,
@@ -110,7 +142,7 @@ impl<'a> CellContact<'a> {
     ///
     /// # Errors
     /// A rule without a first rate.
-    pub fn beyond(&self, mut all: CellInfluence, carried: &[CarriedWaves]) -> Result<CellInfluence, ContactError> {
+    fn beyond(&self, mut all: CellInfluence, carried: &[CarriedWaves]) -> Result<CellInfluence, ContactError> {
         let Plan { scene, time_step, .. } = self.plan;
         let rate = scene.numerics.time_rule.first_rate(*time_step).ok_or(ContactError::NoSuchField)?;
         let values: Vec<Vec<f64>> = carried.iter().map(|waves| waves.values(rate.into())).collect();

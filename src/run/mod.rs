@@ -1,7 +1,7 @@
 //! From a plan to results: the only place that knows the whole order.
 //!
-//! 1. [`prepare`]: tyre -> road -> contact, ready to take the first step; [`past`] makes what carries the past along,
-//!    `cells` the whole contact where it is one of cells;
+//! 1. [`prepare`]: tyre -> road -> contact, ready to take the first step; `cells` or
+//!    [`slices`] make the contact, [`past`] what carries the past of slices along, [`road`] opens the road;
 //! 2. [`simulation`]: step by step, over a road that is made in time; effects observe each step;
 //! 3. [`to_folder`] and [`in_memory`]: the same with arrays, tables, pictures and summary, `look_back` at the end;
 //!    [`checkpoint`] lets a folder's run go on where it was stopped.
@@ -13,8 +13,11 @@ pub mod in_memory;
 mod look_back;
 pub mod past;
 pub mod prepare;
+pub mod road;
 pub mod simulation;
+pub mod slices;
 pub mod to_folder;
+mod zone_maker;
 
 #[cfg(test)]
 mod tests;

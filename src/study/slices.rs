@@ -7,7 +7,8 @@ use crate::road::slices::statistics::{LevelStatistics, statistics};
 use crate::road::slices::{CELL_LENGTH, SliceError, SliceScratch, StiffnessCurve};
 use crate::road::{Lattice, RoadSurface};
 use crate::run::error::RunError;
-use crate::run::prepare::{in_scene, road_limits, slice_builder};
+use crate::run::road::{in_scene, road_limits};
+use crate::run::slices::slice_builder;
 use crate::scene::{LoadedScene, Slices};
 
 /// Indentation levels that are looked at, as shares of the slice's depth.

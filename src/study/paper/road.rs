@@ -7,7 +7,7 @@ use crate::plan::Plan;
 use crate::road::texture::TextureLevel;
 use crate::road::{RoadDescription, describe};
 use crate::run::error::RunError;
-use crate::run::prepare::{in_scene, road_limits};
+use crate::run::road::{in_scene, road_limits};
 use crate::scene::LoadedScene;
 
 /// A piece of the road and its measures.

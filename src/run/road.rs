@@ -1,0 +1,61 @@
+//! Road of a planned run: opened, long enough, and its complaints placed in the scene.
+
+use crate::plan::Plan;
+use crate::road::{Limits, RoadError, RoadSurface};
+use crate::run::error::RunError;
+use crate::scene::{LoadedScene, Scene, SceneError};
+
+/// Opens the road of a planned run, and makes sure that it reaches `chord` \[m\] beyond where the axle goes; with it
+/// where the axle starts.
+///
+/// # Errors
+/// [`RunError`] with the key that is to blame.
+pub fn open_road(loaded: &LoadedScene, plan: &Plan, chord: f64) -> Result<(RoadSurface, f64), RunError> {
+    let scene = &plan.scene;
+    let open = || -> Result<_, RoadError> {
+        let surface = RoadSurface::open(&scene.road, plan.lattice()?, road_limits(scene))?;
+        let start = match (scene.rolling.start, surface.extent()) {
+            (Some(start), _) => start,
+            (None, None) => 0.0,
+            (None, Some((from, _))) => from + (chord / plan.element).ceil() * plan.element,
+        };
+        let travel = plan.speed * plan.time_step * plan.steps as f64;
+        surface.check_covers(start - chord, start + travel + chord)?;
+        Ok((surface, start))
+    };
+    open().map_err(|error| in_scene(loaded, error))
+}
+
+/// Returns the limits of opening a scene's road.
+pub fn road_limits(scene: &Scene) -> Limits {
+    Limits { bytes: scene.numerics.memory_bytes() }
+}
+
+/// A road's complaint, placed in the scene at the key that it is about.
+pub fn in_scene(loaded: &LoadedScene, error: RoadError) -> RunError {
+    let (key, right) = match &error {
+        error if error.is_of_another_kind() => {
+            ("road.kind", "the kind that the file is of, with its keys; or another file")
+        }
+        RoadError::Short { .. } => ("rolling.duration", "a road that is long enough, a shorter run, or another at_end"),
+        RoadError::NotPositive { key, .. } => (*key, "a positive number"),
+        RoadError::Range { .. } => ("road.range", "a part of what the file covers"),
+        RoadError::LateralPosition { .. } => ("road.lateral_position", "a strip inside the measured columns"),
+        RoadError::NotThirdOctave { .. } | RoadError::BandTwice { .. } | RoadError::LevelCount { .. } => {
+            ("road.wavelengths", "each third-octave mid-wavelength once, with its level")
+        }
+        RoadError::Level { .. } => ("road.levels", "a level in dB re 1e-6 m"),
+        RoadError::Spacing { .. } | RoadError::TextureTooLarge { .. } => {
+            ("road.spacing", "a spacing that suits the wavelengths")
+        }
+        RoadError::Trend { .. } => ("road.longest_wavelength", "a shorter wavelength, or none"),
+        RoadError::TooManyHeights { .. } => ("road", "a coarser spacing, fewer cells, or a larger memory_limit"),
+        RoadError::Moments { .. } => ("road.kurtosis", "a kurtosis in that range, or less skewness"),
+        RoadError::PowerLaw { .. } | RoadError::TwoSpectra => ("road.power_law", "one valid spectrum"),
+        RoadError::MissingUnit { key, .. } => (*key, "\"m\", \"mm\" or \"um\""),
+        RoadError::Narrow { .. } => ("road.file", "a road at least as wide as tyre.contact_width"),
+        _ => ("road.file", "a complete file of the kind that road.kind names"),
+    };
+    let key = if key.contains('.') { key.to_owned() } else { format!("road.{key}") };
+    SceneError::from(loaded.complain(&key, error.to_string(), right)).into()
+}

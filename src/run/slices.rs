@@ -1,0 +1,170 @@
+//! Contact over slices, made for a planned scene.
+
+use std::sync::atomic::AtomicBool;
+
+use crate::contact::axle::{LARGEST_RATE, LoadControl, MovingAxle, SprungMass};
+use crate::contact::complementarity::SliceLaw;
+use crate::contact::kernel::{ContactKernel, EqualBedding, equal_bedding};
+use crate::contact::local_compliance::local_compliance;
+use crate::contact::march::March;
+use crate::contact::static_contact::{StaticContact, StaticTyre};
+use crate::counters::{Meter, Stage};
+use crate::effects::TyreModels;
+use crate::plan::Plan;
+use crate::road::maker::SliceForm;
+use crate::road::slices::{CELL_LENGTH, SliceBuilder, SliceError};
+use crate::road::{Lattice, RoadSurface};
+use crate::run::error::RunError;
+use crate::run::past::Past;
+use crate::run::zone_maker::{Made, Window, ZoneMaker};
+use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, SliceCoupling, Slices};
+use crate::tyre::influence::{Field, InfluenceSum};
+
+/// Ingredients of contact over slices.
+pub(super) struct SliceContact<'a> {
+    loaded: &'a LoadedScene,
+    plan: &'a Plan,
+    sum: InfluenceSum,
+    bedding: EqualBedding,
+    stop: &'a AtomicBool,
+}
+
+impl<'a> SliceContact<'a> {
+    /// Makes the contact of a planned scene; `stop` ends the work on the influence functions once it is set.
+    pub(super) fn new(loaded: &'a LoadedScene, plan: &'a Plan, stop: &'a AtomicBool) -> Self {
+        let numerics = &plan.scene.numerics;
+        let largest = numerics.time_rule.resolved_symbol() / plan.time_step;
+        let sum = InfluenceSum::new(&plan.decisions.tyre, numerics, largest);
+        Self { loaded, plan, sum, bedding: EqualBedding::NONE, stop }
+    }
+}
+
+impl ZoneMaker for SliceContact<'_> {
+    fn at_rest(&mut self) -> Result<(StaticContact, f64), RunError> {
+        let (at_rest, bedding) = static_contact(&self.plan.scene, &self.sum, self.plan.field)?;
+        self.bedding = bedding;
+        Ok((at_rest, bedding.scale))
+    }
+
+    fn doubt(&self, surface: &RoadSurface) -> Option<String> {
+        let asked = self.plan.decisions.slices != Slices::None;
+        // A smooth road has no texture to be resolved, and without a slice law nothing of it was asked for.
+        let single = surface.lattice().cells() == 1 && !surface.is_smooth() && asked;
+        single.then(|| "an element is a single cell of the road: the slice law makes no difference".into())
+    }
+
+    fn make(&self, window: Window<'_>, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Made, RunError> {
+        let Self { loaded, plan, sum, bedding, stop } = self;
+        let Plan { scene, field, .. } = plan;
+        let Window { told, columns, surface, at_rest, .. } = window;
+        let (numerics, tyre) = (&scene.numerics, &plan.decisions.tyre);
+        let builder = slice_builder(plan.decisions.slices, surface.lattice())?;
+        let builder = builder.with_tolerance(scene.contact.slice_tolerance)?;
+        let local_compliance = match plan.decisions.slice_coupling {
+            SliceCoupling::Local => scene.contact.local_compliance.or_else(|| local_compliance(tyre, surface)),
+            SliceCoupling::Explicit | SliceCoupling::Implicit => None,
+        };
+        let past = Past { loaded, plan, sum, columns, bedding: *bedding, stop };
+        let (mut kernel, history, model) = match numerics.history {
+            History::Direct => past.direct(meter, warnings)?,
+            History::Modal => past.modal(meter, warnings)?,
+        };
+        if scene.contact.equal_stiffness {
+            kernel.spring = meter
+                .time(Stage::Axle, || kernel.uncoupled_spring(&sum.static_row(*field), tyre.circumference, at_rest))?;
+        }
+        let moving = match scene.rolling.axle {
+            Axle::Mass { load, mass, stiffness, damping, .. } => {
+                let sprung = SprungMass { load, mass, stiffness, damping };
+                Some(moving_axle(loaded, plan, sprung, &kernel, at_rest)?)
+            }
+            _ => None,
+        };
+        let law = slice_law(plan, local_compliance);
+        Ok(Made {
+            march: March::new(told, kernel, law, history, numerics, plan.time_step),
+            form: SliceForm::Curves(builder),
+            moving,
+            local_compliance,
+            models: TyreModels { poles: model.filter(|_| plan.decisions.vibration.is_some()), waves: None },
+        })
+    }
+}
+
+/// By how much slices yield, given the compliance of the local law \[m/Pa\].
+fn slice_law(plan: &Plan, kappa: Option<f64>) -> SliceLaw {
+    match (plan.decisions.slice_coupling, kappa) {
+        (SliceCoupling::Local, Some(kappa)) => SliceLaw::Local(kappa / (plan.element * plan.scene.tyre.contact_width)),
+        // Without texture every slice is level, the same by every law, and the factors of the explicit form can be
+        // kept.
+        (SliceCoupling::Local, None) | (SliceCoupling::Explicit, _) => SliceLaw::Explicit,
+        (SliceCoupling::Implicit, _) => SliceLaw::Implicit,
+    }
+}
+
+/// The maker of a law's stiffness curves on a lattice.
+///
+/// # Errors
+/// As [`SliceBuilder`]'s constructors.
+pub fn slice_builder(law: Slices, lattice: Lattice) -> Result<SliceBuilder, SliceError> {
+    match law {
+        // A single cell presses flat, by every law.
+        _ if lattice.cells() == 1 => SliceBuilder::flat(1),
+        Slices::None => SliceBuilder::flat(lattice.columns),
+        Slices::Winkler => SliceBuilder::winkler(lattice.columns),
+        Slices::HalfSpace => SliceBuilder::half_space(lattice.columns, CELL_LENGTH, lattice.dy),
+    }?
+    .with_lines(lattice.along)
+}
+
+/// Static contact under the scene's axle, and what a bedding makes of the influence functions: nothing for the other
+/// laws.
+fn static_contact(scene: &Scene, sum: &InfluenceSum, field: Field) -> Result<(StaticContact, EqualBedding), RunError> {
+    let circumference = scene.tyre.circumference;
+    let row = sum.static_row(Field::Surface);
+    let elastic = StaticTyre { influence: &row, circumference };
+    let on = |tyre: &StaticTyre<'_>| tyre.under(&scene.rolling.axle);
+    if field != Field::UnderTread {
+        return Ok((on(&elastic)?, EqualBedding::NONE));
+    }
+    let mut carcass = sum.static_row(field);
+    let bedding = match scene.contact.bedding_stiffness {
+        Some(stiffness) => {
+            let spring = 1.0 / (stiffness * sum.projection().element * scene.tyre.contact_width);
+            EqualBedding { scale: 1.0, spring }
+        }
+        None => equal_bedding(&carcass, &row, circumference, on(&elastic)?)?,
+    };
+    carcass.iter_mut().for_each(|influence| *influence *= bedding.scale);
+    carcass[0] += bedding.spring;
+    Ok((on(&StaticTyre { influence: &carcass, circumference })?, bedding))
+}
+
+/// A mass on the axle, refused where the time step is too long for it.
+fn moving_axle(
+    loaded: &LoadedScene,
+    plan: &Plan,
+    sprung: SprungMass,
+    kernel: &ContactKernel,
+    at_rest: StaticContact,
+) -> Result<MovingAxle, RunError> {
+    let (tyre, rule) = (&plan.scene.tyre, plan.scene.numerics.time_rule);
+    // What the contact is within a step: the points at rest by the first weights.
+    let influence = kernel.within_a_step();
+    let within_a_step = StaticTyre { influence: &influence, circumference: tyre.circumference };
+    let stiffness = within_a_step.at(at_rest.indentation)?.stiffness;
+    let rate = sprung.rate(stiffness, plan.time_step);
+    if rate > LARGEST_RATE {
+        let wrong = format!(
+            "{} kg follow the force too fast for a step of {:.2e} s: w dt = {rate:.2} with the {stiffness:.2e} N/m \
+             of the contact within a step, {LARGEST_RATE} can be stepped",
+            sprung.mass, plan.time_step
+        );
+        let least = sprung.least_mass(stiffness, plan.time_step);
+        let right = format!("at least {least:.3} kg, more substeps, or an axle without a mass");
+        return Err(SceneError::from(loaded.complain("rolling.axle.mass", wrong, right)).into());
+    }
+    let rest = StaticContact { stiffness: sprung.rest_stiffness(at_rest.stiffness), ..at_rest };
+    let control = LoadControl::new(sprung.load, rest, plan.warm_up_steps);
+    Ok(MovingAxle::new(sprung, control, plan.time_step, rule.force_lead()))
+}

@@ -128,13 +128,13 @@ fn report(comparison: &Comparison) -> Report {
     report.text("rolling resistance: none without tread coupling, where the displacements are not the tyre's own\n");
     for worth in &comparison.effects {
         if let Err(reason) = &worth.found {
-            report.text(format!("{}: not in this scene: {reason}\n", worth.effect.title()));
+            report.text(format!("{}: not in this scene: {reason}\n", worth.effect.title));
         }
     }
     for (way, name, base) in [(Way::Added, "none", &comparison.base), (Way::TakenAway, "all", &comparison.all)] {
         let runs = changing(comparison, way);
         let mut header = vec!["band [Hz]".to_owned(), format!("{name} [dB re 1 N]")];
-        header.extend(runs.iter().map(|(effect, ..)| format!("{} {}", way.sign(), effect.short())));
+        header.extend(runs.iter().map(|(effect, ..)| format!("{} {}", way.sign(), effect.short)));
         let row = |(index, band): (usize, &BandLevel)| -> Vec<String> {
             let marked = |valid: bool, number: String| if valid { number } else { format!("({number})") };
             let change = |(_, found, reference): &(Effect, &Trial, &Trial)| {
@@ -182,7 +182,7 @@ fn heard(comparison: &Comparison) -> Option<Table> {
     };
     let mut rows = vec![row("all".to_owned(), all, false)];
     for (effect, found, _) in comparison.runs(Way::TakenAway) {
-        rows.push(row(format!("- {}", effect.title()), found, true));
+        rows.push(row(format!("- {}", effect.title), found, true));
     }
     rows.extend(doubts.iter().map(|(name, found)| row(name.clone(), found, true)));
     let mut header = vec!["effects".to_owned()];
@@ -209,7 +209,7 @@ fn plot<'a>(comparison: &Comparison, way: Way, title: &'a str) -> Option<LinePlo
     };
     let runs = changing(comparison, way).into_iter();
     let series: Vec<Series<'_>> = runs
-        .map(|(effect, found, reference)| Series { name: effect.title(), points: points(found, reference) })
+        .map(|(effect, found, reference)| Series { name: effect.title, points: points(found, reference) })
         .collect();
     let drawn = || series.iter().flat_map(|series| &series.points).filter(|(_, change)| change.is_finite());
     drawn().next()?;

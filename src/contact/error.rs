@@ -16,7 +16,7 @@ pub enum ContactError {
     /// Newton's method and its fallback have ended without the forces.
     #[error(
         "the search for the forces of {points} points in contact did not settle at step {step}: \
-         numerics.contact_tolerance is below what rounding allows here"
+         the contact's tolerance is below what rounding allows here"
     )]
     Unsettled {
         /// Points in contact.

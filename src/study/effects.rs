@@ -11,19 +11,16 @@ use std::sync::atomic::AtomicBool;
 
 use crate::contact::local_compliance::{DOUBTS, formula_for};
 use crate::counters::Progress;
+use crate::plan::decisions::{ROWS, Row};
 use crate::response::BandLevel;
 use crate::results::summary::RollingResistance;
 use crate::results::table::{csv, optional, row};
 use crate::run::error::RunError;
-use crate::scene::{AirMotion, Axle, LoadedScene, Radiation, Scene, SliceCoupling, Switch, Tread, Vibration, Zone};
+use crate::scene::{AirMotion, LoadedScene, Scene, SliceCoupling, Zone};
 use crate::study::trial::{Trial, Trials};
 
 /// Longest time rolled for each variant unless asked for \[s\].
 pub const LONGEST: f64 = 3.0;
-/// Unsprung mass \[kg\], spring \[N/m\] and damper \[N s/m\] of a passenger car's wheel: what a scene without them is
-/// given.
-pub const TYPICAL_AXLE: (f64, f64, f64) = (40.0, 2e4, 1.5e3);
-
 /// Motions of the air at the tread, and their names as doubts.
 const AIRS: [(AirMotion, &str); 3] = [
     (AirMotion::Road, "air over the road"),
@@ -31,166 +28,43 @@ const AIRS: [(AirMotion, &str); 3] = [
     (AirMotion::WithTread, "air with the tread"),
 ];
 
-/// An effect that can be taken away.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Effect {
-    /// Texture across the width.
-    Texture,
-    /// Slices' springs in series with the coupled tread.
-    SliceCoupling,
-    /// A mass on the axle; its values are the scene's, or [`TYPICAL_AXLE`].
-    AxleMotion,
-    /// Velocity of the tread surface.
-    TreadVibration,
-    /// Velocity of the belt.
-    BeltVibration,
-    /// Tangential velocity of the tread surface.
-    TangentialMotion,
-    /// Coupling of the points in contact within a step.
-    TreadCoupling,
-    /// Belt tension raised by m'' V^2.
-    CentrifugalTension,
-    /// Sound at the receivers: changes nothing of the contact.
-    Radiation,
-    /// Contact over cells instead of slices.
-    Cells,
+/// Effect that can be taken away: a row of the plan's table.
+pub type Effect = &'static Row;
+
+/// All of them; contact over cells, which is compared with slices as a whole, is the last.
+pub fn effects() -> Vec<Effect> {
+    let (cells, others): (Vec<_>, Vec<_>) =
+        ROWS.iter().filter(|row| row.switch.is_some()).partition(|row| is_cells(row));
+    others.into_iter().chain(cells).collect()
 }
 
-impl Effect {
-    /// All of them, in the order of the data's way.
-    pub const ALL: [Self; 10] = [
-        Self::CentrifugalTension,
-        Self::Texture,
-        Self::SliceCoupling,
-        Self::TreadCoupling,
-        Self::AxleMotion,
-        Self::TreadVibration,
-        Self::BeltVibration,
-        Self::TangentialMotion,
-        Self::Radiation,
-        Self::Cells,
-    ];
+fn same(one: Effect, other: Effect) -> bool {
+    one.title == other.title
+}
 
-    /// The effect in words, and in one.
-    const fn words(self) -> [&'static str; 2] {
-        match self {
-            Self::Texture => ["texture across the width", "texture"],
-            Self::SliceCoupling => ["slice coupling", "slices"],
-            Self::TreadCoupling => ["tread coupling", "tread"],
-            Self::AxleMotion => ["axle motion", "axle"],
-            Self::TreadVibration => ["tread vibration", "vibration"],
-            Self::BeltVibration => ["belt vibration", "belt"],
-            Self::TangentialMotion => ["tangential motion", "tangential"],
-            Self::CentrifugalTension => ["centrifugal tension", "tension"],
-            Self::Radiation => ["radiation", "radiation"],
-            Self::Cells => ["contact in three dimensions", "cells"],
-        }
-    }
+fn is_cells(effect: Effect) -> bool {
+    effect.short == "cells"
+}
 
-    /// The effect in words.
-    pub const fn title(self) -> &'static str {
-        self.words()[0]
-    }
-
-    /// The effect in a word.
-    pub const fn short(self) -> &'static str {
-        self.words()[1]
-    }
-
-    /// Switches it in a scene.
-    pub fn set(self, scene: &mut Scene, on: bool) {
-        let switch = if on { Switch::On } else { Switch::Off };
-        match self {
-            Self::Texture => {
-                scene.effects.texture = switch;
-                if !on {
-                    scene.contact.cells_across = None;
-                }
-            }
-            Self::SliceCoupling => {
-                scene.contact.slice_coupling = if on { SliceCoupling::Local } else { SliceCoupling::Explicit };
-                if !on {
-                    scene.contact.local_compliance = None;
-                }
-            }
-            Self::TreadCoupling => {
-                let without = if scene.contact.tread == Tread::Bedding { Tread::Bedding } else { Tread::Uncoupled };
-                scene.contact.tread = if on { Tread::Elastic } else { without };
-                if on {
-                    (scene.contact.bedding_stiffness, scene.contact.equal_stiffness) = (None, false);
-                } else if without == Tread::Uncoupled && scene.contact.slice_coupling == SliceCoupling::Implicit {
-                    // For points that have no neighbours within a step the paper's two couplings are one.
-                    scene.contact.slice_coupling = SliceCoupling::Explicit;
-                }
-            }
-            Self::AxleMotion => {
-                let axle = &mut scene.rolling.axle;
-                *axle = match (&*axle, on) {
-                    (&Axle::Load { load, tolerance }, true) => {
-                        let (mass, stiffness, damping) = TYPICAL_AXLE;
-                        Axle::Mass { load, mass, stiffness, damping, tolerance }
-                    }
-                    (&Axle::Mass { load, tolerance, .. }, false) => Axle::Load { load, tolerance },
-                    (other, _) => other.clone(),
-                };
-            }
-            Self::TreadVibration => {
-                scene.effects.tread_vibration = switch;
-                want(scene, on, |vibration| &mut vibration.tread);
-            }
-            Self::BeltVibration => {
-                scene.effects.belt_vibration = switch;
-                want(scene, on, |vibration| &mut vibration.belt);
-            }
-            Self::TangentialMotion => {
-                scene.effects.tangential_motion = switch;
-                want(scene, on, |vibration| &mut vibration.tangential);
-            }
-            Self::CentrifugalTension => scene.effects.centrifugal_tension = switch,
-            Self::Radiation => {
-                scene.effects.radiation = switch;
-                if !on {
-                    (scene.receivers, scene.radiation) = (Vec::new(), Radiation::default());
-                }
-            }
-            Self::Cells => {
-                scene.contact.zone = if on { Zone::Cells } else { Zone::Slices };
-                if !on {
-                    // Cells are no resolution of the texture in slices.
-                    (scene.contact.cell, scene.contact.cells_across) = (None, None);
-                    scene.outputs.cells_every = None;
-                    if let Some(vibration) = &mut scene.outputs.vibration {
-                        vibration.lateral_tolerance = None;
-                    }
-                }
-            }
-        }
+/// Switches an effect in a scene.
+fn set(effect: Effect, scene: &mut Scene, on: bool) {
+    if let Some(switch) = effect.switch {
+        switch(scene, on);
     }
 }
 
-/// Asks for a velocity, or no more; settings that are then unused go.
-fn want(scene: &mut Scene, on: bool, field: fn(&mut Vibration) -> &mut bool) {
-    let none = Vibration { tread: false, belt: false, tangential: false, ..Vibration::default() };
-    let vibration = scene.outputs.vibration.get_or_insert(none);
-    *field(vibration) = on;
-    if !(vibration.tread || vibration.belt || vibration.tangential) {
-        scene.outputs.vibration = None;
-    }
-}
-
-/// Why an effect is not looked at in a scene of slices, or of cells.
+/// Reason why an effect is not looked at in a scene of slices, or of cells.
 fn beside_cells(scene: &Scene, effect: Effect) -> Option<String> {
-    let reason = match (scene.contact.zone, effect) {
-        (Zone::Cells, Effect::Cells | Effect::CentrifugalTension) => return None,
-        (Zone::Cells, _) => "cells are compared with slices alone",
-        (Zone::Slices, Effect::Cells) => "contact.zone = \"slices\"",
-        (Zone::Slices, _) => return None,
+    let reason = match scene.contact.zone {
+        Zone::Cells if !effect.of_cells => "cells are compared with slices alone",
+        Zone::Slices if is_cells(effect) => "contact.zone = \"slices\"",
+        Zone::Cells | Zone::Slices => return None,
     };
     Some(reason.to_owned())
 }
 
 /// One effect.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Worth {
     /// The effect.
     pub effect: Effect,
@@ -199,7 +73,7 @@ pub struct Worth {
 }
 
 /// All effects of a scene.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Comparison {
     /// Without any effect that can be taken away.
     pub base: Trial,
@@ -224,22 +98,23 @@ pub fn compare(
 ) -> Result<Comparison, RunError> {
     let mut scene = loaded.scene.clone();
     scene.rolling.duration = duration;
-    let possible: Vec<(Effect, Option<String>)> = Effect::ALL
+    let possible: Vec<(Effect, Option<String>)> = effects()
+        .into_iter()
         .map(|effect| {
             let refusal = beside_cells(&scene, effect).or_else(|| {
                 let mut with = scene.clone();
-                effect.set(&mut with, true);
+                set(effect, &mut with, true);
                 LoadedScene::from_scene(&with, "effects").err().map(|error| error.problem())
             });
             (effect, refusal)
         })
-        .into();
+        .collect();
     let with = |chosen: &dyn Fn(Effect) -> bool| {
         let mut scene = scene.clone();
         for (effect, refusal) in &possible {
             // An effect that is refused stays as the scene has it.
             if refusal.is_none() {
-                effect.set(&mut scene, chosen(*effect));
+                set(effect, &mut scene, chosen(effect));
             }
         }
         scene
@@ -261,9 +136,10 @@ pub fn compare(
     for (effect, refusal) in &possible {
         let both = match refusal {
             Some(refusal) => Err(refusal.clone()),
-            None => {
-                Ok([trials.roll(&with(&|other| other == *effect))?, trials.roll(&with(&|other| other != *effect))?])
-            }
+            None => Ok([
+                trials.roll(&with(&|other| same(other, effect)))?,
+                trials.roll(&with(&|other| !same(other, effect)))?,
+            ]),
         };
         effects.push(Worth { effect: *effect, found: both });
     }
@@ -332,7 +208,7 @@ impl Comparison {
         let Self { base, all, doubts, .. } = self;
         let mut rolled = vec![("none".to_owned(), base, None), ("all".to_owned(), all, Some(base))];
         for way in Way::ALL {
-            let name = |effect: Effect| format!("{} {}", way.sign(), effect.title());
+            let name = |effect: Effect| format!("{} {}", way.sign(), effect.title);
             let runs = self.runs(way).into_iter();
             rolled.extend(runs.map(|(effect, found, reference)| (name(effect), found, Some(reference))));
         }

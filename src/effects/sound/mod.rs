@@ -136,7 +136,7 @@ impl SoundObserver {
         let (way, transfers) = seeking.find(contact, warnings, *progress, meter)?;
         let kept = sound.kept_samples().min(samples as usize);
         let points = sound.points();
-        let speed = loaded.scene.rolling.speed();
+        let speed = plan.speed;
         let mut signals = vec![KeptSignal::default(); points];
         for heard in &sound.heard {
             if heard.is_passed() {

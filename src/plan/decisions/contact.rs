@@ -1,0 +1,185 @@
+//! Zone of the contact, texture, and how points in contact feel each other.
+
+use super::row::{Decided, Row, given};
+use super::values::Decisions;
+use crate::road::Lattice;
+use crate::scene::{Road, Scene, SliceCoupling, Slices, Switch, Tread, Zone};
+
+pub(super) const ZONE: Row = Row {
+    title: "contact in three dimensions",
+    short: "cells",
+    decide: zone,
+    switch: Some(|scene, on| {
+        scene.contact.zone = if on { Zone::Cells } else { Zone::Slices };
+        if !on {
+            // Cells are no resolution of the texture in slices.
+            (scene.contact.cell, scene.contact.cells_across) = (None, None);
+            scene.outputs.cells_every = None;
+            if let Some(vibration) = &mut scene.outputs.vibration {
+                vibration.lateral_tolerance = None;
+            }
+        }
+    }),
+    of_cells: true,
+};
+
+pub(super) const TEXTURE: Row = Row {
+    title: "texture across the width",
+    short: "texture",
+    decide: texture,
+    switch: Some(|scene, on| {
+        scene.effects.texture = if on { Switch::On } else { Switch::Off };
+        if !on {
+            scene.contact.cells_across = None;
+        }
+    }),
+    of_cells: false,
+};
+
+pub(super) const SLICE_COUPLING: Row = Row {
+    title: "slice coupling",
+    short: "slices",
+    decide: slice_coupling,
+    switch: Some(|scene, on| {
+        scene.contact.slice_coupling = if on { SliceCoupling::Local } else { SliceCoupling::Explicit };
+        if !on {
+            scene.contact.local_compliance = None;
+        }
+    }),
+    of_cells: false,
+};
+
+pub(super) const TREAD_COUPLING: Row = Row {
+    title: "tread coupling",
+    short: "tread",
+    decide: tread_coupling,
+    switch: Some(|scene, on| {
+        let without = if scene.contact.tread == Tread::Bedding { Tread::Bedding } else { Tread::Uncoupled };
+        scene.contact.tread = if on { Tread::Elastic } else { without };
+        if on {
+            (scene.contact.bedding_stiffness, scene.contact.equal_stiffness) = (None, false);
+        } else if without == Tread::Uncoupled && scene.contact.slice_coupling == SliceCoupling::Implicit {
+            // For points that have no neighbours within a step the paper's two couplings are one.
+            scene.contact.slice_coupling = SliceCoupling::Explicit;
+        }
+    }),
+    of_cells: false,
+};
+
+fn zone(scene: &Scene, decisions: &mut Decisions) -> Decided {
+    decisions.zone = scene.contact.zone;
+    let Scene { contact, tyre, .. } = scene;
+    let (on, form) = match contact.zone {
+        Zone::Slices => (false, "slices, one for each element".to_owned()),
+        Zone::Cells => {
+            let crown = tyre.crown_radius.map_or("a level tread".to_owned(), |radius| format!("a crown of {radius} m"));
+            (true, format!("{} cells across {:.0} mm, {crown}", cells_across(scene), 1e3 * tyre.contact_width))
+        }
+    };
+    let name = if on { "cells" } else { "slices" };
+    Decided { on, form, reason: format!("contact.zone = \"{name}\"") }
+}
+
+/// Cells across the strip: as they are given, or about as wide as they are long.
+pub fn cells_across(scene: &Scene) -> usize {
+    let Scene { contact, tyre, numerics, .. } = scene;
+    let size = contact.cell.unwrap_or(tyre.circumference / numerics.elements as f64);
+    contact.cells_across.unwrap_or_else(|| Lattice::across(tyre.contact_width, size))
+}
+
+fn texture(scene: &Scene, decisions: &mut Decisions) -> Decided {
+    let switch = scene.effects.texture;
+    if scene.contact.zone == Zone::Cells {
+        let reason = "contact.zone = \"cells\"".to_owned();
+        (decisions.slices, decisions.cells_across) = (Slices::None, Some(cells_across(scene)));
+        return Decided { on: true, form: "heights of cells".to_owned(), reason };
+    }
+    let varies = scene.road.varies_across();
+    // A road that is level across is not flat along an element, unless that is one cell.
+    let flat = matches!(scene.road, Road::Smooth) || scene.contact.cells_along == Some(1);
+    let law = if flat { Slices::None } else { scene.contact.slices };
+    let mut level = |form: &str, reason: String| {
+        (decisions.slices, decisions.cells_across) = (law, Some(1));
+        Decided { on: false, form: form.to_owned(), reason }
+    };
+    if switch == Switch::Off {
+        let form = if varies { "middle line of the road, level across" } else { "" };
+        return level(form, "effects.texture = \"off\"".to_owned());
+    }
+    if !varies {
+        let road =
+            if matches!(scene.road, Road::Smooth) { "the road is smooth" } else { "the road is the same all across" };
+        return level("", format!("auto: {road}"));
+    }
+    if scene.contact.cells_across == Some(1) {
+        return level("", "contact.cells_across = 1".to_owned());
+    }
+    let law = match scene.contact.slices {
+        Slices::None => "highest point of each slice",
+        Slices::Winkler => "springs all over each slice",
+        Slices::HalfSpace => "each line across on an elastic half-space",
+    };
+    let reason =
+        given(switch, "texture").unwrap_or_else(|| "auto: the road varies across the contact width".to_owned());
+    (decisions.slices, decisions.cells_across) = (scene.contact.slices, scene.contact.cells_across);
+    Decided { on: true, form: law.to_owned(), reason }
+}
+
+fn slice_coupling(scene: &Scene, decisions: &mut Decisions) -> Decided {
+    let row = |on, form: &str, reason: String| Decided { on, form: form.to_owned(), reason };
+    let explicit = |form: &str, reason: String| row(false, form, reason);
+    decisions.slice_coupling = SliceCoupling::Explicit;
+    if scene.contact.zone == Zone::Cells {
+        return explicit("", "cells have no law of their own".to_owned());
+    }
+    let coupling = scene.contact.slice_coupling;
+    // The factors of the explicit form can be kept.
+    if decisions.slices == Slices::None {
+        return explicit("", "slices that are level are the same by every form".to_owned());
+    }
+    let given = |name: &str| format!("contact.slice_coupling = \"{name}\"");
+    if coupling != SliceCoupling::Local {
+        decisions.notes.push(
+            "the paper's slice coupling takes the element's influence of one time step for the slice's spring: \
+             levels have no limit as the time step falls; \
+             contact.slice_coupling = \"local\" has one"
+                .to_owned(),
+        );
+    }
+    match coupling {
+        SliceCoupling::Local => {
+            let reason = match scene.contact.local_compliance {
+                Some(kappa) => format!("contact.local_compliance = {kappa:e} m/Pa"),
+                None => "its compliance from the tread's modulus and the road's texture".to_owned(),
+            };
+            decisions.slice_coupling = coupling;
+            row(true, "each slice yields by a compliance of its own", reason)
+        }
+        SliceCoupling::Implicit if scene.contact.tread == Tread::Uncoupled => {
+            explicit("", "points of an uncoupled tread have no neighbours within a step".to_owned())
+        }
+        SliceCoupling::Explicit => {
+            explicit("curves read without the neighbours' forces of the step", given("explicit"))
+        }
+        SliceCoupling::Implicit => {
+            decisions.slice_coupling = coupling;
+            row(true, "each slice yields by G0 of its element", given("implicit"))
+        }
+    }
+}
+
+fn tread_coupling(scene: &Scene, decisions: &mut Decisions) -> Decided {
+    let tread = scene.contact.tread;
+    decisions.tread = tread;
+    let (on, form) = match tread {
+        Tread::Elastic => (true, "elastic layer"),
+        Tread::Uncoupled => (false, "points in contact feel each other from the next step on; elastic in the limit"),
+        Tread::Bedding => (false, "independent springs on the carcass"),
+    };
+    let name = match tread {
+        Tread::Elastic => "elastic",
+        Tread::Uncoupled => "uncoupled",
+        Tread::Bedding => "bedding",
+    };
+    Decided { on, form: form.to_owned(), reason: format!("contact.tread = \"{name}\"") }
+}

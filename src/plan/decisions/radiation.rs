@@ -1,0 +1,50 @@
+//! Sound radiation.
+
+use super::row::{Decided, Row, given};
+use super::values::Decisions;
+use crate::radiation::draft::{DraftError, DraftErrors};
+use crate::scene::{AirMotion, Radiation, RadiationQuality, Scene, Switch};
+
+pub(super) const RADIATION: Row = Row {
+    title: "radiation",
+    short: "radiation",
+    decide,
+    switch: Some(|scene, on| {
+        scene.effects.radiation = if on { Switch::On } else { Switch::Off };
+        if !on {
+            (scene.receivers, scene.radiation) = (Vec::new(), Radiation::default());
+        }
+    }),
+    of_cells: false,
+};
+
+fn decide(scene: &Scene, decisions: &mut Decisions) -> Decided {
+    let given = given(scene.effects.radiation, "radiation");
+    if scene.receivers.is_empty() {
+        let reason = given.unwrap_or_else(|| "auto: there is no [[receiver]]".to_owned());
+        return Decided { on: false, form: String::new(), reason };
+    }
+    let radiation = scene.radiation.clone();
+    let air = match radiation.air {
+        AirMotion::Road => "air at rest over the road",
+        AirMotion::Axle => "air at rest beside the axle",
+        AirMotion::WithTread => "air that turns with the tread",
+    };
+    let way = match radiation.quality {
+        RadiationQuality::Full => "boundary elements".to_owned(),
+        RadiationQuality::Draft => {
+            let width = scene.tyre.width + 2.0 * radiation.shoulder;
+            let errors = DraftErrors::of(scene.tyre.radius(), width).map(|errors| errors.of_standards);
+            let told = |error: DraftError| format!("{} dB a third octave and {} dB(A)", error.band, error.level);
+            let error = errors.map_or_else(|| "an unknown error".to_owned(), told);
+            format!("draft: monopoles with a fitted horn, within {error} at coast-by and cpx, elsewhere by the place,")
+        }
+    };
+    let form = format!("{way} to {} Hz, {air}", radiation.fmax);
+    let reason = given.unwrap_or_else(|| match scene.receivers.len() {
+        1 => "auto: there is a [[receiver]]".to_owned(),
+        several => format!("auto: there are {several} [[receiver]]"),
+    });
+    decisions.radiation = Some(radiation);
+    Decided { on: true, form, reason }
+}

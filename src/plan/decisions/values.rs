@@ -1,0 +1,45 @@
+//! Values that later stages ask for, and their rows in words.
+
+use serde::Serialize;
+
+use crate::scene::{Radiation, SliceCoupling, Slices, Tread, Tyre, Vibration, Zone};
+
+/// Decisions on everything that a run simulates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Decisions {
+    /// Zone of the contact: slices or cells.
+    pub zone: Zone,
+    /// The slice law in use; [`Slices::None`] where a slice holds no texture.
+    pub slices: Slices,
+    /// Cells across the contact width, where that is decided; 1: the road's middle line, level across.
+    pub cells_across: Option<usize>,
+    /// Cells along an element, where that is decided.
+    pub cells_along: Option<usize>,
+    /// The tread law.
+    pub tread: Tread,
+    /// By how much a slice yields more than its element.
+    pub slice_coupling: SliceCoupling,
+    /// The velocities to follow from the forces, if any.
+    pub vibration: Option<Vibration>,
+    /// How sound gets to the receivers, if there are any.
+    pub radiation: Option<Radiation>,
+    /// The tyre as it rolls: with centrifugal tension where that is taken in.
+    pub tyre: Tyre,
+    /// All effects in words, in the order of the data's way.
+    pub rows: Vec<Decision>,
+    /// Notes for the user before the run.
+    pub notes: Vec<String>,
+}
+
+/// One effect as it was decided on.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Decision {
+    /// The effect.
+    pub effect: &'static str,
+    /// True if it is simulated.
+    pub on: bool,
+    /// How.
+    pub form: String,
+    /// Why.
+    pub reason: String,
+}

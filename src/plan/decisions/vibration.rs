@@ -1,0 +1,72 @@
+//! Velocities of belt and tread.
+
+use super::row::{Decided, Row, given};
+use super::values::Decisions;
+use crate::scene::{Effects, Scene, Switch, Vibration};
+
+pub(super) const TREAD: Row = Row {
+    title: "tread vibration",
+    short: "vibration",
+    decide: |scene, decisions| {
+        velocity(scene.effects.tread_vibration, "tread_vibration", decisions, |wanted| wanted.tread)
+    },
+    switch: Some(|scene, on| {
+        scene.effects.tread_vibration = if on { Switch::On } else { Switch::Off };
+        want(scene, on, |vibration| &mut vibration.tread);
+    }),
+    of_cells: false,
+};
+
+pub(super) const BELT: Row = Row {
+    title: "belt vibration",
+    short: "belt",
+    decide: |scene, decisions| {
+        velocity(scene.effects.belt_vibration, "belt_vibration", decisions, |wanted| wanted.belt)
+    },
+    switch: Some(|scene, on| {
+        scene.effects.belt_vibration = if on { Switch::On } else { Switch::Off };
+        want(scene, on, |vibration| &mut vibration.belt);
+    }),
+    of_cells: false,
+};
+
+pub(super) const TANGENTIAL: Row = Row {
+    title: "tangential motion",
+    short: "tangential",
+    decide: |scene, decisions| {
+        velocity(scene.effects.tangential_motion, "tangential_motion", decisions, |wanted| wanted.tangential)
+    },
+    switch: Some(|scene, on| {
+        scene.effects.tangential_motion = if on { Switch::On } else { Switch::Off };
+        want(scene, on, |vibration| &mut vibration.tangential);
+    }),
+    of_cells: false,
+};
+
+/// Decides the vibration that the outputs ask for; without outputs, the default of the effects that are on.
+pub(super) fn vibration(scene: &Scene) -> Option<Vibration> {
+    let Effects { tread_vibration, belt_vibration, tangential_motion, .. } = scene.effects;
+    let [tread, belt, tangential] =
+        [tread_vibration, belt_vibration, tangential_motion].map(|switch| switch == Switch::On);
+    let asked_by_effects =
+        || (tread || belt || tangential).then(|| Vibration { tread, belt, tangential, ..Vibration::default() });
+    scene.outputs.vibration.clone().or_else(asked_by_effects)
+}
+
+fn velocity(switch: Switch, key: &str, decisions: &Decisions, field: fn(&Vibration) -> bool) -> Decided {
+    let on = decisions.vibration.as_ref().is_some_and(field);
+    let asked = if on { "auto: outputs.vibration asks for it" } else { "auto: no output asks for it" };
+    let reason = given(switch, key).unwrap_or_else(|| asked.to_owned());
+    let form = if on { "per wavenumber, from the forces" } else { "" }.to_owned();
+    Decided { on, form, reason }
+}
+
+/// Asks for a velocity, or no more; settings that are then unused go.
+fn want(scene: &mut Scene, on: bool, field: fn(&mut Vibration) -> &mut bool) {
+    let none = Vibration { tread: false, belt: false, tangential: false, ..Vibration::default() };
+    let vibration = scene.outputs.vibration.get_or_insert(none);
+    *field(vibration) = on;
+    if !(vibration.tread || vibration.belt || vibration.tangential) {
+        scene.outputs.vibration = None;
+    }
+}

@@ -251,6 +251,10 @@ impl ReceiverSummary {
         if let Some(power) = self.power_level_a {
             text.push_str(&format!(", sound power {power:.1} dB(A)"));
         }
+        if let Some(IntensitySummary { level_a, probes, .. }) = &self.intensity {
+            let probes: Vec<String> = probes.iter().map(|(name, level)| format!("{name} {level:.1}")).collect();
+            text.push_str(&format!(", intensity {level_a:.1} dB(A) re 1 pW/m^2 ({})", probes.join(", ")));
+        }
         if let Some(AudioSummary { file, tyres, louder, .. }) = &self.audio {
             text.push_str(&format!(", {file}"));
             if *tyres == Some(1) {

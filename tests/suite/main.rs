@@ -31,6 +31,7 @@ mod histories;
 mod hostile;
 mod influence;
 mod injection;
+mod kept;
 mod layers;
 mod line_contact;
 mod mistakes;

@@ -1,0 +1,124 @@
+//! Names that users' scripts read: commands and options, keys of scenes, files of results, columns, JSON paths. A change
+//! of one is a change of `kept.txt`, a line in the CHANGELOG and an answer that names the new one.
+//!
+//! `TYREWAVE_KEPT=1 cargo test --test suite names_that_scripts_read` writes `kept.txt` anew.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+use tyrewave::scene::{DEFAULT, Scene};
+use tyrewave::test_models::scene_text;
+
+use crate::common::{names, read_summary, tyrewave};
+
+/// The names.
+const KEPT: &str = include_str!("kept.txt");
+const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/suite/kept.txt");
+
+const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 1.0\n\
+                       axle = { load = 3000.0, mass = 300.0, stiffness = 2e4, damping = 1.5e3, tolerance = 0.9 }";
+const NUMERICS: &str = "history = \"modal\"\npole_tolerance = 1e-3";
+/// All outputs of slices.
+const SLICES: &str = "[outputs.vibration]\nbelt = true\nmap = true\npoints = [0.1]\n\
+                      [[receiver]]\nstandard = \"coast-by\"\npassage = 20.0\n\
+                      [[receiver]]\nstandard = \"cpx\"\n\
+                      [[receiver]]\nstandard = \"circle\"\nradius = 3.0\nheight = 0.3\n\
+                      [radiation]\nquality = \"draft\"\nfmax = 300.0";
+/// Those of cells, of a hemisphere and of probes.
+const CELLS: &str = "[contact]\nzone = \"cells\"\ncells_across = 3\n[outputs]\ncells_every = 0.1\n\
+                     [[receiver]]\nstandard = \"hemisphere\"\nradius = 3.0\n[[receiver]]\nstandard = \"obsi\"\n\
+                     [radiation]\nfmax = 200.0\nnodes_per_wavelength = 4.0\nfrequency_tolerance = \"1 dB\"";
+
+/// Paths of a JSON value; numbers of lists, and names that runs choose, are left out.
+fn paths(value: &Value, path: &str, found: &mut BTreeSet<String>) {
+    match value {
+        Value::Object(fields) => fields.iter().for_each(|(key, value)| {
+            let key = if key.parse::<f64>().is_ok() { "N" } else { key };
+            paths(value, &format!("{path}.{key}"), found);
+        }),
+        Value::Array(values) if values.iter().any(Value::is_object) => {
+            values.iter().for_each(|value| paths(value, &format!("{path}[]"), found));
+        }
+        _ => drop(found.insert(path.to_owned())),
+    }
+}
+
+/// Keys of a schema with their paths.
+fn keys(schema: &Value, path: &str, found: &mut BTreeSet<String>) {
+    let join = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
+    if let Some(properties) = schema["properties"].as_object() {
+        for (key, value) in properties {
+            found.insert(format!("key {}", join(key)));
+            keys(value, &join(key), found);
+        }
+    }
+    for list in ["oneOf", "anyOf", "allOf"] {
+        schema[list].as_array().into_iter().flatten().for_each(|schema| keys(schema, path, found));
+    }
+    if schema["items"].is_object() {
+        keys(&schema["items"], &format!("{path}[]"), found);
+    }
+}
+
+/// Commands and their options.
+fn commands(folder: &Path, found: &mut BTreeSet<String>) {
+    let help = |arguments: &[&str]| String::from_utf8(tyrewave(folder, arguments).stdout).unwrap();
+    let all = help(&["--help"]);
+    let list = all.split("Commands:\n").nth(1).unwrap().split("\n\n").next().unwrap();
+    for line in list.lines().filter(|line| line.starts_with("  ") && !line.starts_with("   ")) {
+        let command = line.split_whitespace().next().unwrap();
+        found.insert(format!("command {command}"));
+        if command == "help" {
+            continue;
+        }
+        for line in help(&[command, "--help"]).lines() {
+            let words = line.trim_start();
+            let options = words.split([' ', ',', '=', '[', '<']).take(3).filter(|word| word.starts_with("--"));
+            let option = options.take(1).filter(|_| words.starts_with('-'));
+            found.extend(option.map(|option| format!("option {command} {option}")));
+        }
+    }
+}
+
+/// Files, columns and JSON paths of a run.
+fn results(folder: &Path, name: &str, found: &mut BTreeSet<String>) {
+    let output = tyrewave(folder, &["run", &format!("{name}.toml"), "--out", name]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let results = folder.join(name);
+    for file in names(&results) {
+        found.insert(format!("file {file}"));
+        if file.ends_with(".csv") {
+            let table = fs::read_to_string(results.join(&file)).unwrap();
+            found.insert(format!("columns {file}: {}", table.lines().next().unwrap()));
+        }
+    }
+    let mut summary = read_summary(&results);
+    summary.as_object_mut().unwrap().remove("settings");
+    paths(&summary, "json summary", found);
+}
+
+#[test]
+fn names_that_scripts_read_are_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut found = BTreeSet::new();
+    commands(folder.path(), &mut found);
+    keys(&Scene::json_schema(), "", &mut found);
+    let load = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 1.2\naxle = { load = 3000.0, tolerance = 0.9 }";
+    for (name, rolling, more) in [("slices", ROLLING, SLICES), ("cells", load, CELLS)] {
+        let text = scene_text(64, "kind = \"made\"", rolling, NUMERICS, more);
+        fs::write(folder.path().join(format!("{name}.toml")), text).unwrap();
+        results(folder.path(), name, &mut found);
+    }
+    let tables = DEFAULT.lines().filter(|line| line.starts_with('['));
+    found.extend(tables.map(|line| format!("default {}", line.split('#').next().unwrap().trim())));
+    let text = found.iter().map(|name| format!("{name}\n")).collect::<String>();
+    if std::env::var_os("TYREWAVE_KEPT").is_some() {
+        fs::write(FILE, &text).unwrap();
+        return;
+    }
+    let kept: BTreeSet<String> = KEPT.lines().map(str::to_owned).collect();
+    let (gone, new): (Vec<_>, Vec<_>) = (kept.difference(&found).collect(), found.difference(&kept).collect());
+    assert!(gone.is_empty() && new.is_empty(), "gone: {gone:#?}\nnew, to be added to kept.txt: {new:#?}");
+}

@@ -6,9 +6,8 @@
 //!
 //! ```
 //! use std::sync::atomic::AtomicBool;
-//! use tyrewave::plan::Plan;
-//! use tyrewave::run::Simulation;
-//! use tyrewave::scene::{DEFAULT, Scene};
+//! use tyrewave::scene::DEFAULT;
+//! use tyrewave::{Plan, Scene, Simulation};
 //!
 //! let mut scene = Scene::from_str(DEFAULT, "small")?;
 //! scene.scene.numerics.elements = 64;
@@ -24,9 +23,37 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! Receivers of the scene hear the run, its vibration is followed, and an observer of your own sees every step:
+//!
+//! ```
+//! use std::sync::atomic::AtomicBool;
+//! use tyrewave::counters::Meter;
+//! use tyrewave::effects::EffectError;
+//! use tyrewave::scene::DEFAULT;
+//! use tyrewave::{Observer, Plan, Scene, Simulation, Step};
+//!
+//! /// Largest force of a run \[N\].
+//! struct Peak(f64);
+//!
+//! impl Observer for Peak {
+//!     fn observe(&mut self, step: &Step<'_>, _: &mut Meter) -> Result<(), EffectError> {
+//!         self.0 = self.0.max(step.total_force);
+//!         Ok(())
+//!     }
+//! }
+//!
+//! let mut scene = Scene::from_str(DEFAULT, "small")?;
+//! scene.scene.numerics.elements = 64;
+//! scene.scene.rolling.duration = 0.1;
+//! let plan = Plan::of(&scene)?;
+//! let mut run = Simulation::begin(&scene, &plan, &AtomicBool::new(false))?.with(Peak(0.0));
+//! while run.step()?.is_some() {}
+//! assert!(run.observer::<Peak>().is_some_and(|peak| peak.0 > 2500.0));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! [`run::run()`] does the same into a folder of results, [`run::resume`] goes on with one that was stopped; [`report`]
-//! makes a page of it. Parts
-//! stand by themselves: [`tyre::layers::Stack`] gives compliances, [`tyre::influence`] and [`tyre::poles`] influence
+//! makes a page of it. Parts stand by themselves: [`tyre::layers::Stack`] gives compliances, [`tyre::influence`] and [`tyre::poles`] influence
 //! functions and their models, [`road::RoadSurface`] heights, [`road::slices`] what a slice of it makes of a tread,
 //! [`half_space::rough::indent`] the contact of a rough body, [`radiation`] the sound field of a vibrating body on a
 //! road, [`response`] spectra, [`sound`] levels and sound files.
@@ -68,3 +95,8 @@ pub mod study;
 pub mod test_models;
 pub mod time_rule;
 pub mod tyre;
+
+pub use effects::{Channel, Observer, Step};
+pub use plan::Plan;
+pub use run::{Progress, Results, RunError as Error, Simulation};
+pub use scene::{LoadedScene, Scene};

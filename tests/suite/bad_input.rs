@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use tyrewave::test_models::{COBBLES, edit, reference, scene_text, with_all_terms, without};
 
-use crate::common::{folder_with, names, read_array, read_summary, tyrewave};
+use crate::common::{folder_with, names, read_array, read_summary, skipped, tyrewave};
 
 const USAGE: i32 = 2;
 const NOT_WRITABLE: i32 = 3;
@@ -208,7 +208,7 @@ fn results_that_cannot_be_written() {
     let begin = Instant::now();
     for out in ["file/below", "/proc/tyrewave"] {
         if out.starts_with('/') && !Path::new("/proc").exists() {
-            println!("skipped: no /proc");
+            skipped("no /proc");
             continue;
         }
         let output = tyrewave(folder.path(), &["run", "scene.toml", "--out", out]);
@@ -276,7 +276,7 @@ fn a_full_disk() {
     let inside = format!("unshare --user --map-root-user --mount sh -c '{line}' sh \"$1\" || exit $?");
     let can = "mkdir probe && unshare --user --map-root-user --mount mount -t tmpfs -o size=16k none probe";
     if !shell(folder.path(), can).status.success() {
-        println!("skipped: no tmpfs can be mounted here");
+        skipped("no tmpfs can be mounted here");
         return;
     }
     let output = shell(folder.path(), &inside);

@@ -12,7 +12,7 @@ use tyrewave::report::export::{MAT_HEAD, PYTHON, UFF_HEAD, VTK_HEAD};
 use tyrewave::results::spectra::read_force_levels;
 use tyrewave::test_models::{edit, scene_text};
 
-use crate::common::{names, read_array, read_summary, tyrewave};
+use crate::common::{names, read_array, read_summary, skipped, tyrewave};
 
 /// A run of slices that vibrates and is heard, and one of cells. Made once for all tests.
 static RESULTS: LazyLock<TempDir> = LazyLock::new(|| {
@@ -52,7 +52,7 @@ fn python(packages: &[&str], program: &str, arguments: &[&Path]) -> Option<Strin
         command.args(["-c", program]).args(arguments).current_dir(RESULTS.path()).output()
     };
     if !run(&imports).is_ok_and(|output| output.status.success()) {
-        println!("skipped: no python3 with {packages:?}");
+        skipped(&format!("no python3 with {packages:?}"));
         return None;
     }
     let output = run(&(imports + program)).unwrap();

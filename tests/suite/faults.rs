@@ -10,7 +10,7 @@ use tempfile::TempDir;
 
 use tyrewave::test_models::{edit, scene_text};
 
-use crate::common::{command, names, read_summary, tyrewave, write_grid};
+use crate::common::{command, names, read_summary, skipped, tyrewave, write_grid};
 
 const USAGE: i32 = 2;
 const NOT_WRITABLE: i32 = 3;
@@ -46,7 +46,7 @@ fn messages_that_cannot_be_written_lose_no_run() {
     let pipe = |line: &str| format!("{{ {line} 2>&1 >/dev/null; echo $? >code; }} | true; cat code; exit $(cat code)");
     for to in ["2>/dev/full", "2>&-", "| closed"] {
         if to == "2>/dev/full" && !Path::new("/dev/full").exists() {
-            println!("skipped: no /dev/full");
+            skipped("no /dev/full");
             continue;
         }
         let said = |line: &str| match to {

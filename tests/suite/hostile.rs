@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use tyrewave::test_models::{edit, implausible, scene_text, without};
 
-use crate::common::{command, folder_with, names};
+use crate::common::{command, folder_with, names, skipped};
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.02\nduration = 0.05\naxle = { indentation = 0.01, ramp = 0.02 }";
 const USAGE: i32 = 2;
@@ -140,7 +140,7 @@ fn pipes_devices_and_folders_are_no_input() {
     let folder = folder_with(&smooth);
     let here = folder.path();
     if !Command::new("mkfifo").arg(here.join("pipe")).status().is_ok_and(|status| status.success()) {
-        println!("skipped: no named pipes here");
+        skipped("no named pipes here");
         return;
     }
     fs::create_dir(here.join("folder")).unwrap();

@@ -15,7 +15,7 @@ use tempfile::TempDir;
 
 use tyrewave::test_models::{edit, scene_text};
 
-use crate::common::{names, read_summary};
+use crate::common::{names, read_summary, skipped};
 
 const KILLED: i32 = 9;
 
@@ -125,7 +125,7 @@ impl Trials {
     fn prepare() -> Option<Self> {
         let can = Command::new("strace").args(["-f", "-e", "inject=fsync:error=EIO:when=1", "true"]).output();
         if !can.is_ok_and(|output| output.status.success()) {
-            println!("skipped: no strace that may let calls fail here");
+            skipped("no strace that may let calls fail here");
             return None;
         }
         let rolling = "speed_kmh = 80.0\nwarm_up = 0.02\nduration = 0.04\naxle = { indentation = 0.012, ramp = 0.02 }";

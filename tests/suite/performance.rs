@@ -15,6 +15,8 @@ use tyrewave::plan::Plan;
 use tyrewave::run::Simulation;
 use tyrewave::scene::History;
 
+use crate::common::skipped;
+
 fn folder() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
@@ -138,7 +140,7 @@ fn comparisons_end_with_the_right_exit_code() {
         assert_eq!(run(mistake).0, 2, "{mistake:?}");
     }
     if !record.exists() {
-        println!("skipped: no record for {}", instruction_set());
+        skipped(&format!("no record for {}", instruction_set()));
         return;
     }
     let (code, text) = run(&["--workload", "compliance"]);

@@ -12,7 +12,7 @@ use tyrewave::report::{Comparison, PAGE_HEAD, Stored, page};
 use tyrewave::response::BandLevel;
 use tyrewave::test_models::scene_text;
 
-use crate::common::{names, read_summary, tyrewave};
+use crate::common::{names, read_summary, skipped, tyrewave};
 
 /// Two runs that differ in their speed, with vibration; a draft's sound in the first. Made once for all tests.
 fn results() -> &'static (TempDir, [PathBuf; 2]) {
@@ -131,7 +131,7 @@ fn a_page_has_all_of_a_run_needs_no_network_and_is_drawn_by_a_browser() {
 
     let both = page(&open(folders)).unwrap();
     let Some(browser) = browser() else {
-        println!("skipped: there is no browser");
+        skipped("there is no browser");
         return;
     };
     let file = folder.path().join("probed.html");

@@ -14,7 +14,7 @@ use tempfile::TempDir;
 
 use tyrewave::test_models::{add, edit, scene_text};
 
-use crate::common::{command, names, read_summary, tyrewave, write_grid};
+use crate::common::{command, names, read_summary, skipped, tyrewave, write_grid};
 
 const USAGE: i32 = 2;
 const NOT_WRITABLE: i32 = 3;
@@ -355,7 +355,7 @@ fn a_full_disk_keeps_the_last_checkpoint_and_the_run_goes_on_where_there_is_room
     };
     let can = "unshare --user --map-root-user --mount mount -t tmpfs -o size=16k none probe";
     if !shell(can).status.success() {
-        println!("skipped: no tmpfs can be mounted here");
+        skipped("no tmpfs can be mounted here");
         return;
     }
     let whole = tyrewave(place, &["run", "scene.toml", "--out", "whole"]);

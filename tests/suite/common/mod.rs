@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "test code; clippy sees a module of helpers only")]
 
 use std::fs::{self, File};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::sync::atomic::AtomicBool;
@@ -156,4 +157,13 @@ pub fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     let square = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / values.len() as f64;
     (mean, square.sqrt())
+}
+
+/// Tells that a test is left out on this machine, and why: printed, and noted for the end of `.ci/run`.
+pub fn skipped(why: &str) {
+    println!("skipped: {why}");
+    let list = Path::new(env!("CARGO_TARGET_TMPDIR")).join("skipped.txt");
+    let test = std::thread::current().name().unwrap_or_default().to_owned();
+    let file = fs::OpenOptions::new().create(true).append(true).open(list);
+    file.and_then(|mut file| file.write_all(format!("{test}: {why}\n").as_bytes())).unwrap();
 }

@@ -1,12 +1,12 @@
-//! Text, tables and pictures as HTML.
+//! Text, tables and pictures as HTML, as parts of a page that needs nothing but a browser.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::picture::harmless;
 use crate::results::table::{Part, Report, Table};
 
-/// A whole page: styles, what tells values to a pointer, and the content; nothing is fetched.
-pub(super) fn document(title: &str, content: &Markup) -> String {
+/// Makes a whole page: styles, what tells values to a pointer, and the content; nothing is fetched.
+pub fn document(title: &str, content: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -45,8 +45,8 @@ pub(super) fn report(report: &Report) -> Markup {
     }
 }
 
-/// A table, numbers to the right.
-pub(super) fn table(table: &Table) -> Markup {
+/// Makes a table, numbers to the right.
+pub fn table(table: &Table) -> Markup {
     let class = |column: usize| table.is_number(column).then_some("number");
     html! {
         div.table {
@@ -64,8 +64,8 @@ pub(super) fn table(table: &Table) -> Markup {
     }
 }
 
-/// A picture and what it shows.
-pub(super) fn figure(svg: &str, caption: &str) -> Markup {
+/// Makes a figure of a picture and its caption; a picture that is not one of tyrewave's is left out, and that said.
+pub fn figure(svg: &str, caption: &str) -> Markup {
     html! {
         figure {
             @match harmless(svg) {

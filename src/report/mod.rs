@@ -2,12 +2,12 @@
 //!
 //! [`Stored`] reads a results folder again, [`Comparison`] holds several against each other, [`page()`] makes one HTML
 //! file of one or more of them: pictures, tables and sound inside, no network. [`mod@export`] puts one into formats of
-//! other programs.
+//! other programs. [`html`] is what pages are made of.
 
 pub mod compare;
 mod error;
 pub mod export;
-mod html;
+pub mod html;
 pub mod mobility;
 pub mod page;
 pub mod paper;

@@ -5,8 +5,8 @@ use ndarray::ArrayView2;
 use crate::results::PlotError;
 use crate::results::plots::{Axis, LinePlot, Series, four_digits, road_map};
 use crate::results::table::{Report, aligned, words};
-use crate::road::RoadDescription;
-use crate::road::texture::{OverallLevel, TextureLevel};
+use crate::road::texture::OverallLevel;
+use crate::road::{RoadDescription, TextureLevel};
 
 /// A piece of a road in colours.
 ///

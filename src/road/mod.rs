@@ -26,6 +26,7 @@ pub use error::RoadError;
 pub use lattice::Lattice;
 pub use report::RoadReport;
 pub use surface::{Limits, RoadSurface};
+pub use texture::TextureLevel;
 
 #[cfg(test)]
 mod tests;

@@ -13,6 +13,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use crate::counters::{Meter, Progress, Unwatched, Watch};
+use crate::effects::Observer;
 use crate::numeric::windowed_sinc::WindowedSinc;
 use crate::plan::Plan;
 use crate::response::{BandLevel, PowerSpectrum, ThirdOctaveBand};
@@ -168,27 +169,50 @@ impl<'a> Trials<'a> {
     /// # Errors
     /// Errors of the plan and of the run; [`RunError::Interrupted`].
     pub fn roll(&mut self, scene: &Scene) -> Result<Trial, RunError> {
-        self.roll_seen(scene, &mut |_| {})
+        let (plan, run) = self.begin(scene)?;
+        self.march(scene, (plan, run), &mut |_| {})
     }
 
-    /// As [`Self::roll`], each step shown as soon as it is done.
+    /// Rolls a variant as [`Self::roll`] does, with an observer of the caller's own; returns it as the last step has
+    /// left it.
     ///
     /// # Errors
-    /// As [`Self::roll`].
-    pub fn roll_seen(&mut self, scene: &Scene, see: &mut dyn FnMut(&Simulation)) -> Result<Trial, RunError> {
+    /// As [`Self::roll`], and those of the observer.
+    pub fn roll_with<O: Observer + Clone>(&mut self, scene: &Scene, mut observer: O) -> Result<(Trial, O), RunError> {
+        let (plan, run) = self.begin(scene)?;
+        let run = run.with(observer.clone());
+        let trial = self.march(scene, (plan, run), &mut |run| {
+            if let Some(rolled) = run.observer::<O>() {
+                observer.clone_from(rolled);
+            }
+        })?;
+        Ok((trial, observer))
+    }
+
+    /// Plans and prepares a variant.
+    fn begin(&self, scene: &Scene) -> Result<(Plan, Simulation), RunError> {
         let loaded = LoadedScene::from_scene(scene, "variant")?;
         let plan = Plan::of(&loaded)?.with_kept_model();
         plan.check(&loaded)?;
         let without: &[&str] = if self.heard { &[] } else { &["sound"] };
         let meter = Meter::new(Watch::EVERY);
         let setup = Setup { stop: self.stop, meter, progress: &mut Unwatched, in_memory: true, without };
-        let mut run = Simulation::prepare(&loaded, &plan, setup)?;
+        let run = Simulation::prepare(&loaded, &plan, setup)?;
+        Ok((plan, run))
+    }
+
+    /// Rolls a variant that is prepared to its end, and has a look at it there.
+    fn march(
+        &mut self,
+        scene: &Scene,
+        (plan, mut run): (Plan, Simulation),
+        look: &mut dyn FnMut(&Simulation),
+    ) -> Result<Trial, RunError> {
         run.enter_steps();
         let begin = Instant::now();
         let mut force = Vec::with_capacity(plan.steps as usize);
         while let Some(step) = run.step()? {
             force.push(step.total_force);
-            see(&run);
             if run.next_step().is_multiple_of(LOOK_EVERY) {
                 let steps = run.next_step() as f64;
                 self.tell(steps / plan.steps as f64, steps * plan.time_step);
@@ -199,6 +223,7 @@ impl<'a> Trials<'a> {
         let rolled = plan.steps as f64 * plan.time_step;
         self.done += self.shared.as_ref().map_or(rolled, |shared| shared.seconds);
         let indentation = run.prepared.axle.indentation(plan.steps - 1);
+        look(&run);
         let results = run.finish();
         let spectrum = results.spectrum.as_ref();
         let levels = spectrum.map_or(Vec::new(), |spectrum| spectrum.third_octaves(LOWEST_FREQUENCY, 1.0));
@@ -385,6 +410,31 @@ mod tests {
     use std::f64::consts::TAU;
 
     use super::*;
+    use crate::effects::{EffectError, Step};
+    use crate::scene::PLATE;
+    use crate::test_models::{edit, scene};
+
+    /// Total forces of the steps that are observed.
+    #[derive(Clone, Default)]
+    struct Forces(Vec<f64>);
+
+    impl Observer for Forces {
+        fn observe(&mut self, step: &Step<'_>, _: &mut Meter) -> Result<(), EffectError> {
+            self.0.push(step.total_force);
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn an_observer_comes_back_with_all_steps_of_the_same_run() {
+        let small = [("numerics.elements", "64"), ("rolling.warm_up", "0.02"), ("rolling.duration", "0.02")];
+        let scene = scene(&edit(PLATE, &small)).scene;
+        let (stop, mut progress) = (AtomicBool::new(false), Unwatched);
+        let mut trials = Trials::new(0.08, &stop, &mut progress);
+        let (trial, observed) = trials.roll_with(&scene, Forces::default()).unwrap();
+        assert!(trial.force.len() as u64 == trial.plan.steps && observed.0 == trial.force);
+        assert_eq!(trials.roll(&scene).unwrap().force, trial.force);
+    }
 
     /// Two tones in the pass band and one beyond the stop band, sampled with a step.
     fn sampled(time_step: f64, lag: f64, amplitude: f64) -> Vec<f64> {

@@ -128,8 +128,7 @@ pub fn recompute(
     let of_laws = 6.0 * (scene.rolling.warm_up + scene.rolling.duration);
     let refined = 3.0 * f64::from(halvings + 1) * (SETTLING + coarse_duration);
     let mut trials = Trials::new(of_laws + refined, stop, progress);
-    let mut recorder = patch_force::Recorder::default();
-    let elastic = trials.roll_seen(&scene, &mut |run| recorder.see(run, &plan))?;
+    let (elastic, recorder) = trials.roll_with(&scene, patch_force::Recorder::new(&plan))?;
     let patch_forces = recorder.finish(&elastic.plan);
     let tread_laws = TreadLaws::of((&scene, &elastic), highest, &mut trials)?;
     let slice = SliceFigure::of(&loaded, options.slices, &elastic, highest, &mut trials)?;

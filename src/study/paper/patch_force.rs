@@ -4,8 +4,9 @@ use ndarray::Array2;
 use serde::Serialize;
 
 use super::statement::{Statement, Verdict};
+use crate::counters::Meter;
+use crate::effects::{EffectError, Observer, Step};
 use crate::plan::Plan;
-use crate::run::Simulation;
 
 /// The last part of the run that is kept \[s\].
 const SHOWN: f64 = 0.04;
@@ -42,9 +43,12 @@ pub struct PatchForces {
     pub open: f64,
 }
 
-/// Keeps the forces of a run as it goes.
-#[derive(Debug, Default)]
+/// Recorder of the forces of a run's last steps.
+#[derive(Clone, Debug)]
 pub struct Recorder {
+    /// Steps of the run, and their length \[s\].
+    steps: u64,
+    time_step: f64,
     time: Vec<f64>,
     first_element: Vec<i64>,
     force: Vec<f64>,
@@ -53,17 +57,11 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Keeps the step that was done last, if it is one of those shown. `plan` is the run's.
-    pub fn see(&mut self, run: &Simulation, plan: &Plan) {
-        let step = run.next_step() - 1;
-        if ((plan.steps - step) as f64) * plan.time_step > SHOWN {
-            return;
-        }
-        let geometry = run.prepared.march.geometry();
-        (self.columns, self.start) = (geometry.columns, geometry.start);
-        self.time.push(step as f64 * plan.time_step);
-        self.first_element.push(geometry.first_element(step));
-        self.force.extend_from_slice(run.forces());
+    /// Begins before the first step of a planned run.
+    pub fn new(plan: &Plan) -> Self {
+        let Plan { steps, time_step, .. } = *plan;
+        let (time, first_element, force) = (Vec::new(), Vec::new(), Vec::new());
+        Self { steps, time_step, time, first_element, force, columns: 0, start: 0.0 }
     }
 
     /// Returns the kept forces.
@@ -91,6 +89,19 @@ impl Recorder {
             time: self.time,
             first_element: self.first_element,
         }
+    }
+}
+
+impl Observer for Recorder {
+    /// Keeps the step if it is one of those shown.
+    fn observe(&mut self, step: &Step<'_>, _: &mut Meter) -> Result<(), EffectError> {
+        if ((self.steps - step.number) as f64) * self.time_step <= SHOWN {
+            (self.columns, self.start) = (step.geometry.columns, step.geometry.start);
+            self.time.push(step.time);
+            self.first_element.push(step.footprint.first_element());
+            self.force.extend_from_slice(step.footprint.column_mean());
+        }
+        Ok(())
     }
 }
 

@@ -1,4 +1,4 @@
-//! The command line: one file per command.
+//! The command line: one file per command, a folder for `paper`.
 //!
 //! [`start`] is all of the program: it reads the arguments, listens for Ctrl-C, starts the threads, has the command
 //! executed on them, and turns its error into a message on standard error and an exit code.

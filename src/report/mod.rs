@@ -10,7 +10,6 @@ pub mod export;
 pub mod html;
 pub mod mobility;
 pub mod page;
-pub mod paper;
 mod picture;
 mod plan;
 pub mod radiation;

@@ -5,7 +5,6 @@
 //! - [`fit_tyre`]: a tyre identified from measured mobilities;
 //! - [`sweep`]: a scene at many speeds, loads and roads;
 //! - [`loads`]: a tyre under given loads, standing and rolling;
-//! - [`paper`]: the figures and statements of the paper that the model is from, computed again;
 //! - [`slices`]: slices of a road by both laws;
 //! - [`radiation`]: how a tyre radiates that stands on a road;
 //! - [`calibration`]: what units of work cost on this machine, for forecasts.
@@ -17,7 +16,6 @@ pub mod calibration;
 pub mod effects;
 pub mod fit_tyre;
 pub mod loads;
-pub mod paper;
 pub mod radiation;
 pub mod rules;
 pub mod slices;

@@ -36,7 +36,6 @@ mod layers;
 mod line_contact;
 mod mistakes;
 mod mobility;
-mod paper;
 mod performance;
 mod plans;
 mod presets;

@@ -2,11 +2,11 @@
 
 use ndarray::Array2;
 use serde::Serialize;
+use tyrewave::counters::Meter;
+use tyrewave::effects::{EffectError, Observer, Step};
+use tyrewave::plan::Plan;
 
 use super::statement::{Statement, Verdict};
-use crate::counters::Meter;
-use crate::effects::{EffectError, Observer, Step};
-use crate::plan::Plan;
 
 /// The last part of the run that is kept \[s\].
 const SHOWN: f64 = 0.04;

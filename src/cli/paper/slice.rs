@@ -1,13 +1,13 @@
 //! Figure 4: a slice of the road and its stiffness function by both laws, and what the law is worth in the force.
 
 use serde::Serialize;
+use tyrewave::run::error::RunError;
+use tyrewave::scene::{LoadedScene, Scene, SliceCoupling};
+use tyrewave::study::slices::{LAWS, Sample, SliceView, Spread, spread};
+use tyrewave::study::trial::{Trial, Trials};
 
 use super::levels::{Change, INSIGNIFICANT, changes, largest};
 use super::statement::{Statement, Verdict};
-use crate::run::error::RunError;
-use crate::scene::{LoadedScene, Scene, SliceCoupling};
-use crate::study::slices::{LAWS, Sample, SliceView, Spread, spread};
-use crate::study::trial::{Trial, Trials};
 
 /// Road coordinate of the slice \[m\].
 const PLACE: f64 = 0.5;

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
+use tyrewave::contact::complementarity::Residuals;
+use tyrewave::study::trial::Trial;
 
 use super::statement::{Statement, Verdict};
-use crate::contact::complementarity::Residuals;
-use crate::study::trial::Trial;
 
 /// Share of instants that may take more solves than the paper says.
 const RARE: f64 = 0.01;

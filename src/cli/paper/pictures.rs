@@ -1,12 +1,17 @@
 //! The paper's figures as pictures.
 
-use crate::report::mobility::{LEVEL, plot};
-use crate::report::road::map;
-use crate::report::slices;
-use crate::results::PlotError;
-use crate::results::plots::{Axis, ForceMap, LinePlot, Series, ThirdOctavePlot};
-use crate::results::spectra::FORCE_LEVEL;
-use crate::study::paper::{Equation4, Paper, PatchForces, SearchFigure, TreadLaws};
+use tyrewave::report::mobility::{LEVEL, plot};
+use tyrewave::report::road::map;
+use tyrewave::report::slices;
+use tyrewave::results::PlotError;
+use tyrewave::results::plots::{Axis, ForceMap, LinePlot, Series, ThirdOctavePlot};
+use tyrewave::results::spectra::FORCE_LEVEL;
+
+use super::equation_4::Equation4;
+use super::patch_force::PatchForces;
+use super::recompute::Paper;
+use super::search::SearchFigure;
+use super::tread_laws::TreadLaws;
 
 /// A picture and what it shows.
 #[derive(Clone, Debug)]

@@ -10,16 +10,16 @@ use std::time::Instant;
 
 use num_complex::Complex64;
 use serde::Serialize;
+use tyrewave::numeric::in_parallel;
+use tyrewave::plan::Plan;
+use tyrewave::plan::models::{fetch, refused};
+use tyrewave::run::error::RunError;
+use tyrewave::scene::{LoadedScene, Scene, TimeRule};
+use tyrewave::tyre::influence::convolution_quadrature::Contour;
+use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, SumAt, Truncation};
+use tyrewave::tyre::poles::scaling::{FitCost, cost};
 
 use super::statement::{Statement, Verdict};
-use crate::numeric::in_parallel;
-use crate::plan::Plan;
-use crate::plan::models::{fetch, refused};
-use crate::run::error::RunError;
-use crate::scene::{LoadedScene, Scene, TimeRule};
-use crate::tyre::influence::convolution_quadrature::Contour;
-use crate::tyre::influence::{Field, InfluenceSum, Projection, SumAt, Truncation};
-use crate::tyre::poles::scaling::{FitCost, cost};
 
 /// Shares between these are about half: too close to call from one measurement of the time.
 const ABOUT_HALF: [f64; 2] = [0.4, 0.6];

@@ -1,15 +1,15 @@
 //! The paper computed again, as a page and as a table.
 
-mod pictures;
-
 use maud::{Markup, html};
+use tyrewave::report::html::{document, figure, table};
+use tyrewave::results::table::{Table, aligned, row, words};
+use tyrewave::scene::Scene;
 
-use super::html::{document, figure, table};
-use crate::results::table::{Table, aligned, row, words};
-use crate::scene::Scene;
-use crate::study::paper::{Paper, Statement, Verdict};
-
-pub use pictures::{Picture, pictures};
+use super::levels::Change;
+use super::pictures::Picture;
+use super::recompute::Paper;
+use super::search::Solves;
+use super::statement::{Statement, Verdict};
 
 /// Tabulates the paper's statements beside the findings.
 pub fn statement_table(statements: &[Statement]) -> Table {
@@ -54,7 +54,7 @@ fn halving_table(paper: &Paper) -> Table {
 /// Changes of the levels by laws of tread and slices.
 fn law_table(paper: &Paper) -> Table {
     let [_, bedding, uncoupled] = &paper.tread_laws.laws;
-    let cell = |changes: &[crate::study::paper::Change], frequency: f64| {
+    let cell = |changes: &[Change], frequency: f64| {
         let found = changes.iter().find(|change| (change.frequency / frequency - 1.0).abs() < 1e-9);
         found.map_or(String::new(), |found| format!("{:+.2}", found.change))
     };
@@ -76,7 +76,7 @@ fn solves_table(paper: &Paper) -> Table {
     let of = &paper.search;
     let most = of.local.histogram.keys().chain(of.equation_4.histogram.keys()).max().copied().unwrap_or(0);
     let rows = (0..=most).map(|solves| {
-        let count = |found: &crate::study::paper::Solves| found.histogram.get(&solves).copied().unwrap_or(0);
+        let count = |found: &Solves| found.histogram.get(&solves).copied().unwrap_or(0);
         [u64::from(solves), count(&of.local), count(&of.equation_4)]
     });
     aligned(["solves", "instants, local law", "instants, equation 4"], rows)

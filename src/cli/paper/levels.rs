@@ -1,9 +1,8 @@
 //! Third-octave levels side by side.
 
 use serde::Serialize;
-
-use crate::response::BandLevel;
-use crate::study::trial::{LOWEST_BAND, level_changes, upper_edge};
+use tyrewave::response::{BandLevel, ThirdOctaveBand};
+use tyrewave::study::trial::{LOWEST_BAND, level_changes};
 
 /// Levels that differ by less are the same \[dB\]: what the accuracy `standard` states, and about what is heard.
 pub const INSIGNIFICANT: f64 = 1.0;
@@ -20,7 +19,8 @@ pub struct Change {
 /// Changes from a reference, from 100 Hz up to the band that holds a frequency \[Hz\]; bands that are silent in one of
 /// them are left out.
 pub fn changes(found: &[BandLevel], reference: &[BandLevel], highest: f64) -> Vec<Change> {
-    let within = |level: &BandLevel| (LOWEST_BAND..=upper_edge(highest)).contains(&level.band.nominal_frequency());
+    let highest = ThirdOctaveBand::containing(highest).map_or(highest, ThirdOctaveBand::upper_edge);
+    let within = |level: &BandLevel| (LOWEST_BAND..=highest).contains(&level.band.nominal_frequency());
     level_changes(found, reference)
         .filter(|(level, change)| within(level) && change.is_finite())
         .map(|(level, change)| Change { frequency: level.band.nominal_frequency(), change })
@@ -41,7 +41,6 @@ pub fn largest(changes: &[Change], measure: fn(f64) -> f64) -> Change {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::response::ThirdOctaveBand;
 
     #[test]
     fn changes_are_those_of_the_bands_looked_at() {

@@ -1,11 +1,11 @@
 //! Figure 2: driving-point mobility of the tread for patches of several sizes.
 
 use serde::Serialize;
+use tyrewave::numeric::StraightLine;
+use tyrewave::scene::Tyre;
+use tyrewave::tyre::influence::mobility::{Mobility, driving_point, frequencies, level};
 
 use super::statement::{Statement, Verdict};
-use crate::numeric::StraightLine;
-use crate::scene::Tyre;
-use crate::tyre::influence::mobility::{Mobility, driving_point, frequencies, level};
 
 /// Sides of the patches \[m\], each smaller than the one before.
 const PATCHES: [f64; 4] = [0.05, 0.02, 0.01, 0.005];

@@ -1,13 +1,13 @@
 //! Figure 6: third octaves of the contact force by the tread laws, at the same static contact stiffness.
 
 use serde::Serialize;
+use tyrewave::response::BandLevel;
+use tyrewave::run::error::RunError;
+use tyrewave::scene::{Scene, Tread};
+use tyrewave::study::trial::{Trial, Trials};
 
 use super::levels::{Change, INSIGNIFICANT, changes, largest, mean};
 use super::statement::{Statement, Verdict};
-use crate::response::BandLevel;
-use crate::run::error::RunError;
-use crate::scene::{Scene, Tread};
-use crate::study::trial::{Trial, Trials};
 
 /// Where the paper finds most: the contact resonance \[Hz\].
 const RESONANCE: f64 = 800.0;

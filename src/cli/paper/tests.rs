@@ -4,11 +4,14 @@ use std::collections::BTreeSet;
 use std::sync::atomic::AtomicBool;
 
 use serde_json::Value;
-use tyrewave::report::paper::{page, pictures, statement_table};
 use tyrewave::run::{RunError, Unwatched};
 use tyrewave::scene::LoadedScene;
-use tyrewave::study::paper::{PaperOptions, Verdict, recompute};
 use tyrewave::test_models::{scene, scene_text};
+
+use super::page::{page, statement_table};
+use super::pictures::pictures;
+use super::recompute::{PaperOptions, recompute};
+use super::statement::Verdict;
 
 const TINY: PaperOptions = PaperOptions {
     elements: 48,

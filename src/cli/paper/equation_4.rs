@@ -1,13 +1,13 @@
 //! Limit of the paper's equation 4 as the time step falls, beside the local law.
 
 use serde::Serialize;
+use tyrewave::run::error::RunError;
+use tyrewave::scene::{Scene, SliceCoupling};
+use tyrewave::study::accuracy::Richardson;
+use tyrewave::study::trial::{Common, Trials};
 
 use super::search::Solves;
 use super::statement::{Statement, Verdict};
-use crate::run::error::RunError;
-use crate::scene::{Scene, SliceCoupling};
-use crate::study::accuracy::Richardson;
-use crate::study::trial::{Common, Trials};
 
 /// The couplings that are refined.
 const COUPLINGS: [(SliceCoupling, &str); 3] =

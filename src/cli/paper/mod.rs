@@ -1,17 +1,36 @@
 //! `tyrewave paper`: the figures and statements of the paper that the model is from, computed again.
+//!
+//! `recompute` finds all of it, each figure and each subject in a file of its own; `page` and `pictures` show it.
+
+mod equation_4;
+mod influence;
+mod levels;
+mod mobility;
+mod page;
+mod patch_force;
+mod pictures;
+mod recompute;
+mod road;
+mod search;
+mod slice;
+mod statement;
+#[cfg(test)]
+mod tests;
+mod tread_laws;
 
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde_json::json;
-use tyrewave::report::paper::{page, pictures, settings, statement_table, tally};
 use tyrewave::results::table::Report;
 use tyrewave::scene::{DEFAULT, Scene};
-use tyrewave::study::paper::{PaperOptions, recompute};
 
 use super::context::Context;
 use super::error::CliError;
 use super::side::Side;
+use page::{page, settings, statement_table, tally};
+use pictures::pictures;
+use recompute::{PaperOptions, recompute};
 
 const EXAMPLES: &str = "\
 K. Larsson, Numerical modelling of the tyre/road contact (Chalmers): its figures 2 to 6 and what it says on \

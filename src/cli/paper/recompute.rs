@@ -7,38 +7,24 @@
 //! 3. equation 4 and the local law with ever smaller time steps, the axle held;
 //! 4. influence functions: some of the sums, and a fit.
 
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::Serialize;
+use tyrewave::counters::{Progress, Stage};
+use tyrewave::plan::Plan;
+use tyrewave::run::error::RunError;
+use tyrewave::scene::{LoadedScene, Scene};
+use tyrewave::study::trial::{SETTLING, Trials};
 
-use crate::counters::Progress;
-use crate::counters::Stage;
-use crate::plan::Plan;
-use crate::run::error::RunError;
-use crate::scene::{LoadedScene, Scene};
-use crate::study::trial::{SETTLING, Trials};
-
-mod equation_4;
-mod influence;
-mod levels;
-mod mobility;
-mod patch_force;
-mod road;
-mod search;
-mod slice;
-mod statement;
-mod tread_laws;
-
-pub use equation_4::{Equation4, Refined};
-pub use influence::InfluenceShare;
-pub use levels::Change;
-pub use mobility::MobilityFigure;
-pub use patch_force::PatchForces;
-pub use road::RoadFigure;
-pub use search::{SearchFigure, Solves};
-pub use slice::{Changed, SliceFigure};
-pub use statement::{Statement, Verdict};
-pub use tread_laws::{TreadLaw, TreadLaws};
+use super::equation_4::Equation4;
+use super::influence::InfluenceShare;
+use super::mobility::MobilityFigure;
+use super::patch_force::{PatchForces, Recorder};
+use super::road::RoadFigure;
+use super::search::{SearchFigure, Solves};
+use super::slice::SliceFigure;
+use super::statement::Statement;
+use super::tread_laws::TreadLaws;
 
 /// How much is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -128,7 +114,7 @@ pub fn recompute(
     let of_laws = 6.0 * (scene.rolling.warm_up + scene.rolling.duration);
     let refined = 3.0 * f64::from(halvings + 1) * (SETTLING + coarse_duration);
     let mut trials = Trials::new(of_laws + refined, stop, progress);
-    let (elastic, recorder) = trials.roll_with(&scene, patch_force::Recorder::new(&plan))?;
+    let (elastic, recorder) = trials.roll_with(&scene, Recorder::new(&plan))?;
     let patch_forces = recorder.finish(&elastic.plan);
     let tread_laws = TreadLaws::of((&scene, &elastic), highest, &mut trials)?;
     let slice = SliceFigure::of(&loaded, options.slices, &elastic, highest, &mut trials)?;
@@ -137,7 +123,9 @@ pub fn recompute(
     coarse.numerics.elements = options.coarse_elements;
     let held = trials.held(&coarse, coarse_duration)?;
     let (equation_4, search) = Equation4::of(&held, halvings, highest, &mut trials)?;
-    trials.look()?;
+    if stop.load(Ordering::Relaxed) {
+        return Err(RunError::Interrupted { kept: None });
+    }
     trials.finish();
     let local = Solves::of(&elastic);
     let search = SearchFigure { equation_4: search.unwrap_or_else(|| local.clone()), local };

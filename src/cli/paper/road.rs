@@ -1,14 +1,13 @@
 //! Figure 3: a rough road.
 
 use serde::Serialize;
+use tyrewave::plan::Plan;
+use tyrewave::road::{RoadDescription, TextureLevel, describe};
+use tyrewave::run::error::RunError;
+use tyrewave::run::road::{in_scene, road_limits};
+use tyrewave::scene::LoadedScene;
 
 use super::statement::{Statement, Verdict};
-use crate::plan::Plan;
-use crate::road::texture::TextureLevel;
-use crate::road::{RoadDescription, describe};
-use crate::run::error::RunError;
-use crate::run::road::{in_scene, road_limits};
-use crate::scene::LoadedScene;
 
 /// A piece of the road and its measures.
 #[derive(Clone, Debug, Serialize)]

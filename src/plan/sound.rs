@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use crate::plan::Plan;
 use crate::plan::front::FrontRow;
+use crate::plan::smooth_contact::Expected;
 use crate::radiation::draft::{self, DraftError, DraftErrors};
 use crate::radiation::{
     Block, Body, Cost, FrequencyRange, RadiationError, Resolution, SetUpCost, TransferGrid, TransferProblem,
@@ -295,6 +296,11 @@ impl Plan {
         Body::standing_tyre(self.radius, width, radiation.shoulder, 0.5 * patch)?.with_gap(radiation.acoustic_gap)
     }
 
+    /// Expected length of the static contact \[m\].
+    fn expected_patch(&self) -> f64 {
+        Expected::of(&self.scene, self.standing(), self.decisions.tyre.radius(), self.element).length
+    }
+
     /// Length of the patch of the body that radiates, given that of the static contact \[m\].
     fn patch_length(&self, radiation: &Radiation, at_rest: f64) -> f64 {
         let step = self.patch_step();
@@ -347,7 +353,7 @@ impl Plan {
         let mut positions = Vec::new();
         let mut names: Vec<String> = receivers.iter().map(|receiver| receiver.name.clone()).collect();
         let mut files: Vec<String> = Vec::new();
-        let patch_length = || self.patch_length(&radiation, self.amounts().expected.length);
+        let patch_length = || self.patch_length(&radiation, self.expected_patch());
         let beside = Beside { half_width: 0.5 * tyre.width + radiation.shoulder, patch_length: &patch_length };
         let heard = receivers.iter().enumerate().map(|(index, receiver)| {
             let (first, microphones) = (positions.len(), standard(&receiver.place));

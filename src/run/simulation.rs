@@ -135,23 +135,33 @@ impl Simulation {
         }
         let shape = prepared.contact.shape;
         let needs_power = observers.iter().any(|(_, observer)| observer.needs_power());
-        let rule = plan.scene.numerics.time_rule;
-        Ok(Self {
+        let mut run = Self {
             loaded: loaded.clone(),
             plan: plan.clone(),
             point_size: [plan.element, plan.scene.tyre.contact_width / shape.across as f64],
             next_step: 0,
-            power: needs_power.then(|| ContactPower::new(rule, plan.time_step, shape.points())),
+            power: None,
             prepared,
             observers,
             arrays: None,
             meter,
-        })
+        };
+        run.power = needs_power.then(|| run.contact_power());
+        Ok(run)
+    }
+
+    /// Power of the contact, about to take in its first step.
+    fn contact_power(&self) -> ContactPower {
+        let points = self.prepared.contact.shape.points();
+        ContactPower::new(self.plan.scene.numerics.time_rule, self.plan.time_step, points)
     }
 
     /// Adds an observer of the caller's own, after those of the effects.
     #[must_use]
     pub fn with(mut self, observer: impl Observer) -> Self {
+        if observer.needs_power() && self.power.is_none() {
+            self.power = Some(self.contact_power());
+        }
         self.observers.push(("own", Box::new(observer)));
         self
     }

@@ -54,8 +54,7 @@ fn smooth(rule: &str, lag: f64) -> (RollingResistance, f64, f64) {
 
 #[test]
 fn uncoupled_points_have_no_rolling_resistance() {
-    let text = test_models::add(PLATE, "contact", "tread = \"uncoupled\"\n");
-    let loaded = test_models::scene(&edit(&text, &[("numerics.elements", "128"), ("rolling.duration", "0.05")]));
+    let loaded = scene(&[("contact.tread", "\"uncoupled\""), ("rolling.duration", "0.05")]);
     let plan = Plan::of(&loaded).unwrap();
     let mut run = Simulation::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap();
     while run.step().unwrap().is_some() {}

@@ -33,7 +33,6 @@ mod resume;
 mod road;
 mod rules;
 mod run;
-mod scaling;
 mod scene_file;
 mod shell;
 mod side;

@@ -18,7 +18,6 @@ use super::context::{Context, print};
 use super::error::CliError;
 use super::options::by_name;
 use super::output_file::{OutputFile, Replaces, check_apart};
-use super::scaling::ScalingArguments;
 
 /// Where records are committed.
 const RECORDS: &str = "profiles/record";
@@ -37,7 +36,6 @@ Examples:
   tyrewave profile compare                             this program against the committed record: results and counters
   tyrewave profile compare old/tyrewave new/tyrewave   two programs: results, counters and the time of every stage
   tyrewave profile compare old/tyrewave --markdown performance.md --json-file performance.json
-  tyrewave profile scaling                             exponents of every cost, table and picture
   tyrewave profile measure rough                       one workload, as JSON";
 
 /// Arguments of `tyrewave profile`.
@@ -56,8 +54,9 @@ pub enum ProfileAction {
     Record(RecordArguments),
     /// Hold a program or record against another one; exit code 1 if it is worse.
     Compare(CompareArguments),
-    /// Measure how costs grow with sizes, and what threads give.
-    Scaling(ScalingArguments),
+    /// Gone: `cargo bench` and `tyrewave study` show costs against sizes.
+    #[command(hide = true)]
+    Scaling,
     /// Do one workload and print what it took as JSON: what `compare` asks of each program.
     Measure {
         /// The workload.
@@ -119,7 +118,11 @@ impl ProfileArguments {
         match self.action {
             ProfileAction::Record(arguments) => arguments.execute(context),
             ProfileAction::Compare(arguments) => arguments.execute(context),
-            ProfileAction::Scaling(arguments) => arguments.execute(context),
+            ProfileAction::Scaling => Err(CliError::Usage(
+                "`profile scaling` is gone: `tyrewave study SCENE` shows cost against accuracy, `cargo bench` cost against \
+                 sizes"
+                    .to_owned(),
+            )),
             ProfileAction::Measure { workload } => {
                 let measurement = measure(workload, context.interrupt.flag())?;
                 print(&format!("{}\n", serde_json::to_string(&measurement).unwrap_or_default()))

@@ -10,8 +10,6 @@
 //!    pooled; [`instructions`] of every stage of both;
 //! 6. [`mod@judge`]: all of that put together to a [`verdict`], in words, Markdown and JSON.
 //!
-//! [`scaling`] measures cost against size and threads.
-//!
 //! Counters decide what is exact, and times only what two programs did side by side on one machine: a recorded time is
 //! of another hour.
 
@@ -23,7 +21,6 @@ pub mod program;
 mod ratio;
 pub mod record;
 pub mod report;
-pub mod scaling;
 mod stamp;
 pub mod verdict;
 pub mod workload;

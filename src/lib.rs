@@ -53,7 +53,8 @@
 //! ```
 //!
 //! [`run::run()`] does the same into a folder of results, [`run::resume`] goes on with one that was stopped; [`report`]
-//! makes a page of it. Parts stand by themselves: [`tyre::layers::Stack`] gives compliances, [`tyre::influence`] and [`tyre::poles`] influence
+//! makes a page of it. Parts stand by themselves: [`tyre::layers::Stack`] gives compliances, [`tyre::influence`] and
+//! [`tyre::poles`] influence
 //! functions and their models, [`road::RoadSurface`] heights, [`road::slices`] what a slice of it makes of a tread,
 //! [`half_space::rough::indent`] the contact of a rough body, [`radiation`] the sound field of a vibrating body on a
 //! road, [`response`] spectra, [`sound`] levels and sound files.

@@ -119,8 +119,8 @@ impl ProfileArguments {
             ProfileAction::Record(arguments) => arguments.execute(context),
             ProfileAction::Compare(arguments) => arguments.execute(context),
             ProfileAction::Scaling => Err(CliError::Usage(
-                "`profile scaling` is gone: `tyrewave study SCENE` shows cost against accuracy, `cargo bench` cost against \
-                 sizes"
+                "`profile scaling` is gone: `tyrewave study SCENE` shows cost against accuracy, `cargo bench` \
+                 cost against sizes"
                     .to_owned(),
             )),
             ProfileAction::Measure { workload } => {

@@ -28,15 +28,14 @@
 //! ```
 //! use std::sync::atomic::AtomicBool;
 //! use tyrewave::counters::Meter;
-//! use tyrewave::effects::EffectError;
 //! use tyrewave::scene::DEFAULT;
-//! use tyrewave::{Observer, Plan, Scene, Simulation, Step};
+//! use tyrewave::{Error, Observer, Plan, Scene, Simulation, Step};
 //!
 //! /// Largest force of a run \[N\].
 //! struct Peak(f64);
 //!
 //! impl Observer for Peak {
-//!     fn observe(&mut self, step: &Step<'_>, _: &mut Meter) -> Result<(), EffectError> {
+//!     fn observe(&mut self, step: &Step<'_>, _: &mut Meter) -> Result<(), Error> {
 //!         self.0 = self.0.max(step.total_force);
 //!         Ok(())
 //!     }

@@ -6,40 +6,33 @@ use super::Stage;
 /// every time step.
 pub trait Progress {
     /// A stage of the preparation begins.
-    fn stage(&mut self, stage: Stage);
+    fn stage(&mut self, _stage: Stage) {}
 
     /// So many pieces of the stage are done, so many are known to be still to come.
     fn pieces(&mut self, _done: usize, _open: usize) {}
 
     /// The march through time begins, or goes on after `done` steps: `steps` steps of `time_step` seconds in all.
-    fn march(&mut self, done: u64, steps: u64, time_step: f64);
+    fn march(&mut self, _done: u64, _steps: u64, _time_step: f64) {}
 
     /// Tells that so many steps are done.
-    fn step(&mut self, done: u64);
+    fn step(&mut self, _done: u64) {}
 
     /// Tells the share of all work that is done, 0 to 1, where there is more of it than one run; and the work under
     /// way.
     fn share(&mut self, _done: f64, _doing: &str) {}
 
     /// Something that the user may want to know, as it happens.
-    fn note(&mut self, text: &str);
+    fn note(&mut self, _text: &str) {}
 
     /// Something that the user should act on.
-    fn warning(&mut self, text: &str);
+    fn warning(&mut self, _text: &str) {}
 
     /// The run has ended, one way or another.
-    fn finish(&mut self);
+    fn finish(&mut self) {}
 }
 
 /// Progress without a watcher.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Unwatched;
 
-impl Progress for Unwatched {
-    fn stage(&mut self, _stage: Stage) {}
-    fn march(&mut self, _done: u64, _steps: u64, _time_step: f64) {}
-    fn step(&mut self, _done: u64) {}
-    fn note(&mut self, _text: &str) {}
-    fn warning(&mut self, _text: &str) {}
-    fn finish(&mut self) {}
-}
+impl Progress for Unwatched {}

@@ -2,7 +2,7 @@
 //!
 //! Folder, memory, MATLAB file, Python package and documentation take them from here.
 
-use super::error::EffectError;
+use super::error::RunError;
 use super::observer::Step;
 use crate::plan::Plan;
 use crate::results::ResultsError;
@@ -155,14 +155,10 @@ impl Arrays {
         place: Option<&ArrayPlace<'_>>,
     ) -> Result<Self, ResultsError> {
         let every = plan.scene.outputs.cells_every.map(|time| (time / plan.time_step).round().max(1.0) as u64);
-        let mut arrays = Self {
-            open: Vec::new(),
-            every: every.unwrap_or(u64::MAX),
-            filled: vec![0.0; columns * across],
-            singles: Vec::new(),
-        };
-        let wanted = channels.filter(|channel| channel.when != When::AtEnd && (channel.wanted)(plan));
-        for channel in wanted.filter(|_| plan.scene.outputs.arrays) {
+        let mut arrays =
+            Self { open: Vec::new(), every: every.unwrap_or(u64::MAX), filled: Vec::new(), singles: Vec::new() };
+        let rows = |channel: &&Channel| channel.when != When::AtEnd && (channel.wanted)(plan);
+        for channel in channels.filter(|channel| plan.scene.outputs.arrays && rows(channel)) {
             let length = match channel.row {
                 RowShape::One => 1,
                 RowShape::Columns => columns,
@@ -176,10 +172,14 @@ impl Arrays {
             let rows = match channel.read {
                 Read::Count(_) => Rows::Whole(sink(channel, place, length, steps)?),
                 Read::Single(_) => {
-                    arrays.singles.resize(length, 0.0);
+                    arrays.singles.resize(arrays.singles.len().max(length), 0.0);
                     Rows::Single(sink(channel, place, length, steps)?)
                 }
-                _ => Rows::Double(sink(channel, place, length, steps)?),
+                Read::Fill(_) => {
+                    arrays.filled.resize(arrays.filled.len().max(length), 0.0);
+                    Rows::Double(sink(channel, place, length, steps)?)
+                }
+                Read::Number(_) | Read::Row(_) | Read::Written => Rows::Double(sink(channel, place, length, steps)?),
             };
             arrays.open.push(Open { channel, rows, length });
         }
@@ -195,7 +195,7 @@ impl Arrays {
     ///
     /// # Errors
     /// Errors of the arrays.
-    pub fn push(&mut self, step: &Step<'_>) -> Result<(), EffectError> {
+    pub fn push(&mut self, step: &Step<'_>) -> Result<(), RunError> {
         let Self { open, every, filled, singles } = self;
         for Open { channel, rows, length } in open {
             if channel.when == When::CellsEvery && !step.number.is_multiple_of(*every) {

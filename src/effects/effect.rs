@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use super::channel::Channel;
-use super::error::EffectError;
+use super::error::RunError;
 use super::observer::Observer;
 use crate::contact::footprint::WindowShape;
 use crate::contact::geometry::Geometry;
@@ -22,6 +22,8 @@ pub struct ContactFacts {
     pub geometry: Geometry,
     /// Shape of the window.
     pub shape: WindowShape,
+    /// Size of a point along and across \[m\].
+    pub point_size: [f64; 2],
     /// Static contact on a smooth road.
     pub at_rest: StaticContact,
     /// Factor of the influence functions; 1 unless a bedding's carcass is scaled.
@@ -76,6 +78,6 @@ pub trait Effect: Sync {
     /// Begins an observer; `None` where the scene does not call for it, or, with a warning, where the run is too short.
     ///
     /// # Errors
-    /// [`EffectError`].
-    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, EffectError>;
+    /// [`RunError`].
+    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, RunError>;
 }

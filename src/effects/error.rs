@@ -1,19 +1,34 @@
-//! Faults of an effect.
+//! Why a run did not reach its end.
+
+use std::path::PathBuf;
 
 use thiserror::Error;
 
+use crate::contact::ContactError;
 use crate::plan::models::ModelError;
 use crate::response::SpectrumError;
-use crate::results::{PlotError, ResultsError};
+use crate::results::{CheckpointError, PlotError, ResultsError};
+use crate::road::RoadError;
+use crate::road::maker::MakingError;
+use crate::road::slices::SliceError;
 use crate::scene::SceneError;
 use crate::storage::StateError;
 
-/// Error of an effect, by the layer that it comes from.
+/// An error of a run, by the layer that it comes from.
 #[derive(Debug, Error)]
-pub enum EffectError {
-    /// The scene asks for what cannot be had.
+pub enum RunError {
+    /// The scene cannot be used, or asks for more than there is.
     #[error(transparent)]
     Scene(#[from] SceneError),
+    /// The road.
+    #[error(transparent)]
+    Road(#[from] RoadError),
+    /// The road's slices.
+    #[error(transparent)]
+    Slices(#[from] SliceError),
+    /// The contact.
+    #[error(transparent)]
+    Contact(#[from] ContactError),
     /// The results could not be written.
     #[error(transparent)]
     Results(#[from] ResultsError),
@@ -26,16 +41,42 @@ pub enum EffectError {
     /// The state of an unfinished run does not fit.
     #[error(transparent)]
     State(#[from] StateError),
+    /// The run cannot be gone on with.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
+    /// The results could not be written to their end, but there is a checkpoint to go on from.
+    #[error(
+        "{source}; the run up to its last checkpoint is kept: when there is room, `tyrewave resume {}` goes on",
+        kept.display()
+    )]
+    Kept {
+        /// Error of the results.
+        source: ResultsError,
+        /// The folder of the unfinished run.
+        kept: PathBuf,
+    },
     /// The user stopped the run.
     #[error("interrupted")]
-    Interrupted,
+    Interrupted {
+        /// Where the partial results are, if there are any.
+        kept: Option<PathBuf>,
+    },
 }
 
-impl From<ModelError> for EffectError {
+impl From<MakingError> for RunError {
+    fn from(error: MakingError) -> Self {
+        match error {
+            MakingError::Road(error) => Self::Road(error),
+            MakingError::Slices(error) => Self::Slices(error),
+        }
+    }
+}
+
+impl From<ModelError> for RunError {
     fn from(error: ModelError) -> Self {
         match error {
             ModelError::Scene(error) => Self::Scene(error),
-            ModelError::Stopped => Self::Interrupted,
+            ModelError::Stopped => Self::Interrupted { kept: None },
         }
     }
 }

@@ -22,7 +22,7 @@ pub mod vibration;
 
 pub use channel::{Arrays, Channel, KeptArray, Numbers, Read, RowShape, When};
 pub use effect::{Begin, ContactFacts, Effect, TyreModels};
-pub use error::EffectError;
+pub use error::RunError;
 pub use observer::{End, Found, Observer, Step};
 
 /// All effects, in the order of their work.

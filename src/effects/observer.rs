@@ -2,7 +2,7 @@
 
 use std::any::Any;
 
-use super::error::EffectError;
+use super::error::RunError;
 use crate::contact::footprint::Footprint;
 use crate::contact::geometry::Geometry;
 use crate::counters::Meter;
@@ -28,9 +28,9 @@ pub struct Step<'a> {
     pub indentation: f64,
     /// Sum of the forces \[N\].
     pub total_force: f64,
-    /// Power that the forces put into the tyre \[W\], where an observer needs it; from two steps before those that
-    /// count.
-    pub power: f64,
+    /// Power that the forces put into the tyre \[W\], where an observer needs it, from two steps before those that count:
+    /// backward differences look so far back.
+    pub power: Option<f64>,
     /// Length of the contact \[m\].
     pub contact_length: f64,
     /// Size of a point along and across \[m\].
@@ -82,8 +82,8 @@ pub trait Observer: Any + Send {
     /// Takes in a step.
     ///
     /// # Errors
-    /// [`EffectError`]; the run cannot go on then.
-    fn observe(&mut self, step: &Step<'_>, meter: &mut Meter) -> Result<(), EffectError>;
+    /// [`RunError`]; the run cannot go on then.
+    fn observe(&mut self, step: &Step<'_>, meter: &mut Meter) -> Result<(), RunError>;
 
     /// Takes the state down.
     ///
@@ -114,7 +114,7 @@ pub trait Observer: Any + Send {
         _files: &dyn ResultFiles,
         _found: &mut Found,
         _meter: &mut Meter,
-    ) -> Result<(), EffectError> {
+    ) -> Result<(), RunError> {
         Ok(())
     }
 }

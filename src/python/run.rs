@@ -2,14 +2,13 @@
 
 use std::path::PathBuf;
 
-use ndarray::Array2;
 use numpy::{Element, IntoPyArray};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
 use super::error::Failure;
 use super::scene::Scene;
-use super::work::carried_out;
+use super::work::{carried_out, of_shape};
 use crate::counters::Watch;
 use crate::effects::{self, KeptArray, Numbers, RowShape, When};
 use crate::plan::process_memory;
@@ -89,22 +88,20 @@ pub(super) fn run_in_memory<'py>(
     found.set_item("files", contents)?;
     for KeptArray { name, columns, numbers } in arrays {
         let array = match numbers {
-            Numbers::Double(numbers) => shaped(py, numbers, columns)?,
-            Numbers::Whole(numbers) => shaped(py, numbers, columns)?,
-            Numbers::Single(numbers) => shaped(py, numbers, columns)?,
+            Numbers::Double(numbers) => handed(py, numbers, columns)?,
+            Numbers::Whole(numbers) => handed(py, numbers, columns)?,
+            Numbers::Single(numbers) => handed(py, numbers, columns)?,
         };
         found.set_item(name, array)?;
     }
     Ok(found)
 }
 
-/// Makes an array of a run's rows, of so many numbers each.
-fn shaped<'py, T: Element>(py: Python<'py>, numbers: Vec<T>, columns: Option<usize>) -> PyResult<Bound<'py, PyAny>> {
+/// Hands over an array of a run, whose rows have so many numbers.
+fn handed<'py, T: Element>(py: Python<'py>, numbers: Vec<T>, columns: Option<usize>) -> PyResult<Bound<'py, PyAny>> {
     let Some(columns) = columns else { return Ok(numbers.into_pyarray(py).into_any()) };
     let shape = (numbers.len() / columns.max(1), columns);
-    let array = Array2::from_shape_vec(shape, numbers);
-    let array = array.map_err(|error| Failure::Inside(error.to_string()).raised(py))?;
-    Ok(array.into_pyarray(py).into_any())
+    Ok(of_shape(numbers, shape).map_err(|failure| failure.raised(py))?.into_pyarray(py).into_any())
 }
 
 /// Arrays that a run may have: name, unit, meaning, and whether a row is one number, or one for each column of the

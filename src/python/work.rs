@@ -162,6 +162,13 @@ pub(super) fn carried_out<T: Send>(
 /// [`Failure::Inside`] for rows of another length.
 pub(super) fn shaped<T>(rows: Vec<Vec<T>>, columns: usize) -> Result<Array2<T>, Failure> {
     let shape = (rows.len(), columns);
-    let values = rows.into_iter().flatten().collect();
+    of_shape(rows.into_iter().flatten().collect(), shape)
+}
+
+/// Makes an array of its values, row after row.
+///
+/// # Errors
+/// [`Failure::Inside`] for another number of them.
+pub(super) fn of_shape<T>(values: Vec<T>, shape: (usize, usize)) -> Result<Array2<T>, Failure> {
     Array2::from_shape_vec(shape, values).map_err(|error| Failure::Inside(error.to_string()))
 }

@@ -15,6 +15,7 @@ use crate::contact::axle::AxleHeight;
 use crate::contact::march::MarchState;
 use crate::counters::process::cpu_time;
 use crate::counters::{Counters, Stage};
+use crate::effects::RunError;
 use crate::numeric::digest::{hexadecimal, sha256};
 use crate::results::ResultsError;
 use crate::results::arrays::WrittenArrays;
@@ -22,7 +23,6 @@ use crate::results::checkpoint::{self, CHECKPOINT_FILE, CheckpointError, SCENE_F
 use crate::results::files::ResultFiles;
 use crate::results::folder::ResultsFolder;
 use crate::road::ahead::RoadState;
-use crate::run::error::RunError;
 use crate::run::prepare::Prepared;
 use crate::run::simulation::Simulation;
 use crate::scene::LoadedScene;

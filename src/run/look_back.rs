@@ -2,9 +2,9 @@
 
 use crate::counters::{Meter, Stage};
 use crate::effects::Found;
+use crate::effects::RunError;
 use crate::results::files::ResultFiles;
 use crate::results::summary::{ContactQuality, Cost, LoadResult, Outcome, Summary};
-use crate::run::error::RunError;
 use crate::run::simulation::Simulation;
 use crate::scene::LoadedScene;
 

@@ -8,7 +8,6 @@
 
 mod cells;
 pub mod checkpoint;
-pub mod error;
 pub mod in_memory;
 mod look_back;
 pub mod past;
@@ -23,7 +22,7 @@ mod zone_maker;
 mod tests;
 
 pub use crate::counters::{Progress, Unwatched};
-pub use error::RunError;
+pub use crate::effects::RunError;
 pub use in_memory::{RunInMemory, run_in_memory};
 pub use simulation::{Results, Setup, Simulation};
 pub use to_folder::{RunOptions, RunReport, resume, run};

@@ -7,9 +7,9 @@ use crate::contact::history::{DirectHistory, LagKernel, ModalHistory, PastForces
 use crate::contact::kernel::{ContactKernel, EqualBedding};
 use crate::contact::stability::Stability;
 use crate::counters::{Counter, Meter, Stage};
+use crate::effects::RunError;
 use crate::plan::Plan;
 use crate::plan::models::{count_evaluations, planned_model};
-use crate::run::error::RunError;
 use crate::scene::{LoadedScene, SceneError, TimeRule};
 use crate::tyre::influence::InfluenceSum;
 use crate::tyre::influence::convolution_quadrature::Weights;

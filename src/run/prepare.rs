@@ -11,12 +11,12 @@ use crate::contact::geometry::Geometry;
 use crate::contact::march::March;
 use crate::contact::static_contact::{deepest, window_reach};
 use crate::counters::{Meter, Stage};
+use crate::effects::RunError;
 use crate::effects::{ContactFacts, TyreModels};
 use crate::plan::Plan;
 use crate::road::ahead::RoadAhead;
 use crate::road::strip::RoadStrip;
 use crate::run::cells::CellContact;
-use crate::run::error::RunError;
 use crate::run::road::open_road;
 use crate::run::slices::SliceContact;
 use crate::run::zone_maker::{Made, Window, ZoneMaker};
@@ -86,9 +86,11 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
             moving.map_or_else(|| AxleHeight::Loaded(control()), |moving| AxleHeight::Moving(Box::new(moving)))
         }
     };
+    let shape = march.footprint().shape();
     let contact = ContactFacts {
         geometry: march.geometry().clone(),
-        shape: march.footprint().shape(),
+        shape,
+        point_size: [plan.element, scene.tyre.contact_width / shape.across as f64],
         at_rest,
         scale,
         spring: march.spring(),

@@ -1,8 +1,8 @@
 //! Road of a planned run: opened, long enough, and its complaints placed in the scene.
 
+use crate::effects::RunError;
 use crate::plan::Plan;
 use crate::road::{Limits, RoadError, RoadSurface};
-use crate::run::error::RunError;
 use crate::scene::{LoadedScene, Scene, SceneError};
 
 /// Opens the road of a planned run, and makes sure that it reaches `chord` \[m\] beyond where the axle goes; with it

@@ -12,6 +12,7 @@ use crate::contact::ContactError;
 use crate::contact::complementarity::{Residuals, SearchCounts};
 use crate::contact::march::StepResult;
 use crate::counters::{Counter, Meter, Phase, Progress, Stage, Timing, Unwatched, Watch, Work};
+use crate::effects::RunError;
 use crate::effects::force::ForceObserver;
 use crate::effects::sound::{HeardSound, SoundObserver};
 use crate::effects::vibration::{HeardVibration, VibrationObserver};
@@ -23,7 +24,6 @@ use crate::results::ResultsError;
 use crate::results::arrays::{ArrayPlace, WrittenArrays};
 use crate::results::files::ResultFiles;
 use crate::results::summary::RollingResistance;
-use crate::run::error::RunError;
 use crate::run::prepare::{Prepared, prepare};
 use crate::scene::LoadedScene;
 use crate::storage::state::{SavedState, StateError, StateWriter, restore_part};
@@ -33,19 +33,25 @@ const LOOK_EVERY: u64 = 16;
 /// Factor by which a window of cells becomes longer once contact has reached its end.
 const WIDER: f64 = 1.5;
 
+/// Observer with the name of its effect.
+type Named = (&'static str, Box<dyn Observer>);
+
+/// The first observer of a type, if there is one.
+fn first_of<T: Observer>(observers: &[Named]) -> Option<&T> {
+    observers.iter().find_map(|(_, observer)| (observer.as_ref() as &dyn Any).downcast_ref())
+}
+
 /// Run between two of its steps.
 pub struct Simulation {
     /// The scene as it was loaded, and its plan.
     loaded: LoadedScene,
     plan: Plan,
-    /// Size of a point along and across \[m\].
-    point_size: [f64; 2],
     /// The step after the last one that is recorded; the contact is behind it after it began again.
     next_step: u64,
     /// Contact, road and axle.
     pub(crate) prepared: Prepared,
     /// Observers by the names of their effects.
-    observers: Vec<(&'static str, Box<dyn Observer>)>,
+    observers: Vec<Named>,
     /// Power put in, where an observer needs it.
     power: Option<ContactPower>,
     arrays: Option<Arrays>,
@@ -133,12 +139,10 @@ impl Simulation {
         for effect in EFFECTS.into_iter().filter(|effect| !without.contains(&effect.name())) {
             observers.extend(effect.begin(&mut begin)?.map(|observer| (effect.name(), observer)));
         }
-        let shape = prepared.contact.shape;
         let needs_power = observers.iter().any(|(_, observer)| observer.needs_power());
         let mut run = Self {
             loaded: loaded.clone(),
             plan: plan.clone(),
-            point_size: [plan.element, plan.scene.tyre.contact_width / shape.across as f64],
             next_step: 0,
             power: None,
             prepared,
@@ -168,7 +172,7 @@ impl Simulation {
 
     /// The first observer of a type, if there is one.
     pub fn observer<T: Observer>(&self) -> Option<&T> {
-        self.observers.iter().find_map(|(_, observer)| (observer.as_ref() as &dyn Any).downcast_ref())
+        first_of(&self.observers)
     }
 
     /// Begins the arrays that the plan calls for, in a folder or in memory, or goes on with them.
@@ -235,10 +239,7 @@ impl Simulation {
     /// Velocities of the steps so far, where the scene asks for them and a segment of them is complete.
     pub fn vibration(&mut self) -> Option<HeardVibration> {
         let Self { observers, meter, .. } = self;
-        let of_vibration = |(_, observer): &(_, Box<dyn Observer>)| {
-            (observer.as_ref() as &dyn Any).downcast_ref::<VibrationObserver>()?.heard_so_far(meter)
-        };
-        observers.iter().find_map(of_vibration)
+        first_of::<VibrationObserver>(observers).and_then(|observer| observer.heard_so_far(meter))
     }
 
     /// Ends the run, wherever it is.
@@ -295,7 +296,7 @@ impl Simulation {
         let end = self.end();
         let written = self.observers.iter().try_for_each(|(_, of)| of.write(&end, files, found, &mut meter));
         self.meter = meter;
-        Ok(written?)
+        written
     }
 
     /// Completes the arrays; gives those that are in memory.
@@ -379,8 +380,8 @@ impl Simulation {
     /// begins again over a wider one, since other waves carry the past through that; `None` until it has come as far
     /// as it was.
     fn advance(&mut self) -> Result<Option<StepResult>, RunError> {
-        let Self { plan, point_size, next_step, prepared, observers, power, arrays, meter, .. } = self;
-        let Prepared { march, road, axle, .. } = prepared;
+        let Self { plan, next_step, prepared, observers, power, arrays, meter, .. } = self;
+        let Prepared { march, road, axle, contact, .. } = prepared;
         let number = march.next_step();
         meter.begin_step(number);
         let reach = march.reach(number);
@@ -407,15 +408,15 @@ impl Simulation {
             counts: number >= plan.warm_up_steps,
             indentation,
             total_force: result.total_force,
-            power: 0.0,
+            power: None,
             contact_length: result.extent as f64 * plan.element,
-            point_size: *point_size,
+            point_size: contact.point_size,
             footprint,
             geometry: march.geometry(),
         };
         // Backward differences look two steps back.
         if let Some(power) = power.as_mut().filter(|_| number + 2 >= plan.warm_up_steps) {
-            step.power = power.push(footprint.first_point(), footprint.forces(), footprint.displacements());
+            step.power = Some(power.push(footprint.first_point(), footprint.forces(), footprint.displacements()));
         }
         if let Some(arrays) = arrays {
             meter.time_in_step(Stage::Output, || arrays.push(&step))?;

@@ -6,13 +6,13 @@ use std::time::{Duration, Instant};
 
 use crate::counters::process::cpu_time;
 use crate::counters::{MachinePeak, Meter, Progress, Stage, Watch};
+use crate::effects::RunError;
 use crate::plan::{Forecast, Plan, process_memory, unit_record};
 use crate::results::arrays::ArrayPlace;
 use crate::results::folder::ResultsFolder;
 use crate::results::summary::{Cost, Planned, Summary};
 use crate::results::unfinished::unfinished;
 use crate::run::checkpoint::{Checkpoint, Checkpoints};
-use crate::run::error::RunError;
 use crate::run::look_back::{look_back, summary};
 use crate::run::simulation::{Setup, Simulation};
 use crate::scene::LoadedScene;

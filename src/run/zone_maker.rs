@@ -5,10 +5,10 @@ use crate::contact::geometry::Geometry;
 use crate::contact::march::March;
 use crate::contact::static_contact::StaticContact;
 use crate::counters::Meter;
+use crate::effects::RunError;
 use crate::effects::TyreModels;
 use crate::road::RoadSurface;
 use crate::road::maker::SliceForm;
-use crate::run::error::RunError;
 
 /// Window that a zone is made for.
 pub(super) struct Window<'a> {

@@ -15,7 +15,7 @@ use crate::plan::decisions::{ROWS, Row};
 use crate::response::BandLevel;
 use crate::results::summary::RollingResistance;
 use crate::results::table::{csv, optional, row};
-use crate::run::error::RunError;
+use crate::run::RunError;
 use crate::scene::{AirMotion, LoadedScene, Scene, SliceCoupling, Zone};
 use crate::study::trial::{Trial, Trials};
 
@@ -141,7 +141,7 @@ pub fn compare(
                 trials.roll(&with(&|other| !same(other, effect)))?,
             ]),
         };
-        effects.push(Worth { effect: *effect, found: both });
+        effects.push(Worth { effect, found: both });
     }
     let mut doubts = Vec::new();
     for (name, factor) in DOUBTS {

@@ -11,7 +11,7 @@ use std::sync::atomic::AtomicBool;
 use crate::contact::ContactError;
 use crate::contact::static_contact::{StaticContact, StaticTyre};
 use crate::counters::Progress;
-use crate::run::error::RunError;
+use crate::run::RunError;
 use crate::scene::{Axle, Contact, Effects, Road, Scene};
 use crate::study::trial::{SETTLING, Trials};
 use crate::tyre::influence::{Field, InfluenceSum};

@@ -9,7 +9,7 @@ use crate::counters::Unwatched;
 use crate::counters::{Counter, Stage};
 use crate::plan::Plan;
 use crate::plan::models::{fetch, refused};
-use crate::run::error::RunError;
+use crate::run::RunError;
 use crate::scene::{History, LoadedScene, Rolling, Scene, TimeRule};
 use crate::study::trial::{Common, Trials};
 

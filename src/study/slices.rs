@@ -6,7 +6,7 @@ use crate::plan::Plan;
 use crate::road::slices::statistics::{LevelStatistics, statistics};
 use crate::road::slices::{CELL_LENGTH, SliceError, SliceScratch, StiffnessCurve};
 use crate::road::{Lattice, RoadSurface};
-use crate::run::error::RunError;
+use crate::run::RunError;
 use crate::run::road::{in_scene, road_limits};
 use crate::run::slices::slice_builder;
 use crate::scene::{LoadedScene, Slices};

@@ -18,7 +18,7 @@ use crate::numeric::windowed_sinc::WindowedSinc;
 use crate::plan::Plan;
 use crate::response::{BandLevel, PowerSpectrum, ThirdOctaveBand};
 use crate::results::sound::{RatedLevel, ReceiverSpectrum};
-use crate::run::error::RunError;
+use crate::run::RunError;
 use crate::run::{Results, Setup, Simulation};
 use crate::scene::{Axle, LoadedScene, Radiation, Scene, Switch, TimeRule};
 use crate::sound::SoundLevels;
@@ -410,7 +410,7 @@ mod tests {
     use std::f64::consts::TAU;
 
     use super::*;
-    use crate::effects::{EffectError, Step};
+    use crate::effects::{RunError, Step};
     use crate::scene::PLATE;
     use crate::test_models::{edit, scene};
 
@@ -419,7 +419,7 @@ mod tests {
     struct Forces(Vec<f64>);
 
     impl Observer for Forces {
-        fn observe(&mut self, step: &Step<'_>, _: &mut Meter) -> Result<(), EffectError> {
+        fn observe(&mut self, step: &Step<'_>, _: &mut Meter) -> Result<(), RunError> {
             self.0.push(step.total_force);
             Ok(())
         }

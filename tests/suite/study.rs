@@ -5,7 +5,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::sleep;
 use std::time::Duration;
 
-use tyrewave::counters::Stage;
 use tyrewave::run::{Progress, RunError, Unwatched};
 use tyrewave::scene::{DEFAULT, LoadedScene};
 use tyrewave::study::accuracy::{Kind, Point, Study, StudyOptions, front, sound, study};
@@ -75,13 +74,6 @@ struct Shares<'a> {
 }
 
 impl Progress for Shares<'_> {
-    fn stage(&mut self, _stage: Stage) {}
-    fn march(&mut self, _done: u64, _steps: u64, _time_step: f64) {}
-    fn step(&mut self, _done: u64) {}
-    fn note(&mut self, _text: &str) {}
-    fn warning(&mut self, _text: &str) {}
-    fn finish(&mut self) {}
-
     fn share(&mut self, done: f64, doing: &str) {
         self.told.push((done, doing.to_owned()));
         if doing == self.last {

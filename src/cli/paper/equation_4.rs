@@ -1,7 +1,7 @@
 //! Limit of the paper's equation 4 as the time step falls, beside the local law.
 
 use serde::Serialize;
-use tyrewave::run::error::RunError;
+use tyrewave::run::RunError;
 use tyrewave::scene::{Scene, SliceCoupling};
 use tyrewave::study::accuracy::Richardson;
 use tyrewave::study::trial::{Common, Trials};

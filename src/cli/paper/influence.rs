@@ -13,7 +13,7 @@ use serde::Serialize;
 use tyrewave::numeric::in_parallel;
 use tyrewave::plan::Plan;
 use tyrewave::plan::models::{fetch, refused};
-use tyrewave::run::error::RunError;
+use tyrewave::run::RunError;
 use tyrewave::scene::{LoadedScene, Scene, TimeRule};
 use tyrewave::tyre::influence::convolution_quadrature::Contour;
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, SumAt, Truncation};

@@ -3,7 +3,7 @@
 use ndarray::Array2;
 use serde::Serialize;
 use tyrewave::counters::Meter;
-use tyrewave::effects::{EffectError, Observer, Step};
+use tyrewave::effects::{Observer, RunError, Step};
 use tyrewave::plan::Plan;
 
 use super::statement::{Statement, Verdict};
@@ -94,7 +94,7 @@ impl Recorder {
 
 impl Observer for Recorder {
     /// Keeps the step if it is one of those shown.
-    fn observe(&mut self, step: &Step<'_>, _: &mut Meter) -> Result<(), EffectError> {
+    fn observe(&mut self, step: &Step<'_>, _: &mut Meter) -> Result<(), RunError> {
         if ((self.steps - step.number) as f64) * self.time_step <= SHOWN {
             (self.columns, self.start) = (step.geometry.columns, step.geometry.start);
             self.time.push(step.time);

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use serde::Serialize;
 use tyrewave::counters::{Progress, Stage};
 use tyrewave::plan::Plan;
-use tyrewave::run::error::RunError;
+use tyrewave::run::RunError;
 use tyrewave::scene::{LoadedScene, Scene};
 use tyrewave::study::trial::{SETTLING, Trials};
 

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use tyrewave::plan::Plan;
 use tyrewave::road::{RoadDescription, TextureLevel, describe};
-use tyrewave::run::error::RunError;
+use tyrewave::run::RunError;
 use tyrewave::run::road::{in_scene, road_limits};
 use tyrewave::scene::LoadedScene;
 

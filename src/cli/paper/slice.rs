@@ -1,7 +1,7 @@
 //! Figure 4: a slice of the road and its stiffness function by both laws, and what the law is worth in the force.
 
 use serde::Serialize;
-use tyrewave::run::error::RunError;
+use tyrewave::run::RunError;
 use tyrewave::scene::{LoadedScene, Scene, SliceCoupling};
 use tyrewave::study::slices::{LAWS, Sample, SliceView, Spread, spread};
 use tyrewave::study::trial::{Trial, Trials};

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use tyrewave::response::BandLevel;
-use tyrewave::run::error::RunError;
+use tyrewave::run::RunError;
 use tyrewave::scene::{Scene, Tread};
 use tyrewave::study::trial::{Trial, Trials};
 

@@ -5,7 +5,7 @@ use ndarray::{Array2, ArrayView2};
 
 use super::channel::{Channel, Read, RowShape, When};
 use super::effect::{Begin, Effect};
-use super::error::EffectError;
+use super::error::RunError;
 use super::observer::{End, Found, Observer, Step};
 use crate::counters::{Meter, Stage};
 use crate::numeric::{RunningMoments, largest_or_zero};
@@ -106,13 +106,12 @@ impl Effect for CellsEffect {
         &CHANNELS
     }
 
-    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, EffectError> {
+    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, RunError> {
         let Begin { plan, contact, .. } = *begin;
         if !over_cells(plan) {
             return Ok(None);
         }
-        let shape = contact.shape;
-        let size = [plan.element, plan.scene.tyre.contact_width / shape.across as f64];
+        let (shape, size) = (contact.shape, contact.point_size);
         let sum = vec![0.0; shape.points()];
         Ok(Some(Box::new(CellObserver { across: shape.across, size, moments: Default::default(), sum })))
     }
@@ -130,7 +129,7 @@ pub struct CellObserver {
 }
 
 impl Observer for CellObserver {
-    fn observe(&mut self, step: &Step<'_>, meter: &mut Meter) -> Result<(), EffectError> {
+    fn observe(&mut self, step: &Step<'_>, meter: &mut Meter) -> Result<(), RunError> {
         if step.counts {
             meter.time_in_step(Stage::Output, || {
                 let (area, footprint) = (area(step), step.footprint);
@@ -162,14 +161,14 @@ impl Observer for CellObserver {
         });
     }
 
-    fn write(&self, end: &End<'_>, files: &dyn ResultFiles, _: &mut Found, _: &mut Meter) -> Result<(), EffectError> {
+    fn write(&self, end: &End<'_>, files: &dyn ResultFiles, _: &mut Found, _: &mut Meter) -> Result<(), RunError> {
         if end.loaded.scene.outputs.plots { self.draw(end, files) } else { Ok(()) }
     }
 }
 
 impl CellObserver {
     /// Draws the patch: mean pressure, the pressure of the last step, and the road under it.
-    fn draw(&self, end: &End<'_>, files: &dyn ResultFiles) -> Result<(), EffectError> {
+    fn draw(&self, end: &End<'_>, files: &dyn ResultFiles) -> Result<(), RunError> {
         let geometry = end.geometry;
         let first = geometry.first_element(end.steps.saturating_sub(1));
         let mut heights = vec![f64::NAN; self.sum.len()];

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::channel::{Channel, Read, RowShape, When};
 use super::effect::{Begin, Effect};
-use super::error::EffectError;
+use super::error::RunError;
 use super::observer::{End, Found, Observer, Step};
 use crate::counters::Meter;
 use crate::numeric::RunningMoments;
@@ -97,7 +97,7 @@ impl Effect for ForceEffect {
         &CHANNELS
     }
 
-    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, EffectError> {
+    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, RunError> {
         let Begin { plan, contact, in_memory, .. } = *begin;
         let outputs = &plan.scene.outputs;
         let steps = plan.steps_drawn(contact.at_rest.length) as u64;
@@ -151,7 +151,7 @@ struct Drawn {
 }
 
 impl Observer for ForceObserver {
-    fn observe(&mut self, step: &Step<'_>, _: &mut Meter) -> Result<(), EffectError> {
+    fn observe(&mut self, step: &Step<'_>, _: &mut Meter) -> Result<(), RunError> {
         if self.shown.contains(&step.number) {
             self.drawn.time.push(step.time);
             self.drawn.first_element.push(step.footprint.first_element());
@@ -208,7 +208,7 @@ impl Observer for ForceObserver {
         }
     }
 
-    fn write(&self, end: &End<'_>, files: &dyn ResultFiles, _: &mut Found, _: &mut Meter) -> Result<(), EffectError> {
+    fn write(&self, end: &End<'_>, files: &dyn ResultFiles, _: &mut Found, _: &mut Meter) -> Result<(), RunError> {
         let outputs = &end.loaded.scene.outputs;
         // A run too short for a spectrum has none: the summary's warnings say so.
         if (outputs.spectra || outputs.plots)
@@ -243,7 +243,7 @@ impl ForceObserver {
     }
 
     /// Draws the forces of the patch over time.
-    fn draw_patch(&self, end: &End<'_>, files: &dyn ResultFiles) -> Result<(), EffectError> {
+    fn draw_patch(&self, end: &End<'_>, files: &dyn ResultFiles) -> Result<(), RunError> {
         let drawn = &self.drawn;
         let shape = (drawn.time.len(), end.geometry.columns);
         if let Ok(force) = ArrayView2::from_shape(shape, &drawn.force) {
@@ -264,7 +264,7 @@ impl ForceObserver {
 }
 
 /// Draws the third octaves of the force.
-fn spectrum_picture(end: &End<'_>, levels: &[BandLevel]) -> Result<String, EffectError> {
+fn spectrum_picture(end: &End<'_>, levels: &[BandLevel]) -> Result<String, RunError> {
     let plot = ThirdOctavePlot {
         title: &format!("Contact force, third octaves: {}", end.loaded.title()),
         quantity: FORCE_LEVEL,

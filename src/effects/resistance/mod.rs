@@ -6,7 +6,7 @@
 //! tyre under the forces, and there is none.
 
 use super::effect::{Begin, Effect};
-use super::error::EffectError;
+use super::error::RunError;
 use super::observer::{End, Found, Observer, Step};
 use crate::counters::Meter;
 use crate::numeric::RunningMoments;
@@ -22,7 +22,7 @@ impl Effect for ResistanceEffect {
         "resistance"
     }
 
-    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, EffectError> {
+    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, RunError> {
         if begin.plan.decisions.tread == Tread::Uncoupled {
             return Ok(None);
         }
@@ -46,9 +46,9 @@ impl Observer for ResistanceObserver {
         true
     }
 
-    fn observe(&mut self, step: &Step<'_>, _: &mut Meter) -> Result<(), EffectError> {
-        if step.counts {
-            self.power.push(step.power);
+    fn observe(&mut self, step: &Step<'_>, _: &mut Meter) -> Result<(), RunError> {
+        if let Some(power) = step.power.filter(|_| step.counts) {
+            self.power.push(power);
             self.force.push(step.total_force);
         }
         Ok(())

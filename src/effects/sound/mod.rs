@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::effect::{Begin, Effect};
-use super::error::EffectError;
+use super::error::RunError;
 use super::observer::{End, Found, Observer, Step};
 use crate::counters::{Counter, Meter, Stage, Work};
 use crate::plan::{Heard, Plan, SOUND_FADE, SOUND_SEGMENT, Sound};
@@ -40,7 +40,7 @@ impl Effect for SoundEffect {
         "sound"
     }
 
-    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, EffectError> {
+    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, RunError> {
         Ok(SoundObserver::begin(begin)?.map(|observer| Box::new(observer) as Box<dyn Observer>))
     }
 }
@@ -57,7 +57,6 @@ pub struct SoundObserver {
     spectra: Vec<SpectrumAccumulator>,
     /// By point, pressures over time as far as they are kept to be listened to.
     signals: Vec<KeptSignal>,
-    warm_up: u64,
     valid_to: f64,
     /// \[m/s\].
     speed: f64,
@@ -116,8 +115,8 @@ impl SoundObserver {
     ///
     /// # Errors
     /// A body or receivers that cannot be, a plan that needs too much memory: complaints about the scene;
-    /// [`EffectError::Interrupted`].
-    pub fn begin(begin: &mut Begin<'_>) -> Result<Option<Self>, EffectError> {
+    /// [`RunError::Interrupted`].
+    pub fn begin(begin: &mut Begin<'_>) -> Result<Option<Self>, RunError> {
         let Begin { loaded, plan, contact, warnings, stop, progress, meter, .. } = begin;
         let Some(sound) = plan.sound() else { return Ok(None) };
         let geometry = &contact.geometry;
@@ -161,19 +160,15 @@ impl SoundObserver {
             stream: PressureStream::new(transfers, plan.steps - plan.warm_up_steps),
             spectra,
             signals,
-            warm_up: plan.warm_up_steps,
             speed,
             valid_to: contact.valid_to.min(sound.complete_to()),
             sound,
         }))
     }
 
-    /// Takes in the forces of a step \[N\], stage by stage, point by point, as
+    /// Takes in the forces of a step that counts \[N\], stage by stage, point by point, as
     /// [`Footprint::forces`](crate::contact::footprint::Footprint::forces) has them.
-    pub fn take(&mut self, step: u64, forces: &[f64], meter: &mut Meter) {
-        if step < self.warm_up {
-            return;
-        }
+    pub fn take(&mut self, forces: &[f64], meter: &mut Meter) {
         let completes = self.stream.completes_next();
         let columns = self.stream.columns();
         let work = || match &mut self.lateral {
@@ -210,7 +205,7 @@ impl SoundObserver {
     ///
     /// # Errors
     /// Too short for a spectrum.
-    pub fn heard(&self) -> Result<HeardSound, EffectError> {
+    pub fn heard(&self) -> Result<HeardSound, RunError> {
         let receivers = self.receiver_spectra(&self.point_spectra()?);
         let rated = self.rated(&receivers);
         Ok(HeardSound { receivers, rated, body: self.way.body.clone(), error: self.sound.error() })
@@ -218,8 +213,10 @@ impl SoundObserver {
 }
 
 impl Observer for SoundObserver {
-    fn observe(&mut self, step: &Step<'_>, meter: &mut Meter) -> Result<(), EffectError> {
-        self.take(step.number, step.footprint.forces(), meter);
+    fn observe(&mut self, step: &Step<'_>, meter: &mut Meter) -> Result<(), RunError> {
+        if step.counts {
+            self.take(step.footprint.forces(), meter);
+        }
         Ok(())
     }
 
@@ -241,13 +238,7 @@ impl Observer for SoundObserver {
         self.spectra.iter_mut().zip(spectra).try_for_each(|(here, saved)| here.restore(saved))
     }
 
-    fn write(
-        &self,
-        end: &End<'_>,
-        files: &dyn ResultFiles,
-        found: &mut Found,
-        _: &mut Meter,
-    ) -> Result<(), EffectError> {
+    fn write(&self, end: &End<'_>, files: &dyn ResultFiles, found: &mut Found, _: &mut Meter) -> Result<(), RunError> {
         found.sound = Some(self.write_all(end.loaded, files)?);
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! Pictures of a run's sound.
 
-use crate::effects::error::EffectError;
+use crate::effects::error::RunError;
 use crate::plan::Heard;
 use crate::response::BandLevel;
 use crate::results::files::ResultFiles;
@@ -16,7 +16,7 @@ pub(super) fn draw_levels(
     spectra: &[ReceiverSpectrum],
     error: &SoundError,
     folder: &dyn ResultFiles,
-) -> Result<(), EffectError> {
+) -> Result<(), RunError> {
     let drawn: Vec<(&str, Vec<BandLevel>)> = spectra
         .iter()
         .map(|heard| {
@@ -43,7 +43,7 @@ pub(super) fn draw_pass_by(
     heard: &Heard,
     rows: &[[f64; 3]],
     folder: &dyn ResultFiles,
-) -> Result<(), EffectError> {
+) -> Result<(), RunError> {
     let title = format!("Passing {}: {}", heard.name, loaded.title());
     let who = if heard.vehicle().is_some() { "Middle of the vehicle" } else { "Tyre" };
     let points: Vec<(f64, f64)> = rows.iter().map(|[_, place, level]| (-place, *level)).collect();
@@ -63,7 +63,7 @@ pub(super) fn draw_directivity(
     heard: &Heard,
     levels: &[f64],
     folder: &dyn ResultFiles,
-) -> Result<(), EffectError> {
+) -> Result<(), RunError> {
     let title = format!("Directivity, {}: {}", heard.name, loaded.title());
     let angle = |index: usize| 360.0 * index as f64 / levels.len() as f64;
     // The first point closes the circle.

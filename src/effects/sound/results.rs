@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use crate::effects::error::EffectError;
+use crate::effects::error::RunError;
 use crate::effects::sound::SoundObserver;
 use crate::effects::sound::passing::{HeardPassing, Passing};
 use crate::effects::sound::pictures::{draw_directivity, draw_levels, draw_pass_by};
@@ -36,11 +36,7 @@ impl SoundObserver {
     ///
     /// # Errors
     /// Errors of the files and pictures.
-    pub(super) fn write_all(
-        &self,
-        loaded: &LoadedScene,
-        folder: &dyn ResultFiles,
-    ) -> Result<SoundSummary, EffectError> {
+    pub(super) fn write_all(&self, loaded: &LoadedScene, folder: &dyn ResultFiles) -> Result<SoundSummary, RunError> {
         let points = self.point_spectra()?;
         let spectra = self.receiver_spectra(&points);
         let error = self.sound.error();
@@ -71,7 +67,7 @@ impl SoundObserver {
     }
 
     /// Spectra at all points.
-    pub(super) fn point_spectra(&self) -> Result<Vec<PowerSpectrum>, EffectError> {
+    pub(super) fn point_spectra(&self) -> Result<Vec<PowerSpectrum>, RunError> {
         let finished = |spectrum: &SpectrumAccumulator| Ok(spectrum.clone().finish()?.valid_to(self.valid_to));
         in_parallel::map(&self.spectra, finished).into_iter().collect()
     }
@@ -97,7 +93,7 @@ impl SoundObserver {
         spectrum: &PowerSpectrum,
         points: &[PowerSpectrum],
         folder: &dyn ResultFiles,
-    ) -> Result<(ReceiverSummary, Option<Audible>), EffectError> {
+    ) -> Result<(ReceiverSummary, Option<Audible>), RunError> {
         let levels = vouched(spectrum);
         let mut recording = None;
         let mut summary = ReceiverSummary {
@@ -155,7 +151,7 @@ impl SoundObserver {
         heard: &Heard,
         probes: &Probes,
         folder: &dyn ResultFiles,
-    ) -> Result<Option<IntensitySummary>, EffectError> {
+    ) -> Result<Option<IntensitySummary>, RunError> {
         let time_step = self.sound.layout.time_step;
         // Pressures come early by the whole steps of each point's delay.
         let delays = heard.points.clone().map(|point| self.way.delays[point]);
@@ -245,7 +241,7 @@ fn write_pass_by(
     passing: &Passing,
     levels: &[Vec<f64>],
     folder: &dyn ResultFiles,
-) -> Result<PassBySummary, EffectError> {
+) -> Result<PassBySummary, RunError> {
     let (every, middle) = ((FILE_RATE / LEVELS_A_SECOND) as usize, passing.middle());
     let told: Vec<[f64; 3]> = passing
         .samples()
@@ -292,7 +288,7 @@ impl Audible {
         self.channels.iter().flatten().fold(0.0_f64, |peak, pressure| peak.max(pressure.abs()))
     }
 
-    fn write(self, folder: &dyn ResultFiles, file: String, full_scale: f64) -> Result<AudioSummary, EffectError> {
+    fn write(self, folder: &dyn ResultFiles, file: String, full_scale: f64) -> Result<AudioSummary, RunError> {
         let louder = self.peak() * (1.0 + 1e-6) > full_scale;
         let seconds = self.channels.first().map_or(0, Vec::len) as f64 / FILE_RATE;
         let recording = Recording {

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::counters::Progress;
 use crate::counters::{Counter, Meter, Stage, Work};
 use crate::effects::effect::ContactFacts;
-use crate::effects::error::EffectError;
+use crate::effects::error::RunError;
 use crate::plan::kept_transfers::KeptTransfers;
 use crate::plan::{Plan, Sound};
 use crate::radiation::transfer::contact_distance;
@@ -69,14 +69,14 @@ impl Seeking<'_> {
     /// Finds the transfers to all points of a sound.
     ///
     /// # Errors
-    /// Complaints about the scene; [`EffectError::Interrupted`].
+    /// Complaints about the scene; [`RunError::Interrupted`].
     pub(super) fn find(
         &self,
         contact: &ContactFacts,
         warnings: &mut Vec<String>,
         progress: &mut dyn Progress,
         meter: &mut Meter,
-    ) -> Result<(Way, PressureTransfers), EffectError> {
+    ) -> Result<(Way, PressureTransfers), RunError> {
         let Self { plan, sound, layout, .. } = *self;
         let tyre = &plan.decisions.tyre;
         let air = Air::at(sound.radiation.temperature).ok_or_else(|| {
@@ -104,12 +104,12 @@ impl Seeking<'_> {
         Ok((Way { air, delays, body: summary }, PressureTransfers { model, greens }))
     }
 
-    fn refused(&self, key: &str, wrong: String, right: &str) -> EffectError {
+    fn refused(&self, key: &str, wrong: String, right: &str) -> RunError {
         SceneError::from(self.loaded.complain(key, wrong, right)).into()
     }
 
     /// The body that radiates, with a patch as long as that of the static contact \[m\].
-    fn body(&self, at_rest: f64) -> Result<Body, EffectError> {
+    fn body(&self, at_rest: f64) -> Result<Body, RunError> {
         let Self { plan, sound, .. } = *self;
         plan.radiating_body(&sound.radiation, at_rest).map_err(|error| {
             let key = match error {
@@ -129,7 +129,7 @@ impl Seeking<'_> {
         warnings: &mut Vec<String>,
         progress: &mut dyn Progress,
         meter: &mut Meter,
-    ) -> Result<(Vec<SurfaceGreen>, BodySummary), EffectError> {
+    ) -> Result<(Vec<SurfaceGreen>, BodySummary), RunError> {
         let Self { plan, sound, .. } = *self;
         let problem = sound.problem(body, plan.scene.numerics.memory_bytes());
         let range = sound.range(air);
@@ -158,7 +158,7 @@ impl Seeking<'_> {
         let (set, report) = found.map_err(|error| match error {
             RadiationError::Interrupted => {
                 progress.note("frequencies of the radiation that were solved are kept for the next run");
-                EffectError::Interrupted
+                RunError::Interrupted { kept: None }
             }
             error @ RadiationError::Memory { .. } => {
                 self.refused("numerics.memory_limit", error.to_string(), "more, or a lower radiation.fmax")

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use crate::counters::{Counter, Meter, Stage};
 use crate::effects::effect::Begin;
-use crate::effects::error::EffectError;
+use crate::effects::error::RunError;
 use crate::plan::Plan;
 use crate::plan::models::{count_evaluations, planned_model, refused};
 use crate::response::vibration::{DispersionBranch, TyreResponse, VibrationField, dispersion_branches};
@@ -39,8 +39,8 @@ impl TyreAnswer {
     /// Finds the answer of a prepared run, for these lateral numbers, or for forces that are even across.
     ///
     /// # Errors
-    /// A fit that was refused; [`EffectError::Interrupted`].
-    pub(super) fn new(begin: &mut Begin<'_>, heard: Option<&[usize]>) -> Result<Self, EffectError> {
+    /// A fit that was refused; [`RunError::Interrupted`].
+    pub(super) fn new(begin: &mut Begin<'_>, heard: Option<&[usize]>) -> Result<Self, RunError> {
         let Begin { loaded, plan, contact, models, warnings, stop, meter, .. } = begin;
         let (scale, spring) = (contact.scale, contact.spring);
         let component = |share, number, model| Component { share, number, model, tangential: None };
@@ -70,7 +70,7 @@ impl TyreAnswer {
         plan: &Plan,
         top: f64,
         meter: &mut Meter,
-    ) -> Result<(), EffectError> {
+    ) -> Result<(), RunError> {
         let tyre = &plan.decisions.tyre;
         for Component { number, model, tangential, .. } in &mut self.components {
             let fitted = meter.time(Stage::Influence, || match *number {
@@ -120,7 +120,7 @@ fn lateral_models(
     stop: &AtomicBool,
     meter: &mut Meter,
     warnings: &mut Vec<String>,
-) -> Result<Vec<RationalModel>, EffectError> {
+) -> Result<Vec<RationalModel>, RunError> {
     let (tyre, options) = (&plan.decisions.tyre, plan.lateral_fit());
     let cache = Cache::open().ok();
     let key = |m: usize| options.key(tyre, m).ok();

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::channel::{Channel, Read, RowShape, When};
 use super::effect::{Begin, Effect};
-use super::error::EffectError;
+use super::error::RunError;
 use super::observer::{End, Found, Observer, Step};
 use crate::counters::{Counter, Meter, Stage, Work};
 use crate::plan::{Plan, bytes};
@@ -48,7 +48,7 @@ impl Effect for VibrationEffect {
         &CHANNELS
     }
 
-    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, EffectError> {
+    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, RunError> {
         Ok(VibrationObserver::begin(begin)?.map(|observer| Box::new(observer) as Box<dyn Observer>))
     }
 }
@@ -63,7 +63,6 @@ pub struct VibrationObserver {
     fields: Vec<VibrationField>,
     /// Highest frequency that levels are vouched for \[Hz\].
     valid_to: f64,
-    warm_up: u64,
     /// Steps after the warm-up.
     steps: u64,
 }
@@ -80,10 +79,9 @@ impl Observer for VibrationObserver {
         true
     }
 
-    fn observe(&mut self, step: &Step<'_>, meter: &mut Meter) -> Result<(), EffectError> {
-        // Backward differences look two steps back.
-        if step.number + 2 >= self.warm_up {
-            self.push(step, meter);
+    fn observe(&mut self, step: &Step<'_>, meter: &mut Meter) -> Result<(), RunError> {
+        if let Some(power) = step.power {
+            self.push(step, power, meter);
         }
         Ok(())
     }
@@ -105,7 +103,7 @@ impl Observer for VibrationObserver {
         files: &dyn ResultFiles,
         found: &mut Found,
         meter: &mut Meter,
-    ) -> Result<(), EffectError> {
+    ) -> Result<(), RunError> {
         found.vibration = self.write_all(end.loaded, files, meter)?;
         Ok(())
     }
@@ -114,7 +112,7 @@ impl Observer for VibrationObserver {
 impl VibrationObserver {
     /// Begins the observer of a run; `None` if no vibration is wanted, or, with a warning, if the run is shorter than a
     /// revolution.
-    fn begin(begin: &mut Begin<'_>) -> Result<Option<Self>, EffectError> {
+    fn begin(begin: &mut Begin<'_>) -> Result<Option<Self>, RunError> {
         let Begin { loaded, plan, contact, .. } = *begin;
         let Some(vibration) = plan.decisions.vibration.clone() else { return Ok(None) };
         let geometry = &contact.geometry;
@@ -162,8 +160,8 @@ impl VibrationObserver {
                 (VibrationAccumulator::resolved(layout, Heard::Velocities(velocities)), Some(kept))
             }
         };
-        let (valid_to, warm_up) = (contact.valid_to, plan.warm_up_steps);
-        let mut observer = Self { wanted: vibration, accumulator, tyre, resolved, fields, valid_to, warm_up, steps };
+        let valid_to = contact.valid_to;
+        let mut observer = Self { wanted: vibration, accumulator, tyre, resolved, fields, valid_to, steps };
         if at_places {
             meter.time(Stage::Vibration, || observer.add_points(first_element, tables));
         }
@@ -201,8 +199,8 @@ impl VibrationObserver {
         (fields * (layout.elements / 2 + 1) * layout.channels() * layout.bins()) as u64
     }
 
-    /// Takes in a step.
-    fn push(&mut self, step: &Step<'_>, meter: &mut Meter) {
+    /// Takes in a step, and the power put in \[W\].
+    fn push(&mut self, step: &Step<'_>, power: f64, meter: &mut Meter) {
         let of_power = self.resolved.as_ref().is_some_and(ResolvedForces::completes_next);
         let completes = step.counts && (of_power || self.accumulator.completes_next());
         let work = || {
@@ -214,10 +212,10 @@ impl VibrationObserver {
                 return [false; 2];
             }
             match &mut self.resolved {
-                None => [self.accumulator.push(forces, step.power), false],
+                None => [self.accumulator.push(forces, power), false],
                 Some(resolved) => {
                     let of_power = resolved.push(forces, of_waves);
-                    [self.accumulator.push(resolved.heard(forces), step.power), of_power]
+                    [self.accumulator.push(resolved.heard(forces), power), of_power]
                 }
             }
         };

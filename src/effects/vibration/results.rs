@@ -1,7 +1,7 @@
 //! Results of a run's vibration: tables, maps, pictures, the summary.
 
 use crate::counters::{Counter, Meter};
-use crate::effects::error::EffectError;
+use crate::effects::error::RunError;
 use crate::effects::vibration::VibrationObserver;
 use crate::response::vibration::{
     Dissipation, FieldSpectra, PatchSpectra, SpectraRequest, TransferKind, VibrationField, element_spectrum,
@@ -53,7 +53,7 @@ impl VibrationObserver {
         loaded: &LoadedScene,
         folder: &dyn ResultFiles,
         meter: &mut Meter,
-    ) -> Result<Option<VibrationSummary>, EffectError> {
+    ) -> Result<Option<VibrationSummary>, RunError> {
         let Some((HeardVibration { spectra: named, summary }, fields)) = self.found(self.wanted.map, meter) else {
             return Ok(None);
         };
@@ -174,7 +174,7 @@ impl VibrationObserver {
         spectra: &[FieldSpectra],
         folder: &dyn ResultFiles,
         meter: &mut Meter,
-    ) -> Result<(), EffectError> {
+    ) -> Result<(), RunError> {
         let rotation = loaded.scene.rolling.speed() / loaded.scene.tyre.circumference;
         let mut axes_written = false;
         for field in spectra {
@@ -230,7 +230,7 @@ fn summary_of(field: &FieldSpectra, of_tyre: &[FieldSpectra], rule: TimeRule) ->
 }
 
 /// Third octaves: the means of all fields in one picture, the points of each field in one of its own.
-fn draw_levels(loaded: &LoadedScene, named: &[NamedSpectrum], folder: &dyn ResultFiles) -> Result<(), EffectError> {
+fn draw_levels(loaded: &LoadedScene, named: &[NamedSpectrum], folder: &dyn ResultFiles) -> Result<(), RunError> {
     let drawn = |named: &&NamedSpectrum| named.frame != MATERIAL_VARYING;
     let everywhere = |named: &&NamedSpectrum| named.place == Place::Everywhere;
     draw_spectra(loaded, named.iter().filter(everywhere).filter(drawn), "vibration_spectrum.svg", folder)?;
@@ -253,7 +253,7 @@ fn draw_spectra<'a>(
     spectra: impl Iterator<Item = &'a NamedSpectrum>,
     file: &str,
     folder: &dyn ResultFiles,
-) -> Result<(), EffectError> {
+) -> Result<(), RunError> {
     let drawn: Vec<(String, Vec<BandLevel>)> =
         spectra.map(|named| (named.name(), named.spectrum.third_octaves(LOWEST_FREQUENCY, 1.0))).collect();
     if drawn.iter().all(|(_, levels)| levels.is_empty()) {
@@ -277,7 +277,7 @@ fn write_rows(
     values: &[f64],
     row: Row,
     meter: &mut Meter,
-) -> Result<(), EffectError> {
+) -> Result<(), RunError> {
     let file = array_file(values, row);
     meter.count(Counter::BytesWritten, file.len() as u64);
     Ok(folder.write(name, &file)?)

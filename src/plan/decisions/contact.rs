@@ -66,8 +66,7 @@ pub(super) const TREAD_COUPLING: Row = Row {
     of_cells: false,
 };
 
-fn zone(scene: &Scene, decisions: &mut Decisions) -> Decided {
-    decisions.zone = scene.contact.zone;
+fn zone(scene: &Scene, _: &mut Decisions) -> Decided {
     let Scene { contact, tyre, .. } = scene;
     let (on, form) = match contact.zone {
         Zone::Slices => (false, "slices, one for each element".to_owned()),
@@ -168,9 +167,8 @@ fn slice_coupling(scene: &Scene, decisions: &mut Decisions) -> Decided {
     }
 }
 
-fn tread_coupling(scene: &Scene, decisions: &mut Decisions) -> Decided {
+fn tread_coupling(scene: &Scene, _: &mut Decisions) -> Decided {
     let tread = scene.contact.tread;
-    decisions.tread = tread;
     let (on, form) = match tread {
         Tread::Elastic => (true, "elastic layer"),
         Tread::Uncoupled => (false, "points in contact feel each other from the next step on; elastic in the limit"),

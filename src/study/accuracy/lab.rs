@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::counters::{Counter, Stage};
 use crate::plan::models::fetch;
 use crate::plan::{Amounts, Place, Plan, Unit};
-use crate::run::error::RunError;
+use crate::run::RunError;
 use crate::scene::{History, Scene};
 use crate::study::accuracy::settings::Settings;
 use crate::study::trial::{Common, Difference, Trial, Trials};

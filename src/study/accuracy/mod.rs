@@ -37,7 +37,7 @@ pub use sound::{SoundDifference, SoundPoint, SoundStudy};
 
 use crate::counters::Progress;
 use crate::plan::{Plan, UnitCosts, unit_record};
-use crate::run::error::RunError;
+use crate::run::RunError;
 use crate::scene::{LoadedScene, Numerics, Radiation, Road, Scene, SceneError, Switch, Zone};
 use crate::study::trial::{Difference, SETTLING, Trials, least_rate};
 use crate::tyre::poles::expected_fit;

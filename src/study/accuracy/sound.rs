@@ -14,7 +14,7 @@ use crate::effects::Begin;
 use crate::effects::sound::{HeardSound, SoundObserver};
 use crate::plan::Plan;
 use crate::results::sound::{BodySummary, ReceiverSpectrum};
-use crate::run::error::RunError;
+use crate::run::RunError;
 use crate::run::prepare::Prepared;
 use crate::run::{Setup, Simulation};
 use crate::scene::{LoadedScene, Radiation, RadiationQuality, Scene, Switch};
@@ -121,7 +121,6 @@ fn ways(own: &Radiation) -> (Way, Vec<Way>) {
 struct Rolled<'a, 'b> {
     scene: Scene,
     run: Simulation,
-    first: u64,
     width: usize,
     forces: Vec<f64>,
     trials: &'a Trials<'b>,
@@ -170,7 +169,7 @@ impl<'a, 'b> Rolled<'a, 'b> {
             }
             trials.look()?;
         }
-        Ok(Self { scene, run, first: plan.warm_up_steps, width, forces, trials })
+        Ok(Self { scene, run, width, forces, trials })
     }
 
     /// Finds the levels by a way, and their distance from a reference.
@@ -197,8 +196,8 @@ impl<'a, 'b> Rolled<'a, 'b> {
             meter: &mut meter,
         })?;
         let Some(mut recorder) = begun else { return Ok(None) };
-        for (step, forces) in (self.first..).zip(self.forces.chunks_exact(self.width)) {
-            recorder.take(step, forces, &mut meter);
+        for forces in self.forces.chunks_exact(self.width) {
+            recorder.take(forces, &mut meter);
         }
         let heard = recorder.heard()?;
         let differences = reference.map_or(Vec::new(), |reference| differences(&heard, reference));

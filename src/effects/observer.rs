@@ -28,8 +28,8 @@ pub struct Step<'a> {
     pub indentation: f64,
     /// Sum of the forces \[N\].
     pub total_force: f64,
-    /// Power that the forces put into the tyre \[W\], where an observer needs it, from two steps before those that count:
-    /// backward differences look so far back.
+    /// Power that the forces put into the tyre \[W\], where an observer needs it, from two steps before those that
+    /// count: backward differences look so far back.
     pub power: Option<f64>,
     /// Length of the contact \[m\].
     pub contact_length: f64,

@@ -15,7 +15,9 @@ The same JSON is printed with the computed 3x3 surface compliance C and belt tra
 
 A tyre with \"curved\": true is a layered hollow cylinder: circumference (of the tread's surface), width, pressure, \
 foundation, cavity (radius, depth, density, sound_speed, relaxation) and layers of thickness, modulus, loss_factor, \
-poisson, density and tension [along, across]; its cases have n and m. Order: circumferential, lateral, outward.
+poisson, density and tension [along, across]; its cases have n and m. Order: circumferential, lateral, outward. A \
+layer may have cords, a list of stiffness, angle_deg and loss_factor; or, in place of modulus and poisson, orthotropic \
+with E_theta, E_y, E_r, G_y_r, G_theta_r, G_theta_y, nu_theta_y, nu_theta_r and nu_y_r. A tyre's resolved is not read.
 
 Examples:
   tyrewave compliance cases.json > computed.json";

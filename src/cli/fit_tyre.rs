@@ -30,10 +30,10 @@ Or, without patch_m, the columns re_20mm and im_20mm for a patch of 20 mm, and s
 `tyrewave tyre` write. Other columns are not looked at; lines that begin with # are left out.
 
 The scene's tyre is the start, and gives what is not fitted. Names of parameters: tread-modulus, tread-loss, \
-tread-thickness, tread-density, belt-modulus, belt-loss, tension-along, tension-across, foundation-normal, \
-foundation-tangential, foundation-loss. Thickness and density of the tread stand still unless they are named with \
---free: weigh and measure them. So does the foundation's loss factor. Every parameter stays within a factor 4 of the \
-start.
+tread-thickness, tread-density, belt-modulus, belt-loss, cord-stiffness, cord-angle, tension-along, tension-across, \
+foundation-normal, foundation-tangential, foundation-loss. Thickness and density of the tread stand still unless they \
+are named with --free: weigh and measure them. So do the angle of the belt's cords and the foundation's loss factor. \
+Every parameter stays within a factor 4 of the start.
 
 Results: tyre.toml, to be named in a scene as tyre = \"tyre.toml\"; fit.txt, fit.json; mobility.csv, measured and \
 fitted; mobility.svg and residuals.svg. An interval holds its parameter at 95 %, if the uncertainties are right and \

@@ -8,7 +8,7 @@ use annotate_snippets::{Level, Renderer};
 use super::Diagnostic;
 
 /// Mistakes that are told; more of them are no help.
-const MOST_TOLD: usize = 16;
+const MOST_TOLD: usize = 32;
 
 /// Why a scene cannot be used.
 #[derive(Debug, thiserror::Error)]

@@ -66,7 +66,7 @@ fn material(law: Law, modulus: f64, poisson: f64, density: f64, loss_factor: f64
 }
 
 fn layer(thickness: f64, tension: [f64; 2], material: Material) -> Layer {
-    Layer { name: "layer".into(), thickness, tension, material }
+    Layer { name: "layer".into(), thickness, tension, material, cords: Vec::new(), orthotropic: None }
 }
 
 /// The default tyre with another Poisson's ratio of its tread.

@@ -30,7 +30,14 @@ fn rubber(modulus: f64, loss_factor: f64, poisson: f64, density: f64) -> Materia
 
 /// The car tyre, its patch and its modes fitted to measurements.
 fn car() -> CurvedStack {
-    let layer = |name: &str, thickness, tension, material| Layer { name: name.into(), thickness, tension, material };
+    let layer = |name: &str, thickness, tension, material| Layer {
+        name: name.into(),
+        thickness,
+        tension,
+        material,
+        cords: Vec::new(),
+        orthotropic: None,
+    };
     CurvedStack {
         layers: vec![
             layer("belt", 0.006, [4.3e4, 2e4], rubber(5e8, 0.08, 0.3, 1300.0)),

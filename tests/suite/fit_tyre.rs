@@ -29,7 +29,9 @@ fn truth() -> Tyre {
 
 /// Returns the parameters that are fitted by default.
 fn usual() -> Vec<Parameter> {
-    Parameter::ALL.into_iter().filter(|parameter| parameter.is_usually_free()).collect()
+    let truth = truth();
+    let is_free = |parameter: &Parameter| parameter.is_usually_free() && parameter.value(&truth).is_some();
+    Parameter::ALL.into_iter().filter(is_free).collect()
 }
 
 /// Mobilities at frequencies from 50 to `highest` Hz, evenly spaced on a logarithmic axis, disturbed by as much as

@@ -17,6 +17,7 @@ mod common;
 mod compliance;
 mod conditions;
 mod convergence;
+mod cords;
 mod curved;
 mod determinism;
 mod export;

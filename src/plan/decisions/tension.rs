@@ -61,8 +61,8 @@ fn spinning(tyre: &Tyre, added: f64, carried: f64) -> Tyre {
             layer.tension[0] *= 1.0 + added / carried;
         }
     } else {
-        let stiffness = |layer: &Layer| layer.material.modulus * layer.thickness;
-        if let Some(belt) = tyre.layers.iter_mut().max_by(|a, b| stiffness(a).total_cmp(&stiffness(b))) {
+        let stiffer = |a: &&mut Layer, b: &&mut Layer| a.hoop_stiffness().total_cmp(&b.hoop_stiffness());
+        if let Some(belt) = tyre.layers.iter_mut().max_by(stiffer) {
             belt.tension[0] += added;
         }
     }

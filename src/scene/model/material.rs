@@ -11,6 +11,8 @@ use crate::scene::table::{Kind, Nested, Table};
 pub(super) const LOSS: Bounds = Bounds::not_negative("").plausible(1e-9, 10.0);
 /// The corner may not be 0: the static stiffness of a power law would be 0.
 pub(super) const FREQUENCY: Bounds = Bounds::positive("Hz").plausible(1e-6, 1e7);
+pub(super) const MODULUS: Bounds = Bounds::positive("Pa").plausible(1e4, 1e12);
+pub(super) const POISSON: Bounds = Bounds::inside(-1.0, 0.5, "");
 const WEIGHTS: Numbers = Numbers(Bounds::positive("").plausible(1e-9, 1e6));
 const TIMES: Numbers = Numbers(Bounds::positive("s").plausible(1e-9, 1e6));
 
@@ -23,10 +25,10 @@ keys! {
         /// How the modulus depends on frequency.
         law: Law = Law::default() => OneOf::new(),
         /// Young's modulus \[Pa\]: at the reference frequency (`power-law`), at rest (`prony`), or at all frequencies.
-        modulus: f64 => Bounds::positive("Pa").plausible(1e4, 1e12),
+        modulus: f64 = f64::NAN => MODULUS,
         /// Poisson's ratio, frequency independent. At -1 the shear modulus of an isotropic material is infinite, at 0.5
         /// its compressional one.
-        poisson: f64 => Bounds::inside(-1.0, 0.5, ""),
+        poisson: f64 = f64::NAN => POISSON,
         /// Density \[kg/m^3\].
         density: f64 => Bounds::positive("kg/m^3").plausible(1.0, 3e4),
         /// Loss factor eta (`power-law`, `hysteretic`) \[1\].
@@ -77,28 +79,41 @@ impl Law {
     }
 }
 
-impl Serialize for Material {
+/// A material as it is written, without modulus and Poisson's ratio where the layer's own moduli take their place.
+pub(super) struct Written<'a> {
+    pub(super) material: &'a Material,
+    pub(super) isotropic: bool,
+}
+
+impl Serialize for Written<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let (word, own) = self.law.own();
-        let mut map = serializer.serialize_map(Some(4 + own.len()))?;
+        let Self { material, isotropic } = *self;
+        let (word, own) = material.law.own();
+        let mut map = serializer.serialize_map(None)?;
         map.serialize_entry("law", word)?;
-        for (key, value) in [
-            ("modulus", self.modulus),
-            ("loss_factor", self.loss_factor),
-            ("poisson", self.poisson),
-            ("density", self.density),
-            ("reference_frequency", self.reference_frequency),
-            ("corner_frequency", self.corner_frequency),
+        for (key, value, written) in [
+            ("modulus", material.modulus, isotropic),
+            ("loss_factor", material.loss_factor, own.contains(&"loss_factor")),
+            ("poisson", material.poisson, isotropic),
+            ("density", material.density, true),
+            ("reference_frequency", material.reference_frequency, own.contains(&"reference_frequency")),
+            ("corner_frequency", material.corner_frequency, own.contains(&"corner_frequency")),
         ] {
-            if matches!(key, "modulus" | "poisson" | "density") || own.contains(&key) {
+            if written {
                 map.serialize_entry(key, &value)?;
             }
         }
-        if self.law == Law::Prony {
-            map.serialize_entry("weights", &self.weights)?;
-            map.serialize_entry("times", &self.times)?;
+        if material.law == Law::Prony {
+            map.serialize_entry("weights", &material.weights)?;
+            map.serialize_entry("times", &material.times)?;
         }
         map.end()
+    }
+}
+
+impl Serialize for Material {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        Written { material: self, isotropic: true }.serialize(serializer)
     }
 }
 

@@ -5,6 +5,7 @@
 
 mod axle;
 mod contact;
+mod cords;
 mod effects;
 mod inflation;
 mod made_road;
@@ -21,6 +22,7 @@ pub use crate::time_rule::TimeRule;
 
 pub use axle::Axle;
 pub use contact::*;
+pub use cords::*;
 pub use effects::*;
 pub use inflation::*;
 pub use made_road::*;

@@ -1,11 +1,13 @@
 //! `[tyre]`: shape, layers, foundation and what is in it.
 
-use serde::{Deserialize, Serialize};
+use serde::ser::SerializeMap;
+use serde::{Deserialize, Serialize, Serializer};
 use serde_json::{Value as Json, json};
 use toml::de::DeValue;
 
+use super::cords::{CORDS, Cords, ORTHOTROPIC, Orthotropic};
 use super::inflation::{CAVITY, Carried, Cavity, INFLATION, Inflation, Sidewalls};
-use super::material::{FREQUENCY, LOSS, MATERIAL, Material};
+use super::material::{FREQUENCY, LOSS, MATERIAL, MODULUS, Material, POISSON, Written};
 use crate::scene::Problem;
 use crate::scene::keys::{is_default, keys};
 use crate::scene::kind::{Bounds, Exactly, File, Flag, Name, OneOf, Optional};
@@ -81,8 +83,8 @@ keys! {
 }
 
 keys! {
-    /// One elastic layer.
-    #[derive(Clone, Debug, PartialEq, Serialize)]
+    /// One elastic layer: rubber, rubber with cords, or an orthotropic material.
+    #[derive(Clone, Debug, PartialEq)]
     Layer {
         /// Name of the layer: belt, tread, ...
         name: String => Name,
@@ -91,12 +93,54 @@ keys! {
         /// Tension per width along x and y \[N/m\]; the prestress is T/h. Compression could buckle the layer, which is
         /// outside of a linear model.
         tension: [f64; 2] = [0.0; 2] => Exactly(TENSION),
-        /// Material of the layer.
+        /// Material of the layer; without `modulus` and `poisson` where the layer is orthotropic.
         material: Material => MATERIAL,
+        /// Cords in the material; not in the outermost layer, which the road touches.
+        cords: Vec<Cords> = Vec::new() => CORDS,
+        /// Moduli of a layer that is not isotropic; not of the outermost one.
+        orthotropic: Option<Orthotropic> = None => Optional(ORTHOTROPIC),
+    }
+}
+
+/// Most loss factors that the cords of one layer have.
+pub const MOST_CORD_LOSSES: usize = 3;
+
+impl Serialize for Layer {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Self { name, thickness, tension, material, cords, orthotropic } = self;
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("name", name)?;
+        map.serialize_entry("thickness", thickness)?;
+        map.serialize_entry("tension", tension)?;
+        map.serialize_entry("material", &Written { material, isotropic: orthotropic.is_none() })?;
+        if !cords.is_empty() {
+            map.serialize_entry("cords", cords)?;
+        }
+        if let Some(orthotropic) = orthotropic {
+            map.serialize_entry("orthotropic", orthotropic)?;
+        }
+        map.end()
     }
 }
 
 impl Layer {
+    /// Tells whether the layer is isotropic: no cords, one modulus and Poisson's ratio.
+    pub fn is_isotropic(&self) -> bool {
+        self.cords.is_empty() && self.orthotropic.is_none()
+    }
+
+    /// Stiffness of the layer along the circumference per width, strains across held, at the reference frequency: Q_tt
+    /// h \[N/m\].
+    pub fn hoop_stiffness(&self) -> f64 {
+        let Material { modulus, poisson, .. } = self.material;
+        let own = match &self.orthotropic {
+            Some(orthotropic) => orthotropic.constants().plane[0],
+            None => modulus / (1.0 - poisson * poisson),
+        };
+        let cords: f64 = self.cords.iter().map(|cords| cords.shares_in(self.thickness)[0]).sum();
+        (own + cords) * self.thickness
+    }
+
     /// Tells whether the layer is under tension in any direction.
     pub fn is_tense(&self) -> bool {
         self.tension.iter().any(|tension| tension.abs() > 0.0)
@@ -153,8 +197,44 @@ const LAYERS: Each<Layer> = Each(Nested {
     title: "a layer",
     wanted: "one table [[tyre.layers]] ([[layers]] in a tyre file) for each layer",
     schema: Layer::schema,
-    read: Layer::read,
+    read: layer,
 });
+
+/// A layer whose moduli stand in its material, or in `orthotropic`.
+fn layer(table: &mut Table<'_>) -> Option<Layer> {
+    let is_orthotropic = table.has("orthotropic");
+    let mut sound = Some(());
+    let material = table.gives("material");
+    for (key, bounds) in [("modulus", &MODULUS as &dyn std::fmt::Display), ("poisson", &POISSON)] {
+        let path = ["material.modulus", "material.poisson"][usize::from(key == "poisson")];
+        match (is_orthotropic, table.gives(path)) {
+            (true, true) => {
+                let right = "leave it out: the moduli of `orthotropic` take its place";
+                sound = table.complain(path, Problem::does_not_belong("an orthotropic layer", right));
+            }
+            (false, false) if material => sound = table.complain(path, Problem::missing(&bounds.to_string())),
+            _ => {}
+        }
+    }
+    if is_orthotropic && table.has("cords") {
+        let right = "leave out one of them: cords belong to a material with modulus and poisson";
+        sound = table.complain("cords", Problem::does_not_belong("an orthotropic layer", right));
+    }
+    let mut layer = Layer::read(table)?;
+    sound?;
+    let mut losses: Vec<f64> = layer.cords.iter().map(|cords| cords.loss_factor).collect();
+    losses.sort_by(f64::total_cmp);
+    losses.dedup();
+    if losses.len() > MOST_CORD_LOSSES {
+        let wrong = format!("the cords have {} different loss factors", losses.len());
+        return table.complain("cords", Problem::new(wrong, format!("give at most {MOST_CORD_LOSSES} of them")));
+    }
+    if let Some(orthotropic) = &layer.orthotropic {
+        // An isotropic material of the same shear modulus outwards: the measure of what follows.
+        (layer.material.modulus, layer.material.poisson) = (2.0 * orthotropic.g_theta_r, 0.0);
+    }
+    Some(layer)
+}
 
 impl Kind for TyreKind {
     type Output = Tyre;
@@ -221,6 +301,14 @@ fn check(tyre: &Tyre, table: &Table<'_>) -> Option<()> {
         let (thickness, radius) = (short(thickness), short(radius));
         let wrong = format!("the layers are {thickness} m thick together, and the tyre's radius is {radius} m");
         complain("layers", Problem::new(wrong, "make the layers thinner, or the circumference longer"));
+    }
+    if let Some((outermost, layer)) = tyre.layers.iter().enumerate().next_back()
+        && !layer.is_isotropic()
+    {
+        let key = if layer.orthotropic.is_some() { "orthotropic" } else { "cords" };
+        let wrong = "the outermost layer is the tread, whose short waves are those of isotropic rubber";
+        let right = "leave it out, or add an isotropic layer on top";
+        complain(&format!("layers[{outermost}].{key}"), Problem::new(wrong, right));
     }
     if let Some(cavity) = &tyre.cavity
         && cavity.radius >= radius

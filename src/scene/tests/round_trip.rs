@@ -123,8 +123,15 @@ fn name() -> impl Strategy<Value = String> {
 }
 
 fn tyre() -> impl Strategy<Value = Tyre> {
-    let layer = (name(), positive(), [0.0..1e5, 0.0..1e5], material())
-        .prop_map(|(name, thickness, tension, material)| Layer { name, thickness, tension, material });
+    let layer =
+        (name(), positive(), [0.0..1e5, 0.0..1e5], material()).prop_map(|(name, thickness, tension, material)| Layer {
+            name,
+            thickness,
+            tension,
+            material,
+            cords: Vec::new(),
+            orthotropic: None,
+        });
     let sizes = (positive(), positive(), 0.01..1.0_f64);
     let bed = (0.0..1e9_f64, 0.0..1e9_f64, 0.0..1.0_f64, positive(), positive()).prop_map(
         |(normal, tangential, loss_factor, reference_frequency, corner_frequency)| Foundation {

@@ -23,6 +23,10 @@ pub enum Parameter {
     BeltModulus,
     /// Its loss factor.
     BeltLoss,
+    /// Stiffness of its cords, the first of them that are given \[Pa\].
+    CordStiffness,
+    /// Their angle (degrees).
+    CordAngle,
     /// Its tension along the circumference \[N/m\].
     TensionAlong,
     /// Its tension across \[N/m\].
@@ -37,13 +41,15 @@ pub enum Parameter {
 
 impl Parameter {
     /// All of them.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 13] = [
         Self::TreadModulus,
         Self::TreadLoss,
         Self::TreadThickness,
         Self::TreadDensity,
         Self::BeltModulus,
         Self::BeltLoss,
+        Self::CordStiffness,
+        Self::CordAngle,
         Self::TensionAlong,
         Self::TensionAcross,
         Self::FoundationNormal,
@@ -63,6 +69,8 @@ impl Parameter {
             Self::TreadDensity => "tread-density",
             Self::BeltModulus => "belt-modulus",
             Self::BeltLoss => "belt-loss",
+            Self::CordStiffness => "cord-stiffness",
+            Self::CordAngle => "cord-angle",
             Self::TensionAlong => "tension-along",
             Self::TensionAcross => "tension-across",
             Self::FoundationNormal => "foundation-normal",
@@ -74,7 +82,8 @@ impl Parameter {
     /// Its unit; empty for a number.
     pub const fn unit(self) -> &'static str {
         match self {
-            Self::TreadModulus | Self::BeltModulus => "Pa",
+            Self::TreadModulus | Self::BeltModulus | Self::CordStiffness => "Pa",
+            Self::CordAngle => "degrees",
             Self::TreadLoss | Self::BeltLoss | Self::FoundationLoss => "",
             Self::TreadThickness => "m",
             Self::TreadDensity => "kg/m^3",
@@ -84,10 +93,10 @@ impl Parameter {
     }
 
     /// Tells whether it is fitted by default: thickness and density of the tread are weighed and
-    /// measured better than any mobility tells them, and with them known the others are told well. The foundation's
-    /// losses show in the lowest modes only.
+    /// measured better than any mobility tells them, and with them known the others are told well. The angle of cords
+    /// is known from how the tyre was built. The foundation's losses show in the lowest modes only.
     pub const fn is_usually_free(self) -> bool {
-        !matches!(self, Self::TreadThickness | Self::TreadDensity | Self::FoundationLoss)
+        !matches!(self, Self::TreadThickness | Self::TreadDensity | Self::CordAngle | Self::FoundationLoss)
     }
 
     /// The key of the scene that holds it.
@@ -101,6 +110,8 @@ impl Parameter {
             Self::TreadDensity => format!("tyre.layers[{tread}].material.density"),
             Self::BeltModulus => format!("tyre.layers[{belt}].material.modulus"),
             Self::BeltLoss => format!("tyre.layers[{belt}].material.loss_factor"),
+            Self::CordStiffness => format!("tyre.layers[{belt}].cords[0].stiffness"),
+            Self::CordAngle => format!("tyre.layers[{belt}].cords[0].angle_deg"),
             Self::TensionAlong | Self::TensionAcross => format!("tyre.layers[{belt}].tension"),
             Self::FoundationNormal => "tyre.foundation.normal".to_owned(),
             Self::FoundationTangential => "tyre.foundation.tangential".to_owned(),
@@ -126,7 +137,10 @@ impl Parameter {
             Self::TensionAlong => Some(&mut layer.tension[0]),
             Self::TensionAcross => Some(&mut layer.tension[1]),
             Self::TreadDensity => Some(&mut layer.material.density),
+            Self::TreadModulus | Self::BeltModulus if layer.orthotropic.is_some() => None,
             Self::TreadModulus | Self::BeltModulus => Some(&mut layer.material.modulus),
+            Self::CordStiffness => layer.cords.first_mut()?.stiffness.as_mut(),
+            Self::CordAngle => layer.cords.first_mut().map(|cords| &mut cords.angle_deg),
             _ if has_loss => Some(&mut layer.material.loss_factor),
             _ => None,
         }
@@ -172,11 +186,15 @@ impl Space<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Cords;
     use crate::test_models::plate_tyre;
 
     #[test]
     fn every_parameter_moves_its_own_value_and_names_its_key() {
-        let start = plate_tyre();
+        let mut start = plate_tyre();
+        let (spacing, area, modulus) = (None, None, None);
+        let cords = Cords { stiffness: Some(3e9), spacing, area, modulus, angle_deg: 20.0, loss_factor: 0.01 };
+        start.layers[0].cords.push(cords);
         let scene = toml::Table::try_from(&start).unwrap();
         for parameter in Parameter::ALL {
             let moved = Space { start: &start, free: &[parameter] }.tyre(&[2.0_f64.ln()]);

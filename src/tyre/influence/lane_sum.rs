@@ -167,14 +167,25 @@ impl Below<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Cords;
     use crate::test_models::tyre;
     use crate::tyre::influence::{Projection, Truncation};
 
     #[test]
     fn lanes_equal_the_scalar_sums_wherever_groups_mix_ways_and_cut_offs() {
         let fixed = Truncation::Fixed { lateral_terms: Some(5), aliases: Some(2) };
-        for (loss_factor, truncation) in [(0.01, Truncation::Tail), (0.25, Truncation::Tail), (0.25, fixed)] {
-            let tyre = tyre(loss_factor);
+        for (loss_factor, truncation, cords) in [
+            (0.01, Truncation::Tail, false),
+            (0.25, Truncation::Tail, false),
+            (0.25, fixed, false),
+            (0.25, Truncation::Tail, true),
+        ] {
+            let mut tyre = tyre(loss_factor);
+            if cords {
+                let (stiffness, spacing, area, modulus) = (Some(3e9), None, None, None);
+                let cords = Cords { stiffness, spacing, area, modulus, angle_deg: 25.0, loss_factor: 0.01 };
+                tyre.layers[0].cords.push(cords);
+            }
             let sum = InfluenceSum::with(&tyre, Projection::new(&tyre, 128), truncation, 1e-8, 1.3e5);
             assert!(sum.in_lockstep(Field::Surface) && sum.in_lockstep(Field::UnderTread));
             let mut points = vec![Complex64::ZERO];

@@ -8,7 +8,10 @@
 //! A tyre with `"curved": true` is a hollow cylinder (see [`super::curved`]): `circumference` of the tread's surface,
 //! `width`, `pressure`, `sidewall_mass`, `foundation`, `cavity` (`radius`, `depth`, `density`, `sound_speed`,
 //! `relaxation`) and `layers` of `thickness`, `modulus`, `loss_factor`, `poisson`, `density` and `tension` = \[theta,
-//! y\], of power-law materials. Its cases have `n` and `m`; their order is circumferential, lateral, radial outward.
+//! y\], of power-law materials. A layer may have `cords`, a list of `stiffness` \[Pa\], `angle_deg` and
+//! `loss_factor`, or `orthotropic` in place of `modulus` and `poisson`: `E_theta`, `E_y`, `E_r`, `G_y_r`, `G_theta_r`,
+//! `G_theta_y`, `nu_theta_y`, `nu_theta_r`, `nu_y_r`. A tyre's `resolved` is not read. Cases have `n` and `m`; their
+//! order is circumferential, lateral, radial outward.
 
 use num_complex::Complex64;
 use serde::Deserialize;
@@ -17,7 +20,7 @@ use thiserror::Error;
 
 use super::compliance::{Matrix3, Stack};
 use super::curved::{CurvedStack, FINE_STEP};
-use crate::scene::{Cavity, Foundation, Law, Layer, Material};
+use crate::scene::{Cavity, Cords, Foundation, Law, Layer, MOST_CORD_LOSSES, Material, Orthotropic};
 
 /// Steps through the layers of a curved tyre at most: ten times those of the shortest waves that matter.
 const MOST_STEPS: f64 = 1e4;
@@ -47,8 +50,11 @@ pub enum CasesError {
 }
 
 #[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
 struct TyreEntry {
     name: String,
+    #[serde(default, rename = "curved")]
+    _curved: bool,
     layers: Vec<LayerEntry>,
     #[serde(with = "FoundationEntry")]
     foundation: Foundation,
@@ -104,19 +110,58 @@ struct LayerEntry {
     tension_x: f64,
     #[serde(default)]
     tension_y: f64,
+    #[serde(default)]
+    cords: Vec<CordsEntry>,
+    #[serde(skip)]
+    orthotropic: Option<Orthotropic>,
 }
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CordsEntry {
+    stiffness: f64,
+    angle_deg: f64,
+    #[serde(default)]
+    loss_factor: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(remote = "Orthotropic", deny_unknown_fields)]
+struct OrthotropicEntry {
+    #[serde(rename = "E_theta")]
+    e_theta: f64,
+    #[serde(rename = "E_y")]
+    e_y: f64,
+    #[serde(rename = "E_r")]
+    e_r: f64,
+    #[serde(rename = "G_y_r")]
+    g_y_r: f64,
+    #[serde(rename = "G_theta_r")]
+    g_theta_r: f64,
+    #[serde(rename = "G_theta_y")]
+    g_theta_y: f64,
+    nu_theta_y: f64,
+    nu_theta_r: f64,
+    nu_y_r: f64,
+}
+
+#[derive(Deserialize)]
+struct Moduli(#[serde(with = "OrthotropicEntry")] Orthotropic);
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct CurvedLayerEntry {
     thickness: f64,
-    modulus: f64,
+    modulus: Option<f64>,
     #[serde(default)]
     loss_factor: f64,
-    poisson: f64,
+    poisson: Option<f64>,
     density: f64,
     #[serde(default)]
     tension: [f64; 2],
+    #[serde(default)]
+    cords: Vec<CordsEntry>,
+    orthotropic: Option<Moduli>,
 }
 
 #[derive(Deserialize)]
@@ -139,8 +184,16 @@ fn sound_speed() -> f64 {
 }
 
 #[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
 struct CurvedEntry {
     name: String,
+    #[serde(default, rename = "curved")]
+    _curved: bool,
+    /// Numbers that others found on the way.
+    #[serde(default, rename = "resolved")]
+    _resolved: Value,
+    #[serde(default)]
+    speed: f64,
     circumference: f64,
     width: f64,
     #[serde(default)]
@@ -237,7 +290,8 @@ fn asked(entry: Value) -> Result<(String, Asked), CasesError> {
 }
 
 fn curved(entry: CurvedEntry) -> Result<(String, CurvedStack), CasesError> {
-    let CurvedEntry { name, circumference, width, pressure, sidewall_mass, foundation, cavity, layers } = entry;
+    let CurvedEntry { name, circumference, width, pressure, sidewall_mass, foundation, cavity, layers, speed, .. } =
+        entry;
     let refuse = |name: &str, what| CasesError::Range { place: format!("tyre '{name}'"), what };
     let positive = |value: &f64| *value > 0.0 && value.is_finite();
     if !positive(&circumference) || !positive(&width) {
@@ -249,8 +303,17 @@ fn curved(entry: CurvedEntry) -> Result<(String, CurvedStack), CasesError> {
     {
         return Err(refuse(&name, "radius, depth, density and sound_speed of a cavity must be positive"));
     }
+    if speed != 0.0 {
+        return Err(refuse(&name, "speed must be 0: the rotation of a tyre is not described"));
+    }
     let layer = |layer| {
-        let CurvedLayerEntry { thickness, modulus, loss_factor, poisson, density, tension: [along, across] } = layer;
+        let CurvedLayerEntry { thickness, loss_factor, density, tension: [along, across], cords, .. } = layer;
+        let orthotropic = layer.orthotropic.map(|Moduli(moduli)| moduli);
+        let (modulus, poisson) = match (&orthotropic, layer.modulus, layer.poisson) {
+            (Some(moduli), None, None) if cords.is_empty() => (2.0 * moduli.g_theta_r, 0.0),
+            (None, Some(modulus), Some(poisson)) => (modulus, poisson),
+            _ => return Err(refuse(&name, "a layer has modulus and poisson, or orthotropic without cords")),
+        };
         let material = Material {
             law: Law::PowerLaw,
             modulus,
@@ -262,10 +325,10 @@ fn curved(entry: CurvedEntry) -> Result<(String, CurvedStack), CasesError> {
             weights: Vec::new(),
             times: Vec::new(),
         };
-        LayerEntry { thickness, material, tension_x: along, tension_y: across }
+        Ok(LayerEntry { thickness, material, tension_x: along, tension_y: across, cords, orthotropic })
     };
-    let layers = layers.into_iter().map(layer).collect();
-    let (name, flat) = stack(TyreEntry { name, layers, foundation })?;
+    let layers = layers.into_iter().map(layer).collect::<Result<_, _>>()?;
+    let (name, flat) = stack(TyreEntry { name, _curved: true, layers, foundation })?;
     let (layers, foundation) = flat.into_parts();
     let radius = circumference / std::f64::consts::TAU;
     if layers.iter().map(|layer| layer.thickness).sum::<f64>() >= radius {
@@ -279,7 +342,7 @@ fn stack(tyre: TyreEntry) -> Result<(String, Stack), CasesError> {
     if tyre.layers.is_empty() {
         return Err(refuse("a tyre has at least one layer"));
     }
-    for LayerEntry { thickness, material, .. } in &tyre.layers {
+    for LayerEntry { thickness, material, cords, orthotropic, .. } in &tyre.layers {
         let positive = |value: f64| value > 0.0 && value.is_finite();
         if !positive(*thickness) || !positive(material.modulus) || !positive(material.density) {
             return Err(refuse("thickness, modulus and density must be positive"));
@@ -287,15 +350,41 @@ fn stack(tyre: TyreEntry) -> Result<(String, Stack), CasesError> {
         if !(material.poisson > -1.0 && material.poisson < 0.5) {
             return Err(refuse("poisson must be above -1 and below 0.5"));
         }
+        let fits =
+            |cords: &CordsEntry| positive(cords.stiffness) && cords.angle_deg.is_finite() && cords.loss_factor >= 0.0;
+        if !cords.iter().all(fits) {
+            return Err(refuse("cords have a positive stiffness, an angle and no negative loss factor"));
+        }
+        let mut losses: Vec<f64> = cords.iter().map(|cords| cords.loss_factor).collect();
+        losses.sort_by(f64::total_cmp);
+        losses.dedup();
+        if losses.len() > MOST_CORD_LOSSES {
+            return Err(refuse("the cords of a layer have at most three different loss factors"));
+        }
+        if let Some(moduli) = orthotropic {
+            let Orthotropic { e_theta, e_y, e_r, g_y_r, g_theta_r, g_theta_y, .. } = *moduli;
+            if ![e_theta, e_y, e_r, g_y_r, g_theta_r, g_theta_y].into_iter().all(positive) {
+                return Err(refuse("the moduli of an orthotropic layer must be positive"));
+            }
+            if !moduli.is_positive_definite() {
+                return Err(refuse("an orthotropic layer must store energy in every strain: smaller nu, or other E"));
+            }
+        }
         if material.weights.len() != material.times.len() {
             return Err(refuse("weights and times must have the same length"));
         }
     }
-    let layer = |LayerEntry { thickness, material, tension_x, tension_y }| Layer {
+    let cords = |CordsEntry { stiffness, angle_deg, loss_factor }| {
+        let (spacing, area, modulus) = (None, None, None);
+        Cords { stiffness: Some(stiffness), spacing, area, modulus, angle_deg, loss_factor }
+    };
+    let layer = |layer: LayerEntry| Layer {
         name: String::new(),
-        thickness,
-        tension: [tension_x, tension_y],
-        material,
+        thickness: layer.thickness,
+        tension: [layer.tension_x, layer.tension_y],
+        material: layer.material,
+        cords: layer.cords.into_iter().map(cords).collect(),
+        orthotropic: layer.orthotropic,
     };
     Ok((tyre.name, Stack::of(tyre.layers.into_iter().map(layer).collect(), tyre.foundation)))
 }

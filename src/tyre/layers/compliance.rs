@@ -6,10 +6,14 @@
 //! 3. C = displacement/traction on the last face; D = (product of the transfers) C;
 //! 4. turn from the direction of k to x and y.
 //!
+//! Where not all layers are isotropic, the stack is that of [`super::anisotropic`], without that split.
+//!
 //! Cost: one P-SV pass of 2x2 matrices a layer (see [`operations`]), and one SH pass where the full matrix is wanted.
 
 use num_complex::Complex64;
 
+use super::anisotropic::FlatLayers;
+use super::faces::to_fields;
 use super::layer::{Exponents, FaceState, LayerAt, LayerResult, Way, choose_way};
 use super::material;
 use super::matrix2::Matrix2;
@@ -33,6 +37,8 @@ pub struct StackAt<T = Complex64> {
     pub(super) layers: Vec<LayerAt<T>>,
     /// Tangential and normal foundation stiffness per area \[N/m^3\].
     pub(super) foundation: [T; 2],
+    /// The same layers, where not all are isotropic: they are then evaluated by these.
+    pub(super) anisotropic: Option<FlatLayers<T>>,
 }
 
 /// Compliances of the surface and of the bottom face for normal traction, at one (kx, ky) and as many s.
@@ -89,7 +95,11 @@ impl Stack {
                 }
             })
             .collect();
-        StackAt { layers, foundation: material::foundation_stiffness(&self.foundation, s) }
+        StackAt {
+            layers,
+            foundation: material::foundation_stiffness(&self.foundation, s),
+            anisotropic: FlatLayers::new(&self.layers, s),
+        }
     }
 }
 
@@ -179,12 +189,19 @@ impl StackAt {
 
     /// Surface and bottom compliance for normal traction.
     pub fn normal(&self, kx: f64, ky: f64) -> NormalCompliance {
+        if let Some(layers) = &self.anisotropic {
+            let (surface, bottom) = layers.surface(self.foundation, kx, ky);
+            return NormalCompliance { surface: surface[2][2], bottom: bottom[2][2] };
+        }
         self.p_sv(kx, ky, false, pass).0.normal()
     }
 
     /// C_xz: displacement of the surface along x for normal traction \[m/Pa\]. It needs no SH pass, whose waves have no
     /// normal motion.
     pub fn tangential(&self, kx: f64, ky: f64) -> Complex64 {
+        if let Some(layers) = &self.anisotropic {
+            return -Complex64::i() * layers.surface(self.foundation, kx, ky).0[0][2];
+        }
         let k = kx.hypot(ky);
         if k > 0.0 {
             -Complex64::i() * self.p_sv(kx, ky, false, pass).0.surface.0[0][1] * (kx / k)
@@ -196,11 +213,18 @@ impl StackAt {
     /// Driving-point compliance \[m/Pa\] for normal traction applied under the outermost layer, which rides along: what
     /// independent springs in place of the tread's elasticity act on.
     pub fn under_tread(&self, kx: f64, ky: f64) -> Complex64 {
+        if let Some(layers) = &self.anisotropic {
+            return layers.under_tread(self.foundation, kx, ky);
+        }
         self.p_sv(kx, ky, true, pass).1
     }
 
     /// The full matrices: C on the surface and D to the bottom face, \[m/Pa\].
     pub fn full(&self, kx: f64, ky: f64) -> (Matrix3, Matrix3) {
+        if let Some(layers) = &self.anisotropic {
+            let (surface, bottom) = layers.surface(self.foundation, kx, ky);
+            return (to_fields(surface), to_fields(bottom));
+        }
         let (p_sv, _) = self.p_sv(kx, ky, false, pass);
         let mut under = self.foundation[0];
         let (mut transfer, mut surface) = (Complex64::ONE, under.inv());

@@ -30,12 +30,14 @@ use num_complex::Complex64;
 use pulp::Simd;
 
 use super::compliance::{Matrix3, NormalCompliance};
-use super::curved::{CurvedStack, InnerFace, to_fields};
-use super::layer_modes::{LayerModes, LayerWave};
+use super::curved::{CurvedStack, InnerFace};
+use super::elasticity::{CordParts, ElasticityAt, MaterialRatios};
+use super::faces::{Block, carrying, climb, inverse, product, to_fields};
+use super::layer_modes::{LayerModes, LayerValues, LayerWave};
 use super::material;
 use super::radial_polynomials::RadialProducts;
 use crate::numeric::{ComplexField, Lanes, MOST_LANES};
-use crate::scene::{Layer, Tyre};
+use crate::scene::{Layer, MOST_CORD_LOSSES, Tyre};
 
 /// Where the prestress is part of the stiffness, as a share of the largest |s|: modes matter where waves are short.
 const REFERENCE: f64 = 0.3;
@@ -61,6 +63,13 @@ struct CurvedLayer {
     shear_waves: f64,
     /// |mu| where the fastest waves are \[Pa\].
     shear: f64,
+    /// Cords, and their f where |mu| is taken.
+    cords: CordParts,
+    fibres: [f64; MOST_CORD_LOSSES],
+    /// Constants of the material over mu.
+    ratios: MaterialRatios,
+    /// Growth of displacements across the layer over that along it: see [`super::elasticity`].
+    steepness: [f64; 2],
     /// True if s = 0 is all that will be asked for.
     at_rest: bool,
     /// By degree.
@@ -70,8 +79,8 @@ struct CurvedLayer {
 /// Values that depend on s alone, at one s or at several in lockstep.
 #[derive(Clone, Debug)]
 pub struct CylinderAt<T = Complex64> {
-    /// mu and rho s^2 of each layer.
-    pub(super) layers: Vec<[T; 2]>,
+    /// Values of each layer.
+    pub(super) layers: Vec<LayerValues<T>>,
     /// Tangential and normal stiffness of foundation and sidewalls, inertia included \[N/m^3\].
     pub(super) foundation: [T; 2],
     /// s.
@@ -100,7 +109,12 @@ impl Cylinder {
             let inner = from;
             from += layer.thickness;
             let shear = material::shear_modulus(&layer.material, largest_s.into());
+            let cords = CordParts::new(layer);
             CurvedLayer {
+                fibres: cords.at((REFERENCE * largest_s).into()).map(|factor| factor.norm()),
+                cords,
+                ratios: MaterialRatios::new(layer),
+                steepness: ElasticityAt::new(layer, (REFERENCE * largest_s).into()).steepness(),
                 layer: layer.clone(),
                 from: inner,
                 shear_waves: layer.material.density * largest_s * largest_s / shear.norm(),
@@ -117,8 +131,10 @@ impl Cylinder {
         let layers = self
             .layers
             .iter()
-            .map(|CurvedLayer { layer, .. }| {
-                [material::shear_modulus(&layer.material, s), s * s * layer.material.density]
+            .map(|CurvedLayer { layer, cords, .. }| LayerValues {
+                shear: material::shear_modulus(&layer.material, s),
+                inertia: s * s * layer.material.density,
+                fibres: cords.at(s),
             })
             .collect();
         CylinderAt { layers, foundation: self.stack.foundation(s), s }
@@ -148,9 +164,10 @@ impl Cylinder {
 impl CurvedLayer {
     /// Degree of the polynomials: displacements ~ exp(a x), x in (-1, 1), have Legendre coefficients of about
     /// (a/2)^p/p!, and C has the square of what is left out. A thin layer's bending, which is soft beside its
-    /// stretching, wants no less than the least degree.
+    /// stretching, wants no less than the least degree. Cords make displacements steeper across the layer.
     fn degree(&self, n: f64, ky: f64, tolerance: f64) -> usize {
-        let k_squared = (n / self.from).powi(2) + ky * ky;
+        let [along, across] = self.steepness;
+        let k_squared = (along * n / self.from).powi(2) + (across * ky).powi(2);
         let a = 0.5 * self.layer.thickness * (k_squared + self.shear_waves).sqrt();
         let mut coefficient = 1.0;
         for degree in 1..HIGHEST_DEGREE {
@@ -169,7 +186,18 @@ impl CurvedLayer {
         let poisson = layer.material.poisson;
         let lame_ratio = 2.0 * poisson / (1.0 - 2.0 * poisson);
         let prestress = layer.tension.map(|tension| tension / layer.thickness);
-        LayerModes::new(&LayerWave { n, ky, lame_ratio, prestress, shear: *shear, at_rest: self.at_rest }, products)
+        let wave = LayerWave {
+            n,
+            ky,
+            lame_ratio,
+            orthotropic: layer.orthotropic.as_ref().map(|_| self.ratios),
+            prestress,
+            cords: &self.cords.parts,
+            fibres: self.fibres,
+            shear: *shear,
+            at_rest: self.at_rest,
+        };
+        LayerModes::new(&wave, products)
     }
 }
 
@@ -180,8 +208,18 @@ impl<S: Simd> CylinderAt<Lanes<S>> {
         let pair = |of: &dyn Fn(&CylinderAt) -> [Complex64; 2]| {
             [0, 1].map(|place| Lanes::from_fn(simd, |lane| of(single[lane])[place]))
         };
+        let layer = |layer: usize| {
+            let value = |of: &dyn Fn(&LayerValues<Complex64>) -> Complex64| {
+                Lanes::from_fn(simd, |lane| of(&single[lane].layers[layer]))
+            };
+            LayerValues {
+                shear: value(&|at| at.shear),
+                inertia: value(&|at| at.inertia),
+                fibres: std::array::from_fn(|part| value(&|at| at.fibres[part])),
+            }
+        };
         Self {
-            layers: (0..single[0].layers.len()).map(|layer| pair(&|at| at.layers[layer])).collect(),
+            layers: (0..single[0].layers.len()).map(layer).collect(),
             foundation: pair(&|at| at.foundation),
             s: Lanes::from_fn(simd, |lane| single[lane].s),
         }
@@ -216,10 +254,8 @@ impl CylinderWave {
     pub fn under_tread<T: ComplexField>(&self, at: &CylinderAt<T>) -> T {
         let carcass = self.layers.len().saturating_sub(1);
         let (mut impedance, _) = self.climb(at, carcass);
-        for (layer, &[shear, inertia]) in self.layers.iter().zip(&at.layers).skip(carcass) {
-            let [inner, across, outer] = layer.faces(shear, inertia);
-            let following = product(&across, &product(&inverse(outer), &transposed(&across)));
-            impedance = difference(&sum(&impedance, &inner), &following);
+        for (layer, at) in self.layers.iter().zip(&at.layers).skip(carcass) {
+            impedance = carrying(&impedance, &layer.faces(at));
         }
         inverse(impedance)[2][2] * self.radius
     }
@@ -232,71 +268,11 @@ impl CylinderWave {
         for entry in impedance.as_flattened_mut() {
             *entry = *entry * self.inner.radius;
         }
-        let mut transfer: Option<Block<T>> = None;
-        for (layer, &[shear, inertia]) in self.layers.iter().zip(&at.layers).take(layers) {
-            let [inner, across, outer] = layer.faces(shear, inertia);
-            // Minus the displacement of the inner face by that of the outer one.
-            let follows = product(&inverse(sum(&impedance, &inner)), &across);
-            impedance = difference(&outer, &product(&transposed(&across), &follows));
-            let [[p, q, r], [s, t, u], [v, w, x]] = follows;
-            let step = [[-p, -q, -r], [-s, -t, -u], [-v, -w, -x]];
-            transfer = Some(match transfer {
-                Some(before) => product(&before, &step),
-                None => step,
-            });
-        }
-        (impedance, transfer)
+        climb(
+            impedance,
+            &self.layers[..layers],
+            #[inline(always)]
+            |index, layer| layer.faces(&at.layers[index]),
+        )
     }
-}
-
-/// A block over V, P, w.
-type Block<T> = [[T; 3]; 3];
-
-#[inline(always)]
-fn product<T: ComplexField>(a: &Block<T>, b: &Block<T>) -> Block<T> {
-    let [x, y, z] = *b;
-    let mut result = *a;
-    for i in 0..3 {
-        for j in 0..3 {
-            result[i][j] = a[i][0] * x[j] + a[i][1] * y[j] + a[i][2] * z[j];
-        }
-    }
-    result
-}
-
-#[inline(always)]
-fn transposed<T: ComplexField>([[a, b, c], [d, e, f], [g, h, i]]: &Block<T>) -> Block<T> {
-    [[*a, *d, *g], [*b, *e, *h], [*c, *f, *i]]
-}
-
-#[inline(always)]
-fn sum<T: ComplexField>(a: &Block<T>, b: &Block<T>) -> Block<T> {
-    let mut result = *a;
-    for i in 0..3 {
-        for j in 0..3 {
-            result[i][j] = a[i][j] + b[i][j];
-        }
-    }
-    result
-}
-
-#[inline(always)]
-fn difference<T: ComplexField>(a: &Block<T>, b: &Block<T>) -> Block<T> {
-    let mut result = *a;
-    for i in 0..3 {
-        for j in 0..3 {
-            result[i][j] = a[i][j] - b[i][j];
-        }
-    }
-    result
-}
-
-/// a^-1 of a symmetric block by cofactors; a singular one gives non-finite entries.
-#[inline(always)]
-fn inverse<T: ComplexField>([[a, b, c], [_, d, e], [_, _, f]]: Block<T>) -> Block<T> {
-    let (p, q, r) = (d * f - e * e, c * e - b * f, b * e - c * d);
-    let scale = (a * p + b * q + c * r).reciprocal();
-    let (s, t, u) = ((a * f - c * c) * scale, (b * c - a * e) * scale, (a * d - b * b) * scale);
-    let (p, q, r) = (p * scale, q * scale, r * scale);
-    [[p, q, r], [q, s, t], [r, t, u]]
 }

@@ -7,6 +7,7 @@
 use num_complex::Complex64;
 use pulp::Simd;
 
+use super::anisotropic::FlatLayers;
 use super::compliance::{NormalCompliance, StackAt};
 use super::layer::{Exponents, FaceState, LayerAt, LayerResult, Way, choose_way};
 use super::matrix2::Matrix2;
@@ -33,7 +34,12 @@ impl<'a, S: Simd> LaneStack<'a, S> {
         };
         let layers = single[0].layers.iter().enumerate().map(layer).collect();
         let foundation = [0, 1].map(|axis| Lanes::from_fn(simd, |lane| single[lane].foundation[axis]));
-        Self { lanes: StackAt { layers, foundation }, single }
+        let all: Vec<_> = single[..S::F64_LANES].iter().filter_map(|at| at.anisotropic.as_ref()).collect();
+        let anisotropic = (!all.is_empty()).then(|| {
+            let entry = |of: &dyn Fn(&FlatLayers<Complex64>) -> Complex64| Lanes::from_fn(simd, |lane| of(all[lane]));
+            FlatLayers::in_lanes(&all, entry)
+        });
+        Self { lanes: StackAt { layers, foundation, anisotropic }, single }
     }
 
     /// Compliances at a wavenumber. To be called within a `pulp` dispatch.
@@ -46,19 +52,40 @@ impl<'a, S: Simd> LaneStack<'a, S> {
     /// [`StackAt::under_tread`].
     #[inline(always)]
     pub fn driven(&self, kx: f64, ky: f64, on_surface: bool) -> NormalCompliance<Lanes<S>> {
+        if let Some(layers) = &self.lanes.anisotropic {
+            if !layers.is_even(kx, ky) {
+                return self.one_by_one(kx, ky, on_surface);
+            }
+            let (surface, bottom) = layers.surface(self.lanes.foundation, kx, ky);
+            let face = if on_surface { surface[2][2] } else { layers.under_tread(self.lanes.foundation, kx, ky) };
+            return NormalCompliance { surface: face, bottom: bottom[2][2] };
+        }
         let (both, under_tread, sliced) = self.p_sv(kx, ky, !on_surface);
         let NormalCompliance { surface, bottom } = both.normal();
         let face = if on_surface { surface } else { under_tread };
-        let [surface, bottom] = self.redone(sliced, [face, bottom], |single| {
-            let NormalCompliance { surface, bottom } = single.normal(kx, ky);
-            [if on_surface { surface } else { single.under_tread(kx, ky) }, bottom]
-        });
+        let [surface, bottom] = self.redone(sliced, [face, bottom], |single| driven(single, kx, ky, on_surface));
+        NormalCompliance { surface, bottom }
+    }
+
+    /// The same, one lane after the other.
+    #[inline(never)]
+    fn one_by_one(&self, kx: f64, ky: f64, on_surface: bool) -> NormalCompliance<Lanes<S>> {
+        let found: [_; MOST_LANES] = std::array::from_fn(|lane| driven(self.single[lane], kx, ky, on_surface));
+        let simd = self.lanes.foundation[0].simd();
+        let [surface, bottom] = [0, 1].map(|face| Lanes::from_fn(simd, |lane| found[lane][face]));
         NormalCompliance { surface, bottom }
     }
 
     /// C_xz/i at a wavenumber, likewise: see [`StackAt::tangential`].
     #[inline(always)]
     pub fn tangential_over_i(&self, kx: f64, ky: f64) -> Lanes<S> {
+        if let Some(layers) = &self.lanes.anisotropic {
+            if !layers.is_even(kx, ky) {
+                let simd = self.lanes.foundation[0].simd();
+                return Lanes::from_fn(simd, |lane| self.single[lane].tangential(kx, ky) * -Complex64::i());
+            }
+            return -layers.surface(self.lanes.foundation, kx, ky).0[0][2];
+        }
         let (both, _, sliced) = self.p_sv(kx, ky, false);
         let k = kx.hypot(ky);
         let value = both.surface.0[0][1] * if k > 0.0 { -kx / k } else { 0.0 };
@@ -110,6 +137,13 @@ impl<'a, S: Simd> LaneStack<'a, S> {
             Lanes::from_fn(simd, |lane| anew[lane].map_or(known[value][lane], |anew| anew[value]))
         })
     }
+}
+
+/// The compliances of one s: of the surface, or of the face under the tread that is driven in its place, and of the
+/// bottom.
+fn driven(single: &StackAt, kx: f64, ky: f64, on_surface: bool) -> [Complex64; 2] {
+    let NormalCompliance { surface, bottom } = single.normal(kx, ky);
+    [if on_surface { surface } else { single.under_tread(kx, ky) }, bottom]
 }
 
 /// One layer, each lane by its own way; marks the lanes that need slices.

@@ -7,25 +7,46 @@ use std::ops::Range;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
+use super::elasticity::{Fibres, MaterialRatios};
 use super::radial_polynomials::RadialProducts;
 use crate::numeric::ComplexField;
+use crate::scene::MOST_CORD_LOSSES;
 
 /// Entries of the upper triangle of a symmetric 6x6 matrix.
 const ENTRIES: usize = 21;
 /// Modes whose terms are added together: their coefficients stay in the processor's first cache.
 const BLOCK: usize = 8;
 
-/// mu(s) K' + rho s^2 M' + t(s) G' less the modes' terms.
+/// Pairs of modes of a block.
+const PAIRS: usize = BLOCK * (BLOCK - 1) / 2;
+/// Most parts beside modulus and inertia: prestress and cords.
+const MOST_PARTS: usize = 1 + MOST_CORD_LOSSES;
+
+/// mu(s) K' + rho s^2 M' + sum of t_p(s) G_p' less the modes' terms.
 ///
-/// The prestress counts as stiffness at one modulus mu_0, K = K_elastic + G/mu_0, and t = 1 - mu(s)/mu_0 is what is
-/// left of it: modes that the prestress couples are then hardly coupled any more.
+/// Prestress and cords, the parts G_p, count as stiffness at one s_0: K = K_material + sum G_p f_p(s_0)/mu_0, f = 1 for
+/// the prestress, and t_p = f_p(s) - f_p(s_0) mu(s)/mu_0 is left of each: modes that they couple are then hardly
+/// coupled any more. Cords of all modes of one shape across the layer are nearly diagonal together, whatever t_p.
 #[derive(Clone, Debug)]
 pub(super) struct LayerModes {
-    /// K', M', G'.
-    faces: [[f64; ENTRIES]; 3],
-    /// 1/mu_0 under tension.
-    reference: Option<f64>,
+    /// K', M'.
+    faces: [[f64; ENTRIES]; 2],
+    parts: Vec<Part>,
     blocks: Vec<Block>,
+    /// How each part couples the modes of the first block, the lowest ones, where there are cords: an entry for each
+    /// pair. Taken to the first order: c^T (D + E)^-1 c = c^T D^-1 c - c^T D^-1 E D^-1 c.
+    coupled: Vec<[f64; PAIRS]>,
+}
+
+/// A part of the stiffness that does not follow the modulus.
+#[derive(Clone, Debug)]
+struct Part {
+    /// G_p'.
+    faces: [f64; ENTRIES],
+    /// f_p(s_0)/mu_0.
+    reference: f64,
+    /// Its place among the cords; `None`: the prestress.
+    cords: Option<usize>,
 }
 
 /// Some modes.
@@ -33,31 +54,58 @@ pub(super) struct LayerModes {
 struct Block {
     /// lambda_j; 1 past the last one.
     stiffness: [f64; BLOCK],
-    /// gamma_j.
-    prestress: [f64; BLOCK],
-    /// m_j m_j^T, m_j g_j^T + g_j m_j^T and g_j g_j^T by entry; the last two only under tension.
-    products: Vec<[[f64; BLOCK]; ENTRIES]>,
+    /// gamma_pj by part.
+    own: Vec<[f64; BLOCK]>,
+    terms: Terms,
+}
+
+/// Terms c_j c_j^T of modes, c_j = rho s^2 m_j + sum t_p g_pj.
+#[derive(Clone, Debug)]
+enum Terms {
+    /// By entry m_j m_j^T; under tension m_j g_j^T + g_j m_j^T and g_j g_j^T, too.
+    Products(Vec<[[f64; BLOCK]; ENTRIES]>),
+    /// With cords the products of several parts would be more than their vectors: m_j, then g_pj, by row.
+    Vectors(Vec<[[f64; BLOCK]; 6]>),
+}
+
+/// Values of a layer at one s, or at several in lockstep.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LayerValues<T> {
+    /// mu \[Pa\].
+    pub shear: T,
+    /// rho s^2 \[Pa/m^2\].
+    pub inertia: T,
+    /// f of the cords, by loss factor.
+    pub fibres: [T; MOST_CORD_LOSSES],
 }
 
 /// Properties of a layer that its waves depend on.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct LayerWave {
+#[derive(Clone, Debug)]
+pub(super) struct LayerWave<'a> {
     /// n, k_y \[1/m\].
     pub n: f64,
     pub ky: f64,
     /// lambda/mu.
     pub lame_ratio: f64,
+    /// Constants over mu, where the material is not isotropic.
+    pub orthotropic: Option<MaterialRatios>,
     /// S, S_y \[Pa\].
     pub prestress: [f64; 2],
+    /// Cords, and their f at s_0.
+    pub cords: &'a [Fibres],
+    pub fibres: [f64; MOST_CORD_LOSSES],
     /// mu_0 \[Pa\].
     pub shear: f64,
     /// True if s = 0 is all that will be asked for, and mu_0 the modulus there: no mode moves then.
     pub at_rest: bool,
 }
 
-impl LayerWave {
-    /// K_elastic: the energy over mu as a matrix over V, P, w, each over all polynomials.
+impl LayerWave<'_> {
+    /// K_material: the energy over mu as a matrix over V, P, w, each over all polynomials.
     fn stiffness(&self, products: &RadialProducts) -> Mat<f64> {
+        if let Some(ratios) = &self.orthotropic {
+            return self.orthotropic(ratios, products);
+        }
         let Self { n, ky, lame_ratio: lame, .. } = *self;
         let (n_squared, ky_squared) = (n * n, ky * ky);
         by_fields(products.values.nrows(), |a, b| {
@@ -73,6 +121,59 @@ impl LayerWave {
                 lame * (d + h + h_t + i) + 2.0 * (d + i) + n_squared * i + ky_squared * m,
             ]
         })
+    }
+
+    /// The same of an orthotropic material: int [Q_tt e_t^2 + Q_yy e_y^2 + 2 Q_ty e_t e_y + C_rr (e_r + a_t e_t + a_y
+    /// e_y)^2 + G_tr g_rt^2 + G_yr g_ry^2 + G_ty g_ty^2] r dr.
+    fn orthotropic(&self, ratios: &MaterialRatios, products: &RadialProducts) -> Mat<f64> {
+        let Self { n, ky, .. } = *self;
+        let MaterialRatios { plane: [tt, yy, ty], contraction: [at, ay], inverse_radial, shear } = *ratios;
+        let [tr, yr, in_plane] = shear;
+        let rr = inverse_radial.recip();
+        let (c_tr, c_yr) = (rr * at, rr * ay);
+        let mut matrix = self.membrane([tt + c_tr * at, yy + c_yr * ay, ty + c_tr * ay], in_plane, products);
+        matrix += by_fields(products.values.nrows(), |a, b| {
+            let (d, h, h_t) = (products.slopes[(a, b)], products.slope_value[(a, b)], products.value_slope[(a, b)]);
+            let (i, m) = (products.values_over_r[(a, b)], products.values_r[(a, b)]);
+            let (hr, hr_t) = (products.slope_value_r[(a, b)], products.value_slope_r[(a, b)]);
+            [
+                tr * (d - h - h_t + i),
+                0.0,
+                n * (c_tr * h_t + tr * (i - h)),
+                yr * d,
+                ky * (c_yr * hr_t - yr * hr),
+                c_tr * (h + h_t) + rr * d + tr * n * n * i + yr * ky * ky * m,
+            ]
+        });
+        matrix
+    }
+
+    /// Energy of strains in the layer's surface: int [tt e_t^2 + yy e_y^2 + 2 ty e_t e_y + G g_ty^2] r dr.
+    fn membrane(&self, [tt, yy, ty]: [f64; 3], in_plane: f64, products: &RadialProducts) -> Mat<f64> {
+        let Self { n, ky, .. } = *self;
+        by_fields(products.values.nrows(), |a, b| {
+            let (i, f, m) = (products.values_over_r[(a, b)], products.values[(a, b)], products.values_r[(a, b)]);
+            [
+                tt * n * n * i + in_plane * ky * ky * m,
+                (ty + in_plane) * n * ky * f,
+                tt * n * i,
+                yy * ky * ky * m + in_plane * n * n * i,
+                ty * ky * f,
+                tt * i,
+            ]
+        })
+    }
+
+    /// Parts of the stiffness that do not follow the modulus, each with f(s_0)/mu_0 and its place among the cords.
+    fn parts(&self, products: &RadialProducts) -> Vec<(Mat<f64>, f64, Option<usize>)> {
+        let tense = self.prestress.iter().any(|stress| stress.abs() > 0.0);
+        let inverse = self.shear.recip();
+        let tension = tense.then(|| (self.prestress(products), inverse, None));
+        let cords = self.cords.iter().zip(self.fibres).enumerate().map(|(index, (cords, fibres))| {
+            let [along, across, between] = cords.shares;
+            (self.membrane([along, across, between], between, products), fibres * inverse, Some(index))
+        });
+        tension.into_iter().chain(cords).collect()
     }
 
     /// G: the prestress.
@@ -122,25 +223,33 @@ fn upper(entry: impl Fn(usize, usize) -> f64) -> [f64; ENTRIES] {
 impl LayerModes {
     /// Reduces a layer at a wave. Where its stiffness cannot be reduced, as for numbers that are not finite, nothing of
     /// it is a number.
-    pub fn new(wave: &LayerWave, products: &RadialProducts) -> Self {
-        let nothing = [[f64::NAN; ENTRIES]; 3];
-        Self::between_held_faces(wave, products).unwrap_or(Self { faces: nothing, reference: None, blocks: Vec::new() })
+    pub fn new(wave: &LayerWave<'_>, products: &RadialProducts) -> Self {
+        let nothing = [[f64::NAN; ENTRIES]; 2];
+        Self::between_held_faces(wave, products).unwrap_or(Self {
+            faces: nothing,
+            parts: Vec::new(),
+            blocks: Vec::new(),
+            coupled: Vec::new(),
+        })
     }
 
-    fn between_held_faces(wave: &LayerWave, products: &RadialProducts) -> Option<Self> {
-        let tense = wave.prestress.iter().any(|stress| stress.abs() > 0.0);
-        let prestress = tense.then(|| wave.prestress(products));
+    fn between_held_faces(wave: &LayerWave<'_>, products: &RadialProducts) -> Option<Self> {
+        let parts = wave.parts(products);
         let mut stiffness = wave.stiffness(products);
-        if let Some(prestress) = &prestress {
-            stiffness += prestress * faer::Scale(wave.shear.recip());
+        for (matrix, reference, _) in &parts {
+            stiffness += matrix * faer::Scale(*reference);
         }
         let modes = stiffness.nrows() - 6;
         if wave.at_rest {
             let coupling = stiffness.submatrix(6, 0, modes, 6);
             let following = stiffness.submatrix(6, 6, modes, modes).llt(Side::Lower).ok()?.solve(coupling);
             let stiff = reduced(&stiffness, &(following.transpose() * coupling * faer::Scale(-0.5)), None);
-            let faces = [stiff, [0.0; ENTRIES], [0.0; ENTRIES]];
-            return Some(Self { faces, reference: None, blocks: Vec::new() });
+            return Some(Self {
+                faces: [stiff, [0.0; ENTRIES]],
+                parts: Vec::new(),
+                blocks: Vec::new(),
+                coupled: Vec::new(),
+            });
         }
         let held = stiffness.submatrix(6, 6, modes, modes).self_adjoint_eigen(Side::Lower).ok()?;
         let (vectors, squares) = (held.U(), held.S().column_vector());
@@ -157,69 +266,99 @@ impl LayerModes {
         let moved = coupling(&inertia);
         let heavy = reduced(&inertia, &(following.transpose() * &moved), Some(&(following.transpose() * &following)));
         let moving = moved + &following;
-        let tight = prestress.map(|matrix| {
-            let modal = vectors.transpose() * matrix.submatrix(6, 6, modes, modes) * vectors;
-            let (coupled, inner) = (coupling(&matrix), &modal * &following);
-            let faces = reduced(&matrix, &(following.transpose() * &coupled), Some(&(following.transpose() * &inner)));
-            let own: Vec<f64> = (0..modes).map(|j| modal[(j, j)]).collect();
-            (faces, coupled + inner, own)
-        });
+        // Of each part: itself on the faces, g_j and gamma_j.
+        let has_cords = !wave.cords.is_empty();
+        let mut pairs: Vec<[f64; PAIRS]> = Vec::new();
+        let parts: Vec<(Part, Mat<f64>, Vec<f64>)> = parts
+            .into_iter()
+            .map(|(matrix, reference, cords)| {
+                let modal = vectors.transpose() * matrix.submatrix(6, 6, modes, modes) * vectors;
+                let (coupled, inner) = (coupling(&matrix), &modal * &following);
+                let own = (following.transpose() * &coupled, following.transpose() * &inner);
+                let faces = reduced(&matrix, &own.0, Some(&own.1));
+                if has_cords {
+                    let entry = |row, column| if column < modes { modal[(row, column)] } else { 0.0 };
+                    let all = (0..BLOCK).flat_map(|row| (row + 1..BLOCK).map(move |column| (row, column)));
+                    let mut coupled = [0.0; PAIRS];
+                    coupled.iter_mut().zip(all).for_each(|(pair, (row, column))| *pair = entry(row, column));
+                    pairs.push(coupled);
+                }
+                let gamma = (0..modes).map(|j| modal[(j, j)]).collect();
+                (Part { faces, reference, cords }, coupled + inner, gamma)
+            })
+            .collect();
         let block = |first: usize| {
             let range = first..modes.min(first + BLOCK);
-            let mut sets = vec![outer_products(&moving, &moving, range.clone())];
-            let (mut lambda, mut gamma) = ([1.0; BLOCK], [0.0; BLOCK]);
-            for (lambda, j) in lambda.iter_mut().zip(range.clone()) {
-                *lambda = squares[j];
+            let padded = |value: &dyn Fn(usize) -> f64, rest: f64| {
+                let mut values = [rest; BLOCK];
+                values.iter_mut().zip(range.clone()).for_each(|(place, j)| *place = value(j));
+                values
+            };
+            let terms = if has_cords {
+                let pulls = parts.iter().map(|(_, pulling, _)| pulling);
+                let rows = |matrix: &Mat<f64>| [0, 1, 2, 3, 4, 5].map(|row| padded(&|j| matrix[(j, row)], 0.0));
+                Terms::Vectors([&moving].into_iter().chain(pulls).map(rows).collect())
+            } else {
+                let mut sets = vec![outer_products(&moving, &moving, range.clone())];
+                for (_, pulling, _) in &parts {
+                    let twice = outer_products(&moving, pulling, range.clone()).map(|values| values.map(|x| 2.0 * x));
+                    sets.extend([twice, outer_products(pulling, pulling, range.clone())]);
+                }
+                Terms::Products(sets)
+            };
+            Block {
+                stiffness: padded(&|j| squares[j], 1.0),
+                own: parts.iter().map(|(.., gamma)| padded(&|j| gamma[j], 0.0)).collect(),
+                terms,
             }
-            if let Some((_, pulling, own)) = &tight {
-                gamma[..range.len()].copy_from_slice(&own[range.clone()]);
-                let twice = outer_products(&moving, pulling, range.clone()).map(|values| values.map(|x| 2.0 * x));
-                sets.extend([twice, outer_products(pulling, pulling, range)]);
-            }
-            Block { stiffness: lambda, prestress: gamma, products: sets }
         };
         Some(Self {
             blocks: (0..modes).step_by(BLOCK).map(block).collect(),
-            faces: [stiff, heavy, tight.as_ref().map_or([0.0; ENTRIES], |(faces, ..)| *faces)],
-            reference: tense.then(|| wave.shear.recip()),
+            faces: [stiff, heavy],
+            coupled: pairs,
+            parts: parts.into_iter().map(|(part, ..)| part).collect(),
         })
     }
 
-    /// Tractions on the faces times their radii by displacements, at mu and rho s^2: the blocks within the inner face,
-    /// from the outer face to the inner one (rows), and within the outer face.
+    /// Tractions on the faces times their radii by displacements: the blocks of [`super::faces`].
     #[inline(always)]
-    pub fn faces<T: ComplexField>(&self, shear: T, inertia: T) -> [[[T; 3]; 3]; 3] {
+    pub fn faces<T: ComplexField>(&self, values: &LayerValues<T>) -> [[[T; 3]; 3]; 3] {
         // Loops, not closures over arrays: a call of those would end the lanes' vector instructions.
-        let [stiff, heavy, tight] = &self.faces;
+        let LayerValues { shear, inertia, .. } = *values;
+        let [stiff, heavy] = &self.faces;
         let mut entries = [shear; ENTRIES];
         for k in 0..ENTRIES {
             entries[k] = (shear * stiff[k]).plus_scaled(heavy[k], inertia);
         }
-        let squared = inertia * inertia;
-        if let Some(reference) = self.reference {
-            let left = shear * -reference + 1.0;
-            let (mixed, left_squared) = (inertia * left, left * left);
+        let mut left = [shear; MOST_PARTS];
+        for (left, part) in left.iter_mut().zip(&self.parts) {
+            *left = match part.cords {
+                None => shear * -part.reference + 1.0,
+                Some(index) => shear * -part.reference + values.fibres[index],
+            };
             for k in 0..ENTRIES {
-                entries[k] = entries[k].plus_scaled(tight[k], left);
+                entries[k] = entries[k].plus_scaled(part.faces[k], *left);
             }
-            for block in &self.blocks {
-                let mut inverse = [shear; BLOCK];
-                for (j, inverse) in inverse.iter_mut().enumerate() {
-                    let sum = (shear * block.stiffness[j]).plus_scaled(block.prestress[j], left) + inertia;
-                    *inverse = -sum.reciprocal();
+        }
+        let factors = [inertia * inertia, inertia * left[0], left[0] * left[0]];
+        for (index, block) in self.blocks.iter().enumerate() {
+            let mut inverse = [shear; BLOCK];
+            for (j, inverse) in inverse.iter_mut().enumerate() {
+                let mut sum = shear * block.stiffness[j];
+                for (own, left) in block.own.iter().zip(&left) {
+                    sum = sum.plus_scaled(own[j], *left);
                 }
-                for (products, factor) in block.products.iter().zip([squared, mixed, left_squared]) {
-                    add(&mut entries, products, factor, &inverse);
-                }
+                *inverse = -(sum + inertia).reciprocal();
             }
-        } else {
-            for block in &self.blocks {
-                let mut inverse = [shear; BLOCK];
-                for (j, inverse) in inverse.iter_mut().enumerate() {
-                    *inverse = -(shear * block.stiffness[j] + inertia).reciprocal();
+            match &block.terms {
+                Terms::Products(products) => {
+                    for (products, factor) in products.iter().zip(factors) {
+                        add(&mut entries, products, factor, &inverse);
+                    }
                 }
-                for products in &block.products {
-                    add(&mut entries, products, squared, &inverse);
+                Terms::Vectors(vectors) => {
+                    let coupled: &[[f64; PAIRS]] = if index == 0 { &self.coupled } else { &[] };
+                    add_vectors(&mut entries, vectors, coupled, inertia, &left, &inverse);
                 }
             }
         }
@@ -265,5 +404,60 @@ fn add<T: ComplexField>(
             sum = sum.plus_scaled(products[k][j], coefficients[j]);
         }
         entries[k] = sum;
+    }
+}
+
+/// entries += c_j c_j^T inverse_j, c_j = inertia m_j + sum of left_p g_pj, and what couples modes of the block.
+#[inline(always)]
+fn add_vectors<T: ComplexField>(
+    entries: &mut [T; ENTRIES],
+    vectors: &[[[f64; BLOCK]; 6]],
+    coupled: &[[f64; PAIRS]],
+    inertia: T,
+    left: &[T; MOST_PARTS],
+    inverse: &[T; BLOCK],
+) {
+    // c_j inverse_j, mode by mode.
+    let mut moved = [[inertia; 6]; BLOCK];
+    for j in 0..BLOCK {
+        let mut c = [inertia; 6];
+        for row in 0..6 {
+            let mut sum = inertia * vectors[0][row][j];
+            for (vector, left) in vectors[1..].iter().zip(left) {
+                sum = sum.plus_scaled(vector[row][j], *left);
+            }
+            c[row] = sum;
+            moved[j][row] = sum * inverse[j];
+        }
+        let mut k = 0;
+        for row in 0..6 {
+            for column in row..6 {
+                entries[k] = entries[k] + moved[j][row] * c[column];
+                k += 1;
+            }
+        }
+    }
+    let [first, others @ ..] = coupled else { return };
+    let mut pair = 0;
+    for i in 0..BLOCK {
+        // Row i of E from the diagonal on, times the modes' motion.
+        let mut felt = [inertia * 0.0; 6];
+        for j in i + 1..BLOCK {
+            let mut e = left[0] * first[pair];
+            for (other, left) in others.iter().zip(&left[1..]) {
+                e = e.plus_scaled(other[pair], *left);
+            }
+            pair += 1;
+            for row in 0..6 {
+                felt[row] = felt[row] + e * moved[j][row];
+            }
+        }
+        let mut k = 0;
+        for row in 0..6 {
+            for column in row..6 {
+                entries[k] = entries[k] + moved[i][row] * felt[column] + moved[i][column] * felt[row];
+                k += 1;
+            }
+        }
     }
 }

@@ -13,7 +13,7 @@ use num_complex::Complex64;
 use crate::scene::{Foundation, Law, Material};
 
 /// ((s + wc)/w0)^(2 atan(eta)/pi): the frequency dependence shared by power-law materials and the foundation.
-fn power_law(s: Complex64, loss_factor: f64, reference_frequency: f64, corner_frequency: f64) -> Complex64 {
+pub(super) fn power_law(s: Complex64, loss_factor: f64, reference_frequency: f64, corner_frequency: f64) -> Complex64 {
     let ratio = (s + 2.0 * PI * corner_frequency) / (2.0 * PI * reference_frequency);
     ratio.powf(2.0 * loss_factor.atan() / PI)
 }

@@ -93,6 +93,7 @@ fn counted_operations(below: usize) -> u64 {
             })
             .collect(),
         foundation: at.foundation.map(Counted),
+        anisotropic: None,
     };
     COUNT.set(0);
     let pass =

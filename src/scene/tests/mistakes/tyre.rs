@@ -1,7 +1,7 @@
 //! Mistakes in the tyre.
 
-use super::super::BASE;
-use super::{accepted, material_refused, refused};
+use super::super::{BASE, complaints, edited};
+use super::{Scene, accepted, material_refused, refused};
 
 #[test]
 fn sizes_of_the_tyre() {
@@ -65,6 +65,54 @@ fn poisson_at_and_past_its_limits() {
     }
     accepted("poisson = 0.49", "poisson = 0.49999999");
     accepted("poisson = 0.49", "poisson = -0.99");
+}
+
+#[test]
+fn cords_and_orthotropic_layers() {
+    let belt = |more: &str| format!("thickness = 0.006\n{more}\n");
+    let refused = |more: &str, key: &str, wrong: &str, right: &str| {
+        let found = complaints(&edited("thickness = 0.006\n", &belt(more)));
+        let one = found.iter().find(|complaint| complaint.key == format!("tyre.layers[0].{key}"));
+        let one = one.unwrap_or_else(|| panic!("{found:#?}"));
+        assert!(one.wrong.contains(wrong) && one.right.contains(right), "{found:#?}");
+    };
+    refused("cords = [{ angle_deg = 20 }]", "cords[0].stiffness", "missing", "spacing, area and modulus");
+    refused(
+        "cords = [{ stiffness = 1e9, area = 1e-7, angle_deg = 20 }]",
+        "cords[0].area",
+        "given as well",
+        "leave out",
+    );
+    refused("cords = [{ area = 1e-7, spacing = 1e-3, angle_deg = 20 }]", "cords[0].modulus", "missing", "positive");
+    refused("cords = [{ stiffness = 1e9, angle_deg = 120 }]", "cords[0].angle_deg", "120", "at most 90 degrees");
+    refused("cords = [{ stiffness = -1e9, angle_deg = 20 }]", "cords[0].stiffness", "out of range", "above 0 Pa");
+    refused("cords = []", "cords", "empty", "stiffness");
+    let losses: Vec<String> =
+        (1..5).map(|loss| format!("{{ stiffness = 1e9, angle_deg = 0, loss_factor = 0.{loss} }}")).collect();
+    refused(&format!("cords = [{}]", losses.join(", ")), "cords", "4 different", "at most 3");
+    let moduli = |nu: f64, outwards: f64| {
+        format!(
+            "orthotropic = {{ E_theta = 1e9, E_y = 1e8, E_r = {outwards:e}, G_y_r = 1e7, G_theta_r = 1e7, \
+             G_theta_y = 1e8, nu_theta_y = {nu}, nu_theta_r = 0.3, nu_y_r = 0.4 }}"
+        )
+    };
+    refused(&moduli(0.5, 1e8), "material.modulus", "an orthotropic layer", "leave it out");
+    refused(&moduli(4.0, 1e8), "orthotropic.nu_theta_y", "give energy back", "between +-3.162");
+    refused(&moduli(0.5, 1e9), "orthotropic.E_r", "compliance outwards", "below");
+    // Good ones, the moduli in place of those of the material.
+    let belt_material = "modulus = 5e8, loss_factor = 0.08, poisson = 0.3, ";
+    let text =
+        edited("thickness = 0.006\n", &belt(&moduli(0.5, 1e8))).replacen(belt_material, "loss_factor = 0.08, ", 1);
+    let scene = Scene::from_str(&text, "test.toml").unwrap_or_else(|error| panic!("{}\n{text}", error.render(false)));
+    assert!((scene.scene.tyre.layers[0].material.modulus - 2e7).abs() < 1e-3);
+    let again = toml::to_string(&scene.scene.tyre).unwrap();
+    assert!(again.contains("E_theta") && !again.contains("modulus = 2e7"), "{again}");
+    let cords = accepted("thickness = 0.006\n", &belt("cords = [{ stiffness = 1e9, angle_deg = -20 }]"));
+    assert_eq!(cords.tyre.layers[0].cords.len(), 1);
+    // The road touches isotropic rubber alone.
+    let tread = edited("thickness = 0.013\n", "thickness = 0.013\ncords = [{ stiffness = 1e9, angle_deg = 0 }]\n");
+    let found = complaints(&tread);
+    assert!(found.len() == 1 && found[0].key == "tyre.layers[1].cords", "{found:#?}");
 }
 
 #[test]

@@ -1,0 +1,249 @@
+//! Layers that are not isotropic: cords in rubber, and orthotropic moduli.
+
+use serde::Serialize;
+
+use super::material::LOSS;
+use crate::scene::Problem;
+use crate::scene::keys::{is_default, keys};
+use crate::scene::kind::{Bounds, Optional};
+use crate::scene::problem::short;
+use crate::scene::table::{Each, Nested, Table};
+
+const STIFFNESS: Bounds = Bounds::positive("Pa").plausible(1e4, 1e12);
+const MODULUS: Bounds = Bounds::positive("Pa").plausible(1e4, 1e13);
+const RATIO: Bounds = Bounds::any("").plausible(1e-9, 1e3);
+
+keys! {
+    /// Cords in a layer's rubber, as many at the angle as at its negative. They bear what stretches them, and nothing
+    /// else: K (cos^4, sin^4, cos^2 sin^2 of the angle) along, across and between. Either `stiffness` is given, or
+    /// `spacing`, `area` and `modulus`.
+    #[derive(Clone, Debug, PartialEq, Serialize)]
+    Cords {
+        /// Stiffness K of the cords over the layer's thickness, at the material's reference frequency \[Pa\].
+        #[serde(skip_serializing_if = "Option::is_none")]
+        stiffness: Option<f64> = None => Optional(STIFFNESS),
+        /// Distance of neighbouring cords \[m\].
+        #[serde(skip_serializing_if = "Option::is_none")]
+        spacing: Option<f64> = None => Optional(Bounds::positive("m").plausible(1e-5, 0.1)),
+        /// Cross-section of a cord \[m^2\].
+        #[serde(skip_serializing_if = "Option::is_none")]
+        area: Option<f64> = None => Optional(Bounds::positive("m^2").plausible(1e-11, 1e-4)),
+        /// Young's modulus of a cord \[Pa\].
+        #[serde(skip_serializing_if = "Option::is_none")]
+        modulus: Option<f64> = None => Optional(MODULUS),
+        /// Angle from the circumference; 90 runs across (degrees).
+        angle_deg: f64 => Bounds::between(-90.0, 90.0, "degrees"),
+        /// Loss factor eta; the same power law as the material's, by its frequencies \[1\].
+        #[serde(skip_serializing_if = "is_default")]
+        loss_factor: f64 = 0.0 => LOSS,
+    }
+}
+
+keys! {
+    /// Moduli of an orthotropic layer along the circumference (theta), across (y) and outwards (r), at the material's
+    /// reference frequency; all follow its law with one factor. nu_a_b is the contraction along b by a stress along a.
+    #[derive(Clone, Debug, PartialEq, Serialize)]
+    Orthotropic {
+        /// Young's modulus along the circumference \[Pa\].
+        #[serde(rename = "E_theta")]
+        e_theta as "E_theta": f64 => MODULUS,
+        /// Young's modulus across \[Pa\].
+        #[serde(rename = "E_y")]
+        e_y as "E_y": f64 => MODULUS,
+        /// Young's modulus outwards \[Pa\].
+        #[serde(rename = "E_r")]
+        e_r as "E_r": f64 => MODULUS,
+        /// Shear modulus across and outwards \[Pa\].
+        #[serde(rename = "G_y_r")]
+        g_y_r as "G_y_r": f64 => MODULUS,
+        /// Shear modulus along and outwards \[Pa\].
+        #[serde(rename = "G_theta_r")]
+        g_theta_r as "G_theta_r": f64 => MODULUS,
+        /// Shear modulus in the layer's plane \[Pa\].
+        #[serde(rename = "G_theta_y")]
+        g_theta_y as "G_theta_y": f64 => MODULUS,
+        /// Contraction across by a stress along \[1\].
+        nu_theta_y: f64 => RATIO,
+        /// Contraction outwards by a stress along \[1\].
+        nu_theta_r: f64 => RATIO,
+        /// Contraction outwards by a stress across \[1\].
+        nu_y_r: f64 => RATIO,
+    }
+}
+
+/// Elastic constants by which a layer's stresses follow its strains, the stress outwards taken apart: with e the
+/// strains along and across, s_a = sum Q_ab e_b + a_a sigma and e_r = sigma/C_rr - sum a_a e_a.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlaneConstants {
+    /// Q_tt, Q_yy, Q_ty \[Pa\].
+    pub plane: [f64; 3],
+    /// a_t, a_y \[1\].
+    pub contraction: [f64; 2],
+    /// C_rr \[Pa\].
+    pub radial: f64,
+}
+
+impl Cords {
+    /// Stiffness K of the cords in a layer of a thickness \[m\], E A/(spacing thickness) where it is not given \[Pa\].
+    pub fn stiffness_in(&self, thickness: f64) -> f64 {
+        let of_parts = || Some(self.modulus? * self.area? / (self.spacing? * thickness));
+        self.stiffness.or_else(of_parts).unwrap_or(0.0)
+    }
+
+    /// K cos^4, K sin^4 and K cos^2 sin^2 in a layer of a thickness \[m\]: along, across, and both between them and in
+    /// shear \[Pa\].
+    pub fn shares_in(&self, thickness: f64) -> [f64; 3] {
+        let stiffness = self.stiffness_in(thickness);
+        // Along and across no rounded cosine of 90 degrees.
+        let cosine = if self.angle_deg.abs() < 90.0 { self.angle_deg.to_radians().cos() } else { 0.0 };
+        let along = cosine * cosine;
+        let across = 1.0 - along;
+        [along * along, across * across, along * across].map(|share| stiffness * share)
+    }
+}
+
+impl Orthotropic {
+    /// The constants in the plane and outwards; not positive where the moduli are those of no material.
+    pub fn constants(&self) -> PlaneConstants {
+        let Self { e_theta, e_y, e_r, nu_theta_y, nu_theta_r, nu_y_r, .. } = *self;
+        let left = self.determinant();
+        let plane = [e_theta / left, e_y / left, nu_theta_y * e_y / left];
+        let [tt, yy, ty] = plane;
+        let along = tt * nu_theta_r / e_theta + ty * nu_y_r / e_y;
+        let across = ty * nu_theta_r / e_theta + yy * nu_y_r / e_y;
+        let compliance = 1.0 / e_r - along * nu_theta_r / e_theta - across * nu_y_r / e_y;
+        PlaneConstants { plane, contraction: [along, across], radial: compliance.recip() }
+    }
+
+    /// Tells whether every strain stores energy, all moduli being positive.
+    pub fn is_positive_definite(&self) -> bool {
+        self.determinant() > 0.0 && self.constants().radial > 0.0
+    }
+
+    /// D = 1 - nu_theta_y^2 E_y/E_theta, above 0 in a material.
+    fn determinant(&self) -> f64 {
+        1.0 - self.nu_theta_y * self.nu_theta_y * self.e_y / self.e_theta
+    }
+}
+
+pub(super) const CORDS: Each<Cords> = Each(Nested {
+    title: "cords",
+    wanted: "a list of tables, [{ stiffness = ..., angle_deg = ..., loss_factor = ... }]",
+    schema: Cords::schema,
+    read: cords,
+});
+
+pub(super) const ORTHOTROPIC: Nested<Orthotropic> = Nested {
+    title: "an orthotropic layer",
+    wanted: "a table, { E_theta = ..., E_y = ..., E_r = ..., G_y_r = ..., G_theta_r = ..., G_theta_y = ..., \
+             nu_theta_y = ..., nu_theta_r = ..., nu_y_r = ... }",
+    schema: Orthotropic::schema,
+    read: orthotropic,
+};
+
+fn cords(table: &mut Table<'_>) -> Option<Cords> {
+    let parts = ["spacing", "area", "modulus"];
+    let given = parts.map(|key| table.has(key));
+    let whole = if table.has("stiffness") {
+        match parts.into_iter().zip(given).find(|(_, given)| *given) {
+            Some((key, _)) => {
+                let wrong = "stiffness is given as well, and says the same";
+                table.complain(key, Problem::new(wrong, "leave out stiffness, or spacing, area and modulus"))
+            }
+            None => Some(()),
+        }
+    } else if given == [false; 3] {
+        table.complain("stiffness", Problem::missing("a number above 0 Pa, or give spacing, area and modulus"))
+    } else {
+        let missing = parts.into_iter().zip(given).filter(|(_, given)| !given);
+        let complain = |(key, _)| table.complain(key, Problem::missing("a positive number, or the cords' stiffness"));
+        missing.map(complain).collect()
+    };
+    let read = Cords::read(table)?;
+    whole?;
+    Some(read)
+}
+
+fn orthotropic(table: &mut Table<'_>) -> Option<Orthotropic> {
+    let read = Orthotropic::read(table)?;
+    let left = read.determinant();
+    if left <= 0.0 {
+        let wrong = format!(
+            "{} makes 1 - nu_theta_y^2 E_y/E_theta = {}: a strain along and across would give energy back",
+            short(read.nu_theta_y),
+            short(left)
+        );
+        let most = (read.e_theta / read.e_y).sqrt();
+        return table.complain("nu_theta_y", Problem::new(wrong, format!("write a number between +-{}", short(most))));
+    }
+    let compliance = read.constants().radial.recip();
+    if compliance <= 0.0 {
+        let wrong = format!(
+            "{} Pa makes the compliance outwards, with the strains along and across held, {} 1/Pa",
+            short(read.e_r),
+            short(compliance)
+        );
+        let most = (read.e_r.recip() - compliance).recip();
+        let right = format!("write a number below {} Pa, or smaller nu_theta_r and nu_y_r", short(most));
+        return table.complain("E_r", Problem::new(wrong, right));
+    }
+    Some(read)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The belt of cords of the default tyre at 1 kHz.
+    fn belt() -> Orthotropic {
+        Orthotropic {
+            e_theta: 1.566e9,
+            e_y: 1.095e8,
+            e_r: 1.716e8,
+            g_y_r: 3.356e7,
+            g_theta_r: 3.356e7,
+            g_theta_y: 1.207e9,
+            nu_theta_y: 3.201,
+            nu_theta_r: -2.115,
+            nu_y_r: 0.7456,
+        }
+    }
+
+    #[test]
+    fn constants_invert_the_compliances() {
+        let belt = belt();
+        let PlaneConstants { plane: [tt, yy, ty], contraction: [along, across], radial } = belt.constants();
+        // Stresses by strains, then strains by these stresses again.
+        for strain in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]] {
+            let [e, f, g] = strain;
+            let outwards = radial * (g + along * e + across * f);
+            let stress = [tt * e + ty * f + along * outwards, ty * e + yy * f + across * outwards, outwards];
+            let [s, t, u] = stress;
+            let [nty, ntr, nyr] = [belt.nu_theta_y, belt.nu_theta_r, belt.nu_y_r];
+            let back = [
+                s / belt.e_theta - nty / belt.e_theta * t - ntr / belt.e_theta * u,
+                -nty / belt.e_theta * s + t / belt.e_y - nyr / belt.e_y * u,
+                -ntr / belt.e_theta * s - nyr / belt.e_y * t + u / belt.e_r,
+            ];
+            for (found, wanted) in back.into_iter().zip(strain) {
+                assert!((found - wanted).abs() < 1e-12, "{back:?} {strain:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn cords_along_and_across_bear_one_direction_each() {
+        let at = |angle_deg| Cords { stiffness: Some(2.0), angle_deg, ..Cords::of_angle(0.0) }.shares_in(1e-3);
+        assert_eq!(at(0.0), [2.0, 0.0, 0.0]);
+        assert_eq!(at(90.0), [0.0, 2.0, 0.0]);
+        assert_eq!(at(-90.0), at(90.0));
+        let parts = Cords { spacing: Some(1.1e-3), area: Some(0.22e-6), modulus: Some(200e9), ..Cords::of_angle(20.0) };
+        assert!((parts.stiffness_in(2e-3) / 2e10 - 1.0).abs() < 1e-12);
+    }
+
+    impl Cords {
+        fn of_angle(angle_deg: f64) -> Self {
+            Self { stiffness: None, spacing: None, area: None, modulus: None, angle_deg, loss_factor: 0.0 }
+        }
+    }
+}

@@ -109,8 +109,16 @@ fn curved(criterion: &mut Criterion) {
     group.bench_function("prepare a wave", |bench| bench.iter(|| cylinder.wave(black_box(n), m)));
     group.bench_function("prepared wave at s", |bench| bench.iter(|| wave.normal(black_box(&at))));
     group.bench_function("steps at s", |bench| bench.iter(|| stack.compliance(n, m, black_box(s), STEP)));
+    let without = |tyre: &Tyre| {
+        let mut tyre = tyre.clone();
+        tyre.layers.iter_mut().for_each(|layer| layer.cords.clear());
+        tyre
+    };
     let flat = Tyre { curvature: false, inflation: None, cavity: None, ..tyre.clone() };
-    for (name, tyre) in [("curved", &tyre), ("flat", &flat)] {
+    let (isotropic, isotropic_flat) = (without(&tyre), without(&flat));
+    for (name, tyre) in
+        [("curved", &tyre), ("curved, no cords", &isotropic), ("flat", &flat), ("flat, no cords", &isotropic_flat)]
+    {
         let sum = InfluenceSum::with(tyre, Projection::new(tyre, ELEMENTS), Truncation::Tail, 1e-7, top);
         let points: Vec<_> = (1..=256).map(|k| sum.at(Complex64::new(0.0, 2.0 * PI * 10.0 * f64::from(k)))).collect();
         let mut values = Vec::new();

@@ -24,7 +24,7 @@ use crate::road::ahead::CHUNK_ROWS;
 use crate::road::sources::made::{Sizes, TargetSpectrum};
 use crate::scene::{History, Road, Scene, SliceCoupling, Slices, Tread, Zone};
 use crate::tyre::influence::convolution_quadrature::Circle;
-use crate::tyre::influence::{InfluenceSum, SurfaceWaves, WAVE_BYTES, wave_count};
+use crate::tyre::influence::{InfluenceSum, SurfaceWaves, wave_bytes, wave_count};
 use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, thickness_limit};
 use crate::tyre::poles::expected_fit;
 
@@ -181,7 +181,7 @@ impl Amounts {
         let forces = 8.0 * lags * (3.0 * columns + 9.0);
         self.hold("weights and forces of the past", forces);
         // The kernel at all points of the contour, the weights that they are transformed to, and those by element.
-        let waves = WAVE_BYTES * wave_count(&scene.tyre, scene.numerics.influence_tolerance);
+        let waves = wave_bytes(&scene.tyre, scene.numerics.influence_tolerance);
         let kernel = InfluenceSum::expected_bytes(&scene.tyre, Circle::new(plan.lags).points().count());
         self.fit_memory = self.fit_memory.max(waves + kernel + 8.0 * lags * wavenumbers);
         self.fit_memory_that_stays = forces;
@@ -196,7 +196,7 @@ impl Amounts {
             let share = expected_fit::share(elements, tolerance, &scene.tyre);
             self.add(Stage::Fit, Unit::Fit, share, Place::BeforeOnAll);
             self.fit_memory_per_thread = expected_fit::BYTES;
-            let waves = WAVE_BYTES * wave_count(&scene.tyre, 0.01 * tolerance);
+            let waves = wave_bytes(&scene.tyre, 0.01 * tolerance);
             self.fit_memory = waves + InfluenceSum::expected_bytes(&scene.tyre, expected_fit::POINTS);
         }
         self.count(Counter::ComplianceEvaluations, if kept.is_none() { expected_fit::EVALUATIONS } else { 0.0 });

@@ -10,7 +10,7 @@ use crate::contact::history::expected_multiply_adds;
 use crate::counters::{Counter, Stage};
 use crate::numeric::transform_multiply_adds;
 use crate::scene::{History, Tyre};
-use crate::tyre::influence::{CellGrid, CellTruncation, WAVE_BYTES, WaveBand, wave_count};
+use crate::tyre::influence::{CellGrid, CellTruncation, WaveBand, wave_bytes};
 use crate::tyre::poles::cells::CellFitOptions;
 use crate::tyre::poles::expected_fit;
 
@@ -194,7 +194,7 @@ impl Amounts {
         self.add(Stage::Fit, Unit::Fit, 0.25 * waves / 257.0, Place::BeforeOnAll);
         self.fit_memory_per_thread = expected_fit::BYTES;
         // Waves of odd and of even number.
-        self.fit_memory = 2.0 * WAVE_BYTES * wave_count(&scene.tyre, scene.numerics.influence_tolerance);
+        self.fit_memory = 2.0 * wave_bytes(&scene.tyre, scene.numerics.influence_tolerance);
         let recursion = expected_multiply_adds(rule, STEPS, waves as usize, poles);
         self.add(Stage::History, Unit::PoleMultiplyAdd, steps * recursion, Place::Behind);
     }

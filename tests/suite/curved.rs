@@ -12,7 +12,7 @@ use tyrewave::tyre::layers::compliance::{Matrix3, Stack};
 use tyrewave::tyre::layers::curved::{CurvedStack, FINE_STEP, STEP, air_stiffness};
 use tyrewave::tyre::layers::cylinder::Cylinder;
 use tyrewave::tyre::layers::{cases, material};
-use tyrewave::tyre::modes::{Mode, Motion, modes_of};
+use tyrewave::tyre::modes::{Mode, Motion, modes, modes_of};
 
 fn rubber(modulus: f64, loss_factor: f64, poisson: f64, density: f64) -> Material {
     Material {
@@ -426,13 +426,41 @@ fn the_default_tyre_has_a_car_tyres_stiffness_and_patch() {
     let sum = InfluenceSum::with(&tyre, Projection::new(&tyre, 1024), Truncation::Tail, 1e-6, 1.0);
     let row = sum.static_row(Field::Surface);
     let at_rest = StaticTyre { influence: &row, circumference: tyre.circumference };
-    for (mass, secant, length) in [(300.0, 1.87e5, 0.0972), (350.0, 1.91e5, 0.108), (400.0, 1.96e5, 0.118)] {
+    for (mass, secant, length) in [(300.0, 1.90e5, 0.0983), (350.0, 1.94e5, 0.1088), (400.0, 1.98e5, 0.1188)] {
         let load = mass * 9.81;
         let contact = at_rest.under(&Axle::Load { load, tolerance: 1e-3 }).unwrap();
         let stiffness = load / contact.indentation;
         println!("{mass} kg: {stiffness:.3e} N/m, {:.1} mm", 1e3 * contact.length);
         assert!((stiffness / secant - 1.0).abs() < 0.01, "{mass} kg: {stiffness:.3e} N/m");
         assert!((contact.length - length).abs() < 0.003, "{mass} kg: {} m", contact.length);
+    }
+}
+
+/// The default tyre at rest: the modes of a car tyre, a belt that breathes above 400 Hz, and the speeds of its free
+/// waves.
+#[test]
+fn the_default_tyre_has_a_car_tyres_modes() {
+    let tyre = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
+    let found = modes(&tyre, 32, 1, 1300.0).unwrap().confirmed;
+    let near = |n: usize, motion: Motion, frequency: f64, within: f64| {
+        let of = |mode: &&Mode| mode.n == n && mode.motion == motion;
+        let gap = |mode: &&Mode| (mode.frequency() - frequency).abs();
+        let mode = found.iter().filter(of).min_by(|a, b| gap(a).total_cmp(&gap(b))).unwrap();
+        println!("n {n}: {:.1} Hz, {frequency} Hz wanted", mode.frequency());
+        assert!(gap(&mode) < within, "n {n}: {} Hz, {frequency} Hz wanted", mode.frequency());
+        mode.frequency()
+    };
+    for (n, frequency) in (1..).zip([68.0, 90.4, 110.1, 131.7, 155.9, 182.5]) {
+        near(n, Motion::Radial, frequency, 0.5);
+    }
+    near(0, Motion::Radial, 518.0, 2.0);
+    near(0, Motion::Circumferential, 45.0, 0.5);
+    near(0, Motion::Lateral, 46.5, 0.5);
+    near(1, Motion::Radial, 238.5, 0.5);
+    // Phase velocities [m/s] near 315, 500, 800 and 1000 Hz.
+    for (n, frequency, speed) in [(10, 312.0, 61.0), (15, 515.0, 67.0), (21, 800.0, 75.0), (25, 1010.0, 79.0)] {
+        let found = near(n, Motion::Radial, frequency, 40.0) * tyre.circumference / n as f64;
+        assert!((found - speed).abs() < 2.0, "{found} m/s, {speed} m/s wanted");
     }
 }
 

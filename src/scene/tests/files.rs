@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::super::{DEFAULT, LoadedScene, Road, Scene, SceneError, Sides};
+use super::super::{DEFAULT, LoadedScene, Road, Scene, SceneError, Sides, Tyre};
 use super::{BASE, edited, hash, listed};
 use crate::test_models::replaced;
 
@@ -63,17 +63,22 @@ fn every_shipped_tyre_loads() {
     };
     let mut names: Vec<_> = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().file_name()).collect();
     names.sort();
-    assert_eq!(names, ["car.toml", "plate.toml", "stiff_tread.toml", "wide.toml"]);
-    let (car, wide, plate) = (tyre("car.toml"), tyre("wide.toml"), tyre("plate.toml"));
-    for curved in [&car, &wide] {
+    assert_eq!(names, ["car.toml", "isotropic.toml", "plate.toml", "stiff_tread.toml", "wide.toml"]);
+    let (car, isotropic) = (tyre("car.toml"), tyre("isotropic.toml"));
+    let (wide, plate) = (tyre("wide.toml"), tyre("plate.toml"));
+    for curved in [&car, &isotropic, &wide] {
         assert!(curved.curvature && curved.sides == Sides::Guided && curved.cavity.is_some());
         assert!(curved.inflation.as_ref().is_some_and(|inflation| inflation.pressure > 0.0));
     }
     assert!(!plate.curvature && plate.sides == Sides::Supported && plate.inflation.is_none());
     // The pressure that follows a belt's inner face is what its tension bears.
-    let hoop = car.inflation.as_ref().unwrap().pressure * (car.radius() - car.thickness());
-    assert!((car.layers[0].tension[0] / hoop - 1.0).abs() < 0.02, "{hoop} N/m");
-    assert!(wide.width > car.width && wide.layers[0].tension[0] < car.layers[0].tension[0]);
+    let tension = |tyre: &Tyre| tyre.layers.iter().map(|layer| layer.tension[0]).sum::<f64>();
+    for tyre in [&car, &isotropic] {
+        let hoop = tyre.inflation.as_ref().unwrap().pressure * (tyre.radius() - tyre.thickness());
+        assert!((tension(tyre) / hoop - 1.0).abs() < 0.02, "{hoop} N/m");
+    }
+    assert!(wide.width > car.width && tension(&wide) < tension(&car));
+    assert!(!car.layers[1].cords.is_empty() && isotropic.layers.iter().all(|layer| layer.cords.is_empty()));
 }
 
 #[test]

@@ -31,13 +31,18 @@ pub(super) struct CurvedWaves {
     prepared: Vec<OnceLock<Box<CylinderWave>>>,
 }
 
-/// Bytes of a prepared wave of two layers (measured).
-pub const WAVE_BYTES: f64 = 2.4e4;
+/// Bytes of a layer of a prepared wave (measured).
+const LAYER_BYTES: f64 = 1.2e4;
 
 /// Wavenumber \[1/m\] from which waves are a flat layer's.
 fn flat_from(tyre: &Tyre, tolerance: f64) -> f64 {
     let thickness = tyre.layers.last().map_or(tyre.circumference, |tread| tread.thickness);
     thickness_limit(thickness, tolerance)
+}
+
+/// Bytes of the waves of a tyre that sums within a relative `tolerance` prepare.
+pub fn wave_bytes(tyre: &Tyre, tolerance: f64) -> f64 {
+    LAYER_BYTES * tyre.layers.len() as f64 * wave_count(tyre, tolerance)
 }
 
 /// Waves of a tyre that sums within a relative `tolerance` prepare; none of a flat one.

@@ -123,7 +123,7 @@ mod tests {
         assert_eq!(headings.len(), begins.len(), "{text}");
         assert!(headings.iter().zip(begins).all(|(heading, begin)| heading.starts_with(begin)), "{headings:?}");
         assert!(text.contains("thickness") && text.contains("needed") && text.contains("\"power-law\""), "{text}");
-        assert!(!text.contains("circumference") && text.lines().all(|line| line.chars().count() <= 80), "{text}");
+        assert!(!text.contains("contact_width") && text.lines().all(|line| line.chars().count() <= 80), "{text}");
         assert!(report(None).unwrap().to_string().contains("[road] kind = \"made\": "));
         for wanted in [None, Some("receiver"), Some("road")] {
             let text = report(wanted).unwrap().within(80);

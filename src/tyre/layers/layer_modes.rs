@@ -336,8 +336,8 @@ impl LayerModes {
                 None => shear * -part.reference + 1.0,
                 Some(index) => shear * -part.reference + values.fibres[index],
             };
-            for k in 0..ENTRIES {
-                entries[k] = entries[k].plus_scaled(part.faces[k], *left);
+            for (entry, own) in entries.iter_mut().zip(&part.faces) {
+                *entry = entry.plus_scaled(*own, *left);
             }
         }
         let factors = [inertia * inertia, inertia * left[0], left[0] * left[0]];
@@ -430,9 +430,9 @@ fn add_vectors<T: ComplexField>(
             moved[j][row] = sum * inverse[j];
         }
         let mut k = 0;
-        for row in 0..6 {
-            for column in row..6 {
-                entries[k] = entries[k] + moved[j][row] * c[column];
+        for (row, moved) in moved[j].into_iter().enumerate() {
+            for value in &c[row..] {
+                entries[k] = entries[k] + moved * *value;
                 k += 1;
             }
         }
@@ -442,14 +442,14 @@ fn add_vectors<T: ComplexField>(
     for i in 0..BLOCK {
         // Row i of E from the diagonal on, times the modes' motion.
         let mut felt = [inertia * 0.0; 6];
-        for j in i + 1..BLOCK {
+        for moved in &moved[i + 1..] {
             let mut e = left[0] * first[pair];
             for (other, left) in others.iter().zip(&left[1..]) {
                 e = e.plus_scaled(other[pair], *left);
             }
             pair += 1;
             for row in 0..6 {
-                felt[row] = felt[row] + e * moved[j][row];
+                felt[row] = felt[row] + e * moved[row];
             }
         }
         let mut k = 0;

@@ -24,7 +24,7 @@ use crate::road::ahead::CHUNK_ROWS;
 use crate::road::sources::made::{Sizes, TargetSpectrum};
 use crate::scene::{History, Road, Scene, SliceCoupling, Slices, Tread, Zone};
 use crate::tyre::influence::convolution_quadrature::Circle;
-use crate::tyre::influence::{InfluenceSum, SurfaceWaves, wave_bytes, wave_count};
+use crate::tyre::influence::{InfluenceSum, SurfaceWaves, steep_bytes, wave_bytes, wave_count};
 use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, thickness_limit};
 use crate::tyre::poles::expected_fit;
 
@@ -264,6 +264,10 @@ impl Amounts {
         let waves = wave_count(&scene.tyre, scene.numerics.influence_tolerance);
         if waves > 0.0 {
             self.add(Stage::Axle, Unit::Evaluation, waves * expected_fit::WAVE_AT_REST, Place::BeforeOnAll);
+        }
+        let steep = steep_bytes(&scene.tyre);
+        if steep > 0.0 {
+            self.hold("polynomials of layers with cords", steep);
         }
         let column = if smooth { Unit::LevelColumn } else { Unit::RoughColumn };
         self.add(Stage::Penetration, column, solutions * columns, Place::March);

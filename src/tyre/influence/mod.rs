@@ -37,7 +37,7 @@ mod waves;
 pub use cell_grid::CellGrid;
 pub use cell_sums::{CellInfluence, CellSums, CellSumsAt};
 pub use cell_waves::{CellRow, CellTruncation, CellWave, WaveBand};
-pub use curved_waves::{wave_bytes, wave_count};
+pub use curved_waves::{steep_bytes, wave_bytes, wave_count};
 pub use folded_sum::{InfluenceSum, InfluenceValue, SumAt, Truncation};
 pub use kernel::Field;
 pub use lane_sum::FaceValues;

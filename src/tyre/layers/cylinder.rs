@@ -97,6 +97,9 @@ pub struct CylinderWave {
 }
 
 impl Cylinder {
+    /// Bytes of the products of polynomials of all degrees in a layer.
+    pub const PRODUCT_BYTES: f64 = RadialProducts::bytes(HIGHEST_DEGREE);
+
     /// A curved tyre whose C is wanted up to |s| = `largest_s` \[1/s\] within a relative `tolerance`.
     pub fn new(tyre: &Tyre, largest_s: f64, tolerance: f64) -> Self {
         Self::of(CurvedStack::new(tyre), largest_s, tolerance)

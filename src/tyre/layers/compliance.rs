@@ -6,7 +6,7 @@
 //! 3. C = displacement/traction on the last face; D = (product of the transfers) C;
 //! 4. turn from the direction of k to x and y.
 //!
-//! Where not all layers are isotropic, the stack is that of [`super::anisotropic`], without that split.
+//! Where not all layers are isotropic, the stack is that of `super::anisotropic`, without that split.
 //!
 //! Cost: one P-SV pass of 2x2 matrices a layer (see [`operations`]), and one SH pass where the full matrix is wanted.
 

@@ -6,8 +6,7 @@ use std::time::Instant;
 
 use crate::counters::process::cpu_time;
 use crate::counters::{Meter, Progress, Stage, Watch};
-use crate::effects::KeptArray;
-use crate::effects::RunError;
+use crate::effects::{KeptArray, RunError};
 use crate::plan::Plan;
 use crate::results::files::FilesInMemory;
 use crate::results::summary::{Cost, Summary};

@@ -1,8 +1,7 @@
 //! End of a run: what its effects write and tell, and the summary.
 
 use crate::counters::{Meter, Stage};
-use crate::effects::Found;
-use crate::effects::RunError;
+use crate::effects::{Found, RunError};
 use crate::results::files::ResultFiles;
 use crate::results::summary::{ContactQuality, Cost, LoadResult, Outcome, Summary};
 use crate::run::simulation::Simulation;

@@ -8,34 +8,22 @@ use num_complex::Complex64;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Value, json};
-use tyrewave::scene::{Cavity, Cords, Foundation, Law, Layer, Material, Orthotropic};
+use tyrewave::scene::{Cavity, Cords, Foundation, Layer, Material, Orthotropic};
 use tyrewave::test_models::reference;
 use tyrewave::tyre::layers::compliance::{Matrix3, Stack};
 use tyrewave::tyre::layers::curved::{CurvedStack, FINE_STEP, STEP};
 use tyrewave::tyre::layers::cylinder::Cylinder;
 use tyrewave::tyre::layers::{cases, material};
 
+use crate::common::rubber;
+
 /// Relative accuracy that waves are prepared for, as influence functions ask for.
 const TOLERANCE: f64 = 1e-7;
 /// Largest |s| of the tests, 2 pi times 20 kHz.
 const LARGEST_S: f64 = 1.3e5;
 
-fn rubber(modulus: f64, loss_factor: f64, poisson: f64, density: f64) -> Material {
-    Material {
-        law: Law::PowerLaw,
-        modulus,
-        loss_factor,
-        poisson,
-        density,
-        reference_frequency: Material::REFERENCE_FREQUENCY,
-        corner_frequency: Material::CORNER_FREQUENCY,
-        weights: Vec::new(),
-        times: Vec::new(),
-    }
-}
-
 fn cords(stiffness: f64, angle_deg: f64, loss_factor: f64) -> Vec<Cords> {
-    vec![Cords { stiffness: Some(stiffness), spacing: None, area: None, modulus: None, angle_deg, loss_factor }]
+    vec![Cords::new(stiffness, angle_deg, loss_factor)]
 }
 
 fn layer(thickness: f64, tension: [f64; 2], material: Material, cords: Vec<Cords>) -> Layer {
@@ -85,7 +73,7 @@ fn orthotropic_tyre() -> CurvedStack {
         nu_theta_r: 0.35,
         nu_y_r: 0.4,
     });
-    (belt.material.modulus, belt.material.poisson) = (2.0 * 2.4e7, 0.0);
+    (belt.material.modulus, belt.material.poisson) = belt.orthotropic.as_ref().unwrap().measure();
     tyre
 }
 

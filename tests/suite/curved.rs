@@ -6,7 +6,7 @@ use faer::Mat;
 use faer::linalg::solvers::Solve;
 use num_complex::Complex64;
 use tyrewave::contact::static_contact::StaticTyre;
-use tyrewave::scene::{Axle, Cavity, DEFAULT, Foundation, Law, Layer, Material, Scene, Tyre};
+use tyrewave::scene::{Axle, Cavity, DEFAULT, Foundation, Layer, Material, Scene, Tyre};
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use tyrewave::tyre::layers::compliance::{Matrix3, Stack};
 use tyrewave::tyre::layers::curved::{CurvedStack, FINE_STEP, STEP, air_stiffness};
@@ -14,19 +14,7 @@ use tyrewave::tyre::layers::cylinder::Cylinder;
 use tyrewave::tyre::layers::{cases, material};
 use tyrewave::tyre::modes::{Mode, Motion, modes, modes_of};
 
-fn rubber(modulus: f64, loss_factor: f64, poisson: f64, density: f64) -> Material {
-    Material {
-        law: Law::PowerLaw,
-        modulus,
-        loss_factor,
-        poisson,
-        density,
-        reference_frequency: Material::REFERENCE_FREQUENCY,
-        corner_frequency: Material::CORNER_FREQUENCY,
-        weights: Vec::new(),
-        times: Vec::new(),
-    }
-}
+use crate::common::rubber;
 
 /// The car tyre, its patch and its modes fitted to measurements.
 fn car() -> CurvedStack {

@@ -83,7 +83,23 @@ pub struct PlaneConstants {
     pub radial: f64,
 }
 
+/// Most loss factors that the cords of one layer have.
+pub const MOST_CORD_LOSSES: usize = 3;
+
 impl Cords {
+    /// Cords of a stiffness K \[Pa\], at an angle from the circumference (degrees).
+    pub fn new(stiffness: f64, angle_deg: f64, loss_factor: f64) -> Self {
+        Self { stiffness: Some(stiffness), spacing: None, area: None, modulus: None, angle_deg, loss_factor }
+    }
+
+    /// Counts the different loss factors of some cords.
+    pub fn losses(cords: &[Self]) -> usize {
+        let mut losses: Vec<f64> = cords.iter().map(|cords| cords.loss_factor).collect();
+        losses.sort_by(f64::total_cmp);
+        losses.dedup();
+        losses.len()
+    }
+
     /// Stiffness K of the cords in a layer of a thickness \[m\], E A/(spacing thickness) where it is not given \[Pa\].
     pub fn stiffness_in(&self, thickness: f64) -> f64 {
         let of_parts = || Some(self.modulus? * self.area? / (self.spacing? * thickness));
@@ -113,6 +129,12 @@ impl Orthotropic {
         let across = ty * nu_theta_r / e_theta + yy * nu_y_r / e_y;
         let compliance = 1.0 / e_r - along * nu_theta_r / e_theta - across * nu_y_r / e_y;
         PlaneConstants { plane, contraction: [along, across], radial: compliance.recip() }
+    }
+
+    /// Modulus \[Pa\] and Poisson's ratio of an isotropic material with the shear modulus G_theta_r: the measure of the
+    /// others.
+    pub fn measure(&self) -> (f64, f64) {
+        (2.0 * self.g_theta_r, 0.0)
     }
 
     /// Tells whether every strain stores energy, all moduli being positive.
@@ -233,18 +255,14 @@ mod tests {
 
     #[test]
     fn cords_along_and_across_bear_one_direction_each() {
-        let at = |angle_deg| Cords { stiffness: Some(2.0), angle_deg, ..Cords::of_angle(0.0) }.shares_in(1e-3);
+        let at = |angle_deg| Cords::new(2.0, angle_deg, 0.0).shares_in(1e-3);
         for (angle_deg, wanted) in [(0.0, [2.0, 0.0, 0.0]), (90.0, [0.0, 2.0, 0.0]), (-90.0, [0.0, 2.0, 0.0])] {
             let found = at(angle_deg);
             assert!(found.iter().zip(wanted).all(|(found, wanted)| (found - wanted).abs() < 1e-300), "{found:?}");
         }
-        let parts = Cords { spacing: Some(1.1e-3), area: Some(0.22e-6), modulus: Some(200e9), ..Cords::of_angle(20.0) };
+        let of_parts = [1.1e-3, 0.22e-6, 200e9].map(Some);
+        let [spacing, area, modulus] = of_parts;
+        let parts = Cords { stiffness: None, spacing, area, modulus, ..Cords::new(0.0, 20.0, 0.0) };
         assert!((parts.stiffness_in(2e-3) / 2e10 - 1.0).abs() < 1e-12);
-    }
-
-    impl Cords {
-        fn of_angle(angle_deg: f64) -> Self {
-            Self { stiffness: None, spacing: None, area: None, modulus: None, angle_deg, loss_factor: 0.0 }
-        }
     }
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize, Serializer};
 use serde_json::{Value as Json, json};
 use toml::de::DeValue;
 
-use super::cords::{CORDS, Cords, ORTHOTROPIC, Orthotropic};
+use super::cords::{CORDS, Cords, MOST_CORD_LOSSES, ORTHOTROPIC, Orthotropic};
 use super::inflation::{CAVITY, Carried, Cavity, INFLATION, Inflation, Sidewalls};
 use super::material::{FREQUENCY, LOSS, MATERIAL, MODULUS, Material, POISSON, Written};
 use crate::scene::Problem;
@@ -101,9 +101,6 @@ keys! {
         orthotropic: Option<Orthotropic> = None => Optional(ORTHOTROPIC),
     }
 }
-
-/// Most loss factors that the cords of one layer have.
-pub const MOST_CORD_LOSSES: usize = 3;
 
 impl Serialize for Layer {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -222,16 +219,13 @@ fn layer(table: &mut Table<'_>) -> Option<Layer> {
     }
     let mut layer = Layer::read(table)?;
     sound?;
-    let mut losses: Vec<f64> = layer.cords.iter().map(|cords| cords.loss_factor).collect();
-    losses.sort_by(f64::total_cmp);
-    losses.dedup();
-    if losses.len() > MOST_CORD_LOSSES {
-        let wrong = format!("the cords have {} different loss factors", losses.len());
+    let losses = Cords::losses(&layer.cords);
+    if losses > MOST_CORD_LOSSES {
+        let wrong = format!("the cords have {losses} different loss factors");
         return table.complain("cords", Problem::new(wrong, format!("give at most {MOST_CORD_LOSSES} of them")));
     }
     if let Some(orthotropic) = &layer.orthotropic {
-        // An isotropic material of the same shear modulus outwards: the measure of what follows.
-        (layer.material.modulus, layer.material.poisson) = (2.0 * orthotropic.g_theta_r, 0.0);
+        (layer.material.modulus, layer.material.poisson) = orthotropic.measure();
     }
     Some(layer)
 }

@@ -192,9 +192,7 @@ mod tests {
     #[test]
     fn every_parameter_moves_its_own_value_and_names_its_key() {
         let mut start = plate_tyre();
-        let (spacing, area, modulus) = (None, None, None);
-        let cords = Cords { stiffness: Some(3e9), spacing, area, modulus, angle_deg: 20.0, loss_factor: 0.01 };
-        start.layers[0].cords.push(cords);
+        start.layers[0].cords.push(Cords::new(3e9, 20.0, 0.01));
         let scene = toml::Table::try_from(&start).unwrap();
         for parameter in Parameter::ALL {
             let moved = Space { start: &start, free: &[parameter] }.tyre(&[2.0_f64.ln()]);

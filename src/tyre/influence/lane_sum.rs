@@ -182,9 +182,7 @@ mod tests {
         ] {
             let mut tyre = tyre(loss_factor);
             if cords {
-                let (stiffness, spacing, area, modulus) = (Some(3e9), None, None, None);
-                let cords = Cords { stiffness, spacing, area, modulus, angle_deg: 25.0, loss_factor: 0.01 };
-                tyre.layers[0].cords.push(cords);
+                tyre.layers[0].cords.push(Cords::new(3e9, 25.0, 0.01));
             }
             let sum = InfluenceSum::with(&tyre, Projection::new(&tyre, 128), truncation, 1e-8, 1.3e5);
             assert!(sum.in_lockstep(Field::Surface) && sum.in_lockstep(Field::UnderTread));

@@ -310,7 +310,7 @@ fn curved(entry: CurvedEntry) -> Result<(String, CurvedStack), CasesError> {
         let CurvedLayerEntry { thickness, loss_factor, density, tension: [along, across], cords, .. } = layer;
         let orthotropic = layer.orthotropic.map(|Moduli(moduli)| moduli);
         let (modulus, poisson) = match (&orthotropic, layer.modulus, layer.poisson) {
-            (Some(moduli), None, None) if cords.is_empty() => (2.0 * moduli.g_theta_r, 0.0),
+            (Some(moduli), None, None) if cords.is_empty() => moduli.measure(),
             (None, Some(modulus), Some(poisson)) => (modulus, poisson),
             _ => return Err(refuse(&name, "a layer has modulus and poisson, or orthotropic without cords")),
         };
@@ -355,10 +355,7 @@ fn stack(tyre: TyreEntry) -> Result<(String, Stack), CasesError> {
         if !cords.iter().all(fits) {
             return Err(refuse("cords have a positive stiffness, an angle and no negative loss factor"));
         }
-        let mut losses: Vec<f64> = cords.iter().map(|cords| cords.loss_factor).collect();
-        losses.sort_by(f64::total_cmp);
-        losses.dedup();
-        if losses.len() > MOST_CORD_LOSSES {
+        if Cords::losses(&made(cords)) > MOST_CORD_LOSSES {
             return Err(refuse("the cords of a layer have at most three different loss factors"));
         }
         if let Some(moduli) = orthotropic {
@@ -374,17 +371,17 @@ fn stack(tyre: TyreEntry) -> Result<(String, Stack), CasesError> {
             return Err(refuse("weights and times must have the same length"));
         }
     }
-    let cords = |CordsEntry { stiffness, angle_deg, loss_factor }| {
-        let (spacing, area, modulus) = (None, None, None);
-        Cords { stiffness: Some(stiffness), spacing, area, modulus, angle_deg, loss_factor }
-    };
     let layer = |layer: LayerEntry| Layer {
         name: String::new(),
         thickness: layer.thickness,
         tension: [layer.tension_x, layer.tension_y],
         material: layer.material,
-        cords: layer.cords.into_iter().map(cords).collect(),
+        cords: made(&layer.cords),
         orthotropic: layer.orthotropic,
     };
     Ok((tyre.name, Stack::of(tyre.layers.into_iter().map(layer).collect(), tyre.foundation)))
+}
+
+fn made(cords: &[CordsEntry]) -> Vec<Cords> {
+    cords.iter().map(|cords| Cords::new(cords.stiffness, cords.angle_deg, cords.loss_factor)).collect()
 }

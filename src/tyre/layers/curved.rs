@@ -31,7 +31,7 @@ use num_complex::Complex64;
 
 use super::compliance::Matrix3;
 use super::elasticity::ElasticityAt;
-use super::faces::to_fields;
+use super::faces::{sum, to_fields};
 use super::material;
 use crate::numeric::ComplexField;
 use crate::scene::{Cavity, Foundation, Layer, Tyre};
@@ -313,10 +313,6 @@ fn product<const N: usize>(a: &[[Complex64; N]; N], b: &[[Complex64; N]; N]) -> 
         }
     }
     result
-}
-
-fn sum(a: &Matrix3, b: &Matrix3) -> Matrix3 {
-    std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] + b[i][j]))
 }
 
 /// a^-1 by cofactors; a singular `a` gives non-finite entries.

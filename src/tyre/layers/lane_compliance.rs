@@ -54,7 +54,10 @@ impl<'a, S: Simd> LaneStack<'a, S> {
     pub fn driven(&self, kx: f64, ky: f64, on_surface: bool) -> NormalCompliance<Lanes<S>> {
         if let Some(layers) = &self.lanes.anisotropic {
             if !layers.is_even(kx, ky) {
-                return self.one_by_one(kx, ky, on_surface);
+                let unknown = Lanes::zero(self.lanes.foundation[0].simd());
+                let [surface, bottom] =
+                    self.redo([true; MOST_LANES], [unknown; 2], |single| driven(single, kx, ky, on_surface));
+                return NormalCompliance { surface, bottom };
             }
             let (surface, bottom) = layers.surface(self.lanes.foundation, kx, ky);
             let face = if on_surface { surface[2][2] } else { layers.under_tread(self.lanes.foundation, kx, ky) };
@@ -67,22 +70,14 @@ impl<'a, S: Simd> LaneStack<'a, S> {
         NormalCompliance { surface, bottom }
     }
 
-    /// The same, one lane after the other.
-    #[inline(never)]
-    fn one_by_one(&self, kx: f64, ky: f64, on_surface: bool) -> NormalCompliance<Lanes<S>> {
-        let found: [_; MOST_LANES] = std::array::from_fn(|lane| driven(self.single[lane], kx, ky, on_surface));
-        let simd = self.lanes.foundation[0].simd();
-        let [surface, bottom] = [0, 1].map(|face| Lanes::from_fn(simd, |lane| found[lane][face]));
-        NormalCompliance { surface, bottom }
-    }
-
     /// C_xz/i at a wavenumber, likewise: see [`StackAt::tangential`].
     #[inline(always)]
     pub fn tangential_over_i(&self, kx: f64, ky: f64) -> Lanes<S> {
         if let Some(layers) = &self.lanes.anisotropic {
             if !layers.is_even(kx, ky) {
-                let simd = self.lanes.foundation[0].simd();
-                return Lanes::from_fn(simd, |lane| self.single[lane].tangential(kx, ky) * -Complex64::i());
+                let unknown = Lanes::zero(self.lanes.foundation[0].simd());
+                let one = |single: &StackAt| [single.tangential(kx, ky) * -Complex64::i()];
+                return self.redo([true; MOST_LANES], [unknown], one)[0];
             }
             return -layers.surface(self.lanes.foundation, kx, ky).0[0][2];
         }

@@ -14,7 +14,7 @@ use tyrewave::response::BandLevel;
 use tyrewave::results::npy::{NpyWriter, Row};
 use tyrewave::results::spectra::read_force_levels;
 use tyrewave::run::{self, RunError, RunOptions, RunReport, Unwatched};
-use tyrewave::scene::LoadedScene;
+use tyrewave::scene::{Law, LoadedScene, Material};
 use tyrewave::test_models::scene;
 
 pub mod hard_case;
@@ -166,4 +166,19 @@ pub fn skipped(why: &str) {
     let test = std::thread::current().name().unwrap_or_default().to_owned();
     let file = fs::OpenOptions::new().create(true).append(true).open(list);
     file.and_then(|mut file| file.write_all(format!("{test}: {why}\n").as_bytes())).unwrap();
+}
+
+/// A viscoelastic material whose modulus follows the power law at the default frequencies.
+pub fn rubber(modulus: f64, loss_factor: f64, poisson: f64, density: f64) -> Material {
+    Material {
+        law: Law::PowerLaw,
+        modulus,
+        loss_factor,
+        poisson,
+        density,
+        reference_frequency: Material::REFERENCE_FREQUENCY,
+        corner_frequency: Material::CORNER_FREQUENCY,
+        weights: Vec::new(),
+        times: Vec::new(),
+    }
 }

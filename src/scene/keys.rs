@@ -2,7 +2,7 @@
 
 /// A table of a scene, each of its keys stated once: what it means, its type, what it is where it is left out (without
 /// `=` it must be given), and after `=>` what may stand there. A key that the file calls otherwise has its name after
-/// `as`.
+/// `as`. Values that a file does not give, but a plan, stand after `without key` with what they are until then.
 ///
 /// From this come the type, its reader, its schema, and its default where every key has one.
 macro_rules! keys {
@@ -25,18 +25,21 @@ macro_rules! keys {
     (@read $(#[doc = $title:literal])* #[derive($($trait:ident),*)] $table:ident {
         $($(#[doc = $about:literal])* $(#[serde($($serde:tt)*)])*
         $key:ident $(as $name:literal)?: $type:ty $(= $default:expr)? => $kind:expr,)*
-    }) => {
+    } $(without key {
+        $($(#[doc = $told:literal])* $(#[serde($($own_serde:tt)*)])* $own:ident: $own_type:ty = $own_value:expr,)*
+    })?) => {
         $(#[doc = $title])*
         #[derive($($trait),*)]
         pub struct $table {
             $($(#[doc = $about])* $(#[serde($($serde)*)])* pub $key: $type,)*
+            $($($(#[doc = $told])* $(#[serde($($own_serde)*)])* pub $own: $own_type,)*)?
         }
 
         impl $table {
             /// All keys are read before the first failure counts, so that independent mistakes are reported together.
             pub(in crate::scene) fn read(table: &mut $crate::scene::table::Table<'_>) -> Option<Self> {
                 $(let $key = $crate::scene::keys::keys!(@key table, ($key $($name)?), $kind $(, $default)?);)*
-                Some(Self { $($key: $key?),* })
+                Some(Self { $($key: $key?,)* $($($own: $own_value,)*)? })
             }
 
             /// Returns the schema of the table.

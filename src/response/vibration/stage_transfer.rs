@@ -206,7 +206,7 @@ mod tests {
         let poles = [Complex64::new(-900.0, 2500.0), Complex64::new(-700.0, 0.0)];
         let residues = [Complex64::new(0.3, -2.0), Complex64::new(1.5, 0.0)];
         let tyre = ScaledModes {
-            modes: Modes { poles: &poles, residues: &residues, pairs: 1, constant: 2e-3 },
+            modes: Modes { poles: &poles, residues: &residues, odd: &[], pairs: 1, constant: 2e-3 },
             scale: 0.8,
             own: 5e-4,
         };

@@ -292,7 +292,7 @@ mod tests {
     fn many_points_at_once_are_the_partial_fractions() {
         let poles = [Complex64::new(-30.0, 600.0), Complex64::new(-900.0, 2e4), (-55.0).into()];
         let residues = [Complex64::new(0.3, -2.0), Complex64::new(-4.0, 9.0), 7.0.into()];
-        let modes = Modes { poles: &poles, residues: &residues, pairs: 2, constant: 1e-3 };
+        let modes = Modes { poles: &poles, residues: &residues, odd: &[], pairs: 2, constant: 1e-3 };
         let points: Vec<Complex64> = (0..150).map(|k| Complex64::new(f64::from(k % 7), f64::from(k) * 211.0)).collect();
         let mut values = vec![Complex64::ZERO; points.len()];
         partial_fractions(&modes, modes.constant, &points, &mut values);

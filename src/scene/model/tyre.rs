@@ -51,6 +51,11 @@ keys! {
         foundation: Foundation = Foundation::default() => FOUNDATION,
         /// Layers from the rim outwards; the last one is the tread.
         layers: Vec<Layer> => LAYERS,
+    } without key {
+        /// Angular velocity of the turning tyre \[rad/s\], 0 at rest. Elements count against the rotation: of a tyre
+        /// that rolls forwards it is -V/R.
+        #[serde(skip_serializing_if = "is_default")]
+        angular_velocity: f64 = 0.0,
     }
 }
 
@@ -167,6 +172,11 @@ impl Tyre {
         let inflation = self.inflation.as_ref()?;
         let inner_radius = self.radius() - self.thickness();
         inflation.sidewalls().map(|arc| arc.carry(inflation.pressure, self.width, inner_radius))
+    }
+
+    /// Tells whether it turns: waves that run forwards then differ from those that run backwards.
+    pub fn turns(&self) -> bool {
+        self.angular_velocity.abs() > 0.0
     }
 
     /// Tells whether any layer is under tension along the circumference.

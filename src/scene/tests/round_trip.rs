@@ -173,6 +173,7 @@ fn tyre() -> impl Strategy<Value = Tyre> {
                 cavity,
                 foundation,
                 layers,
+                angular_velocity: 0.0,
             }
         },
     )

@@ -83,6 +83,6 @@ impl InfluenceSum {
         if field == Field::Surface {
             value += self.by_curvature(n, at);
         }
-        InfluenceValue { value, evaluations }
+        InfluenceValue { value, odd: Complex64::ZERO, evaluations }
     }
 }

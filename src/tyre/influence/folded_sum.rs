@@ -14,6 +14,10 @@
 //!   the tolerance. The reference.
 //! - [`Truncation::Fixed`]: a fixed number of m and p, for comparisons.
 //!
+//! Of a tyre that turns H_n and H_-n differ: H_n = E_n + i O_n, E_n = (H_n + H_-n)/2 and O_n = (H_n - H_-n)/2i. Both are
+//! real functions of s, real at real s and conjugate at conjugate s. O is 0 at rest, of n = 0 and of n = N/2, which
+//! stands for both of its signs.
+//!
 //! Waves of a curved tyre below the tread's thickness count as flat in all of them; the effect of curvature on those is
 //! added to the first two (`super::short_waves`).
 //!
@@ -55,6 +59,7 @@ pub struct InfluenceSum {
     pub(super) kernel: Kernel,
     pub(super) projection: Projection,
     pub(super) tolerance: f64,
+    turns: bool,
     /// Where there is none the sums are ended by a bound, and by these:
     pub(super) tail: Option<HalfSpaceTail>,
     /// Effect of curvature on waves that are taken as flat.
@@ -87,8 +92,10 @@ struct Curvature {
 /// A value of Ht_n with what it took.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InfluenceValue {
-    /// Ht_n \[m/N\].
+    /// Ht_n, of a tyre that turns its even part E_n \[m/N\].
     pub value: Complex64,
+    /// Odd part O_n \[m/N\].
+    pub odd: Complex64,
     /// Evaluations of the compliance.
     pub evaluations: u64,
 }
@@ -140,7 +147,12 @@ impl InfluenceSum {
             let limit = series_limit(at_largest.tread());
             Arc::new(Curvature::new(ShortWaves::new(tyre, from, limit, largest_s, tolerance), &projection))
         });
-        Self { kernel, projection, tolerance, tail, curvature, lateral_terms, aliases }
+        Self { kernel, projection, tolerance, turns: tyre.turns(), tail, curvature, lateral_terms, aliases }
+    }
+
+    /// Tells whether H_n and H_-n differ: odd parts are then not zero.
+    pub fn turns(&self) -> bool {
+        self.turns
     }
 
     /// Bytes of a tyre's kernel with its tail at so many s \[bytes\]: what [`Self::at_all`] holds, at most.
@@ -225,13 +237,14 @@ impl InfluenceSum {
         }
         // Above the cut-off the surface is the half-space's.
         if field == Field::Surface && tail_at.converges {
-            return InfluenceValue { value: value + tail.rest(n, tail_at) + self.by_curvature(n, at), evaluations };
+            let value = value + tail.rest(n, tail_at) + self.by_curvature(n, at);
+            return InfluenceValue { value, odd: Complex64::ZERO, evaluations };
         }
         // Deeper faces move by exp(-k h) less.
         if field != Field::Bottom {
             value += bounded_rest(last, &self.projection, explicit);
         }
-        InfluenceValue { value, evaluations }
+        InfluenceValue { value, odd: Complex64::ZERO, evaluations }
     }
 }
 

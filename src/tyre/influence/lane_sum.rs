@@ -12,13 +12,15 @@ use super::projection::{Lateral, Projection};
 use crate::numeric::lanes::{dispatch, load, store};
 use crate::numeric::{Lanes, MOST_LANES, largest_or_zero};
 
-/// Ht_n of the driven and of the innermost face with what it took.
+/// Ht_n of the driven and of the innermost face with what it took; of a tyre that turns even parts E_n.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FaceValues {
     /// Driven face \[m/N\].
     pub driven: Complex64,
     /// Innermost face \[m/N\].
     pub bottom: Complex64,
+    /// Odd parts O_n of the driven and of the innermost face \[m/N\].
+    pub odd: [Complex64; 2],
     /// Evaluations of the compliance (one gives both faces).
     pub evaluations: u64,
 }
@@ -47,8 +49,9 @@ impl InfluenceSum {
         }
         for at in at {
             let face = self.value(n, at, driven);
-            let bottom = self.value(n, at, Field::Bottom).value;
-            values.push(FaceValues { driven: face.value, bottom, evaluations: face.evaluations });
+            let bottom = self.value(n, at, Field::Bottom);
+            let odd = [face.odd, bottom.odd];
+            values.push(FaceValues { driven: face.value, bottom: bottom.value, odd, evaluations: face.evaluations });
         }
     }
 }
@@ -112,7 +115,8 @@ impl WithSimd for LaneSum<'_> {
                     (Some(_), _) => driven[lane] + bounded_rest(last[lane], projection, weights[lane]),
                     (None, _) => driven[lane],
                 };
-                values.push(FaceValues { driven, bottom: bottom[lane], evaluations: evaluations[lane] });
+                let odd = [Complex64::ZERO; 2];
+                values.push(FaceValues { driven, bottom: bottom[lane], odd, evaluations: evaluations[lane] });
             }
         }
     }

@@ -22,13 +22,14 @@ pub struct Fetched {
 
 impl Cached for RationalModel {
     const KIND: Kind =
-        Kind { extension: "influence", format: Format { magic: b"TWAVEINF", version: 9, name: "an influence model" } };
+        Kind { extension: "influence", format: Format { magic: b"TWAVEINF", version: 10, name: "an influence model" } };
 
     fn is_sound(&self) -> bool {
         let (rows, poles) = (self.elements / 2 + 1, self.poles.stored());
         self.poles.is_sound()
             && [self.poles.functions(), self.constants.len(), self.statistics.len()] == [rows; 3]
             && [self.driven_residues.len(), self.bottom_residues.len()] == [poles; 2]
+            && self.odd_residues.each_ref().map(Vec::len) == [if self.turns() { poles } else { 0 }; 2]
     }
 }
 

@@ -65,7 +65,7 @@ impl CellModel {
     /// Poles and residues of a wave.
     pub fn modes(&self, wave: usize) -> Modes<'_> {
         let (poles, pairs) = self.poles.of(wave);
-        Modes { poles, residues: &self.residues[self.poles.range(wave)], pairs, constant: 0.0 }
+        Modes { poles, residues: &self.residues[self.poles.range(wave)], odd: &[], pairs, constant: 0.0 }
     }
 }
 

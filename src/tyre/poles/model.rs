@@ -36,6 +36,9 @@ pub struct FitStatistics {
 /// innermost face.
 ///
 /// A pair of poles is stored once; a real pole has a real residue. Within a wavenumber the pairs come first.
+///
+/// Of a tyre that turns these are the even parts E_n of H_n = E_n + i O_n, H_-n = E_n - i O_n (see
+/// [`InfluenceSum`](crate::tyre::influence::InfluenceSum)); the odd parts have residues of their own over the same poles.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct RationalModel {
     /// Elements N round the tyre.
@@ -53,7 +56,9 @@ pub struct RationalModel {
     pub(super) driven_residues: Vec<Complex64>,
     /// R of the innermost face \[m/(N s)\].
     pub(super) bottom_residues: Vec<Complex64>,
-    /// H_n(infinity) of the driven and of the innermost face \[m/N\].
+    /// R of the odd parts of the driven and of the innermost face \[m/(N s)\]; empty at rest.
+    pub(super) odd_residues: [Vec<Complex64>; 2],
+    /// H_n(infinity) of the driven and of the innermost face \[m/N\]; that of odd parts is 0.
     pub(super) constants: Vec<[f64; 2]>,
     /// Cost and accuracy of each wavenumber.
     pub(super) statistics: Vec<FitStatistics>,
@@ -66,6 +71,8 @@ pub struct Modes<'a> {
     pub poles: &'a [Complex64],
     /// R, in the same order \[m/(N s)\].
     pub residues: &'a [Complex64],
+    /// R of the odd part, likewise; empty at rest.
+    pub odd: &'a [Complex64],
     /// Number of conjugate pairs.
     pub pairs: usize,
     /// The part that follows the force at once \[m/N\].
@@ -78,9 +85,14 @@ impl Modes<'_> {
         if index < self.pairs { 2.0 } else { 1.0 }
     }
 
-    /// Value at s \[m/N\].
+    /// Value at s, of a tyre that turns the even part E_n(s) \[m/N\].
     pub fn evaluate(&self, s: Complex64) -> Complex64 {
         evaluate(self.poles, self.residues, self.constant, s)
+    }
+
+    /// Odd part O_n(s) \[m/N\].
+    pub fn evaluate_odd(&self, s: Complex64) -> Complex64 {
+        if self.odd.is_empty() { Complex64::ZERO } else { evaluate(self.poles, self.odd, 0.0, s) }
     }
 }
 
@@ -99,10 +111,18 @@ impl RationalModel {
             _ => return None,
         };
         let (poles, pairs) = self.poles.of(n);
-        Some(Modes { poles, residues: &residues[self.poles.range(n)], pairs, constant: self.constants[n][face] })
+        let range = self.poles.range(n);
+        // None at rest.
+        let odd = self.odd_residues[face].get(range.clone()).unwrap_or(&[]);
+        Some(Modes { poles, residues: &residues[range], odd, pairs, constant: self.constants[n][face] })
     }
 
-    /// H_n(s) of a face \[m/N\]; see [`Self::modes`].
+    /// Tells whether it is of a tyre that turns: it then has odd parts.
+    pub fn turns(&self) -> bool {
+        !self.odd_residues[0].is_empty()
+    }
+
+    /// H_n(s) of a face \[m/N\], of a tyre that turns E_n(s); see [`Self::modes`].
     pub fn evaluate(&self, n: usize, s: Complex64, field: Field) -> Option<Complex64> {
         self.modes(n, field).map(|modes| modes.evaluate(s))
     }
@@ -143,6 +163,7 @@ impl RationalModel {
             poles: PoleTable::default(),
             driven_residues: Vec::new(),
             bottom_residues: Vec::new(),
+            odd_residues: Default::default(),
             constants: Vec::new(),
             statistics: Vec::new(),
         };
@@ -150,6 +171,9 @@ impl RationalModel {
             model.poles.push(&entry.poles);
             model.driven_residues.extend_from_slice(&entry.residues[0]);
             model.bottom_residues.extend_from_slice(&entry.residues[1]);
+            for (residues, odd) in model.odd_residues.iter_mut().zip(&entry.odd) {
+                residues.extend_from_slice(odd);
+            }
             model.constants.push(entry.constants);
             model.statistics.push(entry.statistics);
         }
@@ -164,6 +188,8 @@ pub struct Entry {
     pub poles: Vec<Complex64>,
     /// R of the driven and of the innermost face.
     pub residues: [Vec<Complex64>; 2],
+    /// R of their odd parts; empty at rest.
+    pub odd: [Vec<Complex64>; 2],
     /// Constants of both.
     pub constants: [f64; 2],
     /// Cost of the fit.

@@ -294,6 +294,7 @@ impl Attempt<'_> {
         let entry = Entry {
             poles,
             residues: [driven.residues, bottom.residues],
+            odd: Default::default(),
             constants: [driven.constant, bottom.constant],
             statistics,
         };

@@ -207,7 +207,7 @@ mod tests {
     use crate::scene::Law;
     use crate::test_models::tyre;
     use crate::tyre::influence::{Projection, Truncation};
-    use crate::tyre::poles::{FitOptions, fit};
+    use crate::tyre::poles::{FitOptions, fit, turning_ring};
 
     #[test]
     fn causal_laws_answer_after_the_force_and_the_textbook_law_before_it() {
@@ -262,6 +262,43 @@ mod tests {
         let peak = g[0].iter().fold(0.0_f64, |a, &b| a.max(b.abs()));
         assert!(g[0].last().unwrap().abs() < 1e-3 * peak);
         assert!(impulse_responses(&model, Field::UnderTread, &[0], &times[..2]).is_none());
+    }
+
+    #[test]
+    fn a_turning_ring_answers_differently_on_either_side() {
+        let (elements, turning) = (16, -70.0);
+        let model = turning_ring::model(elements, turning);
+        let times = [1e-4, 3e-3, 2e-2];
+        let distances = [0, 1, 5, 8, 11, 15];
+        let found = impulse_responses(&model, Field::Surface, &distances, &times).unwrap();
+        let mut least = f64::INFINITY;
+        for (row, j) in found.iter().zip(distances) {
+            for (value, t) in row.iter().zip(times) {
+                // All waves n = -8..8 one by one: n > 0 has the pole of its own direction, and the other one's conjugate.
+                let of = |n: i64| {
+                    let mode = turning_ring::mode(elements, n.unsigned_abs() as usize, turning);
+                    let ring = |direction| mode.residue(direction) * (mode.pole(direction) * t).exp();
+                    let h = ring(Direction::Forwards) + ring(Direction::Backwards).conj();
+                    let h = if n < 0 { h.conj() } else { h };
+                    h * Complex64::cis(2.0 * PI * (n * j as i64) as f64 / elements as f64)
+                };
+                let exact: Complex64 = (-8..8).map(of).sum();
+                assert!(exact.im.abs() < 1e-12 * exact.norm().max(1e-3), "{j} {t}");
+                assert!((value - exact.re).abs() < 1e-10, "{j} {t}: {value} {exact}");
+            }
+            let mirrored = found[distances.iter().position(|other| (other + j) % elements == 0).unwrap()][1];
+            if j % 8 > 0 {
+                least = least.min((row[1] / mirrored - 1.0).abs());
+            }
+        }
+        assert!(least > 1e-2, "{least}");
+        let at = |direction| magnitudes(&model, Field::Surface, direction, &[3], &[95.0]).unwrap()[0][0];
+        let exact = |direction| {
+            turning_ring::mode(elements, 3, turning).at(direction, Complex64::new(0.0, 2.0 * PI * 95.0)).norm()
+        };
+        for direction in Direction::BOTH {
+            assert!((at(direction) / exact(direction) - 1.0).abs() < 1e-12, "{direction:?}");
+        }
     }
 
     #[test]

@@ -163,7 +163,26 @@ fn waves(model: &RationalModel, n: usize, field: Field, direction: Option<Direct
 mod tests {
     use super::*;
     use crate::scene::{PLATE, Scene};
-    use crate::tyre::poles::{FitOptions, fit};
+    use crate::tyre::poles::{FitOptions, fit, turning_ring};
+
+    #[test]
+    fn each_direction_of_a_turning_ring_has_its_branch() {
+        let turning = -70.0;
+        let branches = dispersion_branches(&turning_ring::model(64, turning), Field::Bottom, 1500.0);
+        let resting = dispersion_branches(&turning_ring::model(64, 0.0), Field::Bottom, 1500.0);
+        assert_eq!(branches.len(), 2, "{branches:?}");
+        assert_eq!((resting.len(), resting[0].direction), (1, None));
+        for (branch, direction) in branches.iter().zip(Direction::BOTH) {
+            assert_eq!((branch.direction, branch.first), (Some(direction), 0));
+            assert_eq!(branch.frequencies.len(), 33);
+            for (n, frequency) in branch.frequencies.iter().enumerate() {
+                let exact = turning_ring::mode(64, n, turning).pole(direction).im / (2.0 * PI);
+                assert!((frequency - exact).abs() < 1e-9, "{direction:?} {n}");
+            }
+        }
+        // With the rotation they are slower.
+        assert!((branches[0].frequencies[1] - resting[0].frequencies[1] + 70.0 / (2.0 * PI)).abs() < 1.0);
+    }
 
     #[test]
     fn the_belts_first_branch_begins_at_the_resonances_of_the_plate_tyre() {

@@ -15,8 +15,18 @@
 //! its mean (1/2 for a cell itself, -1/4 for its neighbours, else 0) and C_zz by the half-space's, in quadrature.
 //! From the wavenumber on where a wave does not feel the tread's thickness C_zz is the half-space's throughout. The
 //! change that curvature makes to those waves, 1e-3 of C_zz, is left out.
+//!
+//! Of a tyre that turns C_zz(kx, ky) = E + i O and C_zz(-kx, ky) = E - i O, both real functions of s (see `folded_sum`).
+//! What is odd adds, with i - i' as it stands,
+//!
+//! ```text
+//! - sum_n sum_m (1/L)(2/B) sin(kx (x_i - x_i')) sinc^2(kx dx/2) s_m(y_j) s_m(y_j') O(kx_n, ky_m, s) F_i'j'
+//! ```
+//!
+//! Waves that do not feel the tread's thickness are a half-space's and the same in both directions: O = 0.
 
 use std::f64::consts::PI;
+use std::ops::SubAssign;
 
 use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
@@ -38,7 +48,9 @@ const TAIL_POINTS: usize = 24;
 /// Share of a half-space's C_zz that the thickness may change.
 const THICKNESS_TOLERANCE: f64 = 1e-7;
 
-/// Influence between cells: of (i, j) on (i', j') `toeplitz[|i - i'|][|j - j'|] + hankel[|i - i'|][j + j']`.
+/// Influence between cells: of (i', j') on (i, j) `toeplitz[|i - i'|][|j - j'|] + hankel[|i - i'|][j + j']`.
+///
+/// Of a tyre that turns the same of `odd` is added, with its sign changed where i < i'.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CellInfluence {
     /// Cells along that are told.
@@ -49,6 +61,38 @@ pub struct CellInfluence {
     pub toeplitz: Vec<f64>,
     /// Rows of 2 `across` - 1 numbers \[m/N\].
     pub hankel: Vec<f64>,
+    /// The part that is odd along; `None` at rest.
+    pub odd: Option<OddInfluence>,
+}
+
+/// The part of an influence between cells that is odd along: zeros at distance 0.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OddInfluence {
+    /// Rows as those of the even part \[m/N\].
+    pub toeplitz: Vec<f64>,
+    /// Likewise \[m/N\].
+    pub hankel: Vec<f64>,
+}
+
+/// Values of waves at a real s \[m/N\].
+#[derive(Clone, Debug, PartialEq)]
+pub struct WaveValues {
+    /// Even parts.
+    pub even: Vec<f64>,
+    /// Odd parts; empty at rest.
+    pub odd: Vec<f64>,
+}
+
+impl SubAssign<&Self> for CellInfluence {
+    fn sub_assign(&mut self, other: &Self) {
+        let less = |all: &mut [f64], other: &[f64]| all.iter_mut().zip(other).for_each(|(all, other)| *all -= other);
+        less(&mut self.toeplitz, &other.toeplitz);
+        less(&mut self.hankel, &other.hankel);
+        if let (Some(all), Some(other)) = (&mut self.odd, &other.odd) {
+            less(&mut all.toeplitz, &other.toeplitz);
+            less(&mut all.hankel, &other.hankel);
+        }
+    }
 }
 
 /// The influence functions of cells.
@@ -57,6 +101,7 @@ pub struct CellSums {
     kernel: Kernel,
     grid: CellGrid,
     truncation: CellTruncation,
+    turns: bool,
 }
 
 /// The kernel at one s.
@@ -66,7 +111,13 @@ pub struct CellSumsAt(KernelAt);
 impl CellSums {
     /// Prepares the sums of a tyre for |s| up to `largest_s` \[1/s\]; compliances within a relative `tolerance`.
     pub fn new(tyre: &Tyre, grid: CellGrid, truncation: CellTruncation, tolerance: f64, largest_s: f64) -> Self {
-        Self { kernel: Kernel::new(tyre, largest_s, tolerance), grid, truncation }
+        let turns = tyre.turns() && tyre.curvature;
+        Self { kernel: Kernel::new(tyre, largest_s, tolerance), grid, truncation, turns }
+    }
+
+    /// Tells whether waves that run forwards and backwards differ: odd parts are then not zero.
+    pub fn turns(&self) -> bool {
+        self.turns
     }
 
     /// The cells.
@@ -95,31 +146,40 @@ impl CellSums {
         dispatch(WaveSum { wave, at: &at, values });
     }
 
-    /// Returns the influence between cells by some waves alone, up to `columns` along: rows of waves with the value of
-    /// each \[m/N\], on a ring that is the tyre's length over a number.
+    /// Returns the influence between cells by some waves alone, up to `columns` along, on rings that are the tyre's
+    /// length over a number: that number, the rows, and values of their waves in the same order.
     pub fn instant_of_waves<'a>(
         &self,
         columns: usize,
-        known: impl IntoIterator<Item = (usize, &'a CellRow, &'a [f64])>,
+        known: impl IntoIterator<Item = (usize, &'a [CellRow], &'a WaveValues)>,
     ) -> CellInfluence {
-        let (mut numbers, mut rows) = (Vec::new(), Vec::new());
-        for (part, CellRow { m, first, waves, .. }, values) in known {
-            let mut ring = Ring::new(self.grid.elements() / part);
-            let weight = self.grid.lateral_weight(*m) / self.grid.waves().lateral_norm(*m);
-            let value = |n: usize| {
-                let place = n.checked_sub(*first).filter(|place| *place < waves.len());
-                place.map_or(0.0, |place| weight * values[place])
-            };
-            rows.push(ring.elements_of(value)[..columns].to_vec());
-            numbers.push(*m);
+        let mut rows = Rows::default();
+        for (part, of_ring, WaveValues { even, odd }) in known {
+            let (mut ring, mut start) = (Ring::new(self.grid.elements() / part), 0);
+            for CellRow { m, first, waves, .. } in of_ring {
+                let weight = self.grid.lateral_weight(*m) / self.grid.waves().lateral_norm(*m);
+                let own = start..start + waves.len();
+                let value = |values: &[f64], n: usize| {
+                    let place = n.checked_sub(*first).filter(|place| *place < waves.len());
+                    place.map_or(0.0, |place| weight * values[own.start + place])
+                };
+                rows.numbers.push(*m);
+                rows.even.push(ring.elements_of(|n| value(even, n))[..columns].to_vec());
+                if !odd.is_empty() {
+                    rows.odd.push(ring.odd_elements_of(|n| value(odd, n))[..columns].to_vec());
+                }
+                start = own.end;
+            }
         }
-        together(&self.grid, columns, &numbers, &rows)
+        rows.together(&self.grid, columns)
     }
 
     /// Returns the influence between cells at a real s \[1/s\], up to `columns` along.
     pub fn instant(&self, s: f64, columns: usize) -> CellInfluence {
         let at = if s > 0.0 { self.kernel.at(Complex64::new(s, 0.0)) } else { self.kernel.at_rest() };
         let (grid, tail) = (&self.grid, HalfSpace::of(&self.kernel, &at));
+        // Odd parts are odd in s, too.
+        let turns = self.turns && s > 0.0;
         let elements = grid.elements();
         let waves = grid.waves();
         let lobes = |length: f64, unit: f64| (LOBES as f64 * 2.0 * PI / (length * unit)).round() as usize;
@@ -130,54 +190,80 @@ impl CellSums {
         let last_m = self.truncation.lateral_terms.unwrap_or_else(|| lobes(grid.pitch(), waves.ky(1)));
         let numbers: Vec<usize> = grid.lateral_numbers().take_while(|&m| m <= last_m).collect();
         let compliance = |n: i64, m: usize| match &tail {
-            Some(tail) if waves.kx(n).hypot(waves.ky(m)) > tail.from => tail.compliance(waves.kx(n), waves.ky(m)),
-            _ => at.normal(n, m, Field::Surface).re,
+            Some(tail) if waves.kx(n).hypot(waves.ky(m)) > tail.from => {
+                [tail.compliance(waves.kx(n), waves.ky(m)), 0.0]
+            }
+            _ => [at.normal(n, m, Field::Surface).re, 0.0],
         };
         let closed = tail.as_ref().filter(|_| self.truncation.aliases.is_none());
         let around = Around { grid, last: last_around, truncated: closed.is_none(), columns };
         // By m: the sum over n at each distance along.
-        let rows: Vec<Vec<f64>> = numbers
-            .par_iter()
-            .map_init(
-                || Ring::new(elements),
-                |ring, &m| {
-                    let weight = grid.lateral_weight(m);
-                    let mut row = around.sum(ring, |n| weight * compliance(n, m));
-                    if let Some(tail) = closed {
-                        add_mean(&mut row, weight * tail.rest(&around, waves.ky(m)));
-                    }
-                    row
-                },
-            )
-            .collect();
-        let mut influence = together(grid, columns, &numbers, &rows);
+        let of_number = |ring: &mut Ring, m: usize| {
+            let weight = grid.lateral_weight(m);
+            let mut odd = if turns { vec![0.0; elements / 2 + 1] } else { Vec::new() };
+            let mut row = around.sum(ring, |n| {
+                let [even, own_odd] = compliance(n, m);
+                if turns {
+                    around.fold_odd(&mut odd, n, weight * own_odd);
+                }
+                weight * even
+            });
+            if let Some(tail) = closed {
+                add_mean(&mut row, weight * tail.rest(&around, waves.ky(m)));
+            }
+            (row, turns.then(|| ring.odd_elements_of(|n| odd[n])[..columns].to_vec()))
+        };
+        let (even, odd): (Vec<_>, Vec<_>) =
+            numbers.par_iter().map_init(|| Ring::new(elements), |ring, &m| of_number(ring, m)).unzip();
+        let rows = Rows { numbers, even, odd: odd.into_iter().flatten().collect() };
+        let mut influence = rows.together(grid, columns);
         if let Some(tail) = closed.filter(|_| self.truncation.lateral_terms.is_none()) {
-            let last = numbers.last().map_or(0.0, |&m| waves.ky(m)) + 0.5 * waves.ky(1);
+            let last = rows.numbers.last().map_or(0.0, |&m| waves.ky(m)) + 0.5 * waves.ky(1);
             tail.add_lateral_rest(&mut influence, &around, last);
         }
         influence
     }
 }
 
-/// Sums waves, by m as rows of the influence of a force at each distance along.
-fn together(grid: &CellGrid, columns: usize, numbers: &[usize], rows: &[Vec<f64>]) -> CellInfluence {
-    let (waves, across) = (grid.waves(), grid.across);
-    let sign = if waves.sides == Sides::Guided { 1.0 } else { -1.0 };
-    let cosines =
-        |distance: f64| -> Vec<f64> { numbers.iter().map(|&m| 0.5 * (waves.ky(m) * distance).cos()).collect() };
-    let sum =
-        |along: usize, cosines: &[f64]| rows.iter().zip(cosines).map(|(row, cosine)| row[along] * cosine).sum::<f64>();
-    let free: Vec<Vec<f64>> = (0..across).map(|j| cosines(j as f64 * grid.pitch())).collect();
-    let images: Vec<Vec<f64>> = (0..2 * across - 1)
-        .map(|j| cosines(waves.width + grid.from_middle(0) * 2.0 + j as f64 * grid.pitch()))
-        .collect();
-    let mut influence =
-        CellInfluence { columns, across, toeplitz: Vec::new(), hankel: Vec::with_capacity(columns * images.len()) };
-    for along in 0..columns {
-        influence.toeplitz.extend(free.iter().map(|cosines| sum(along, cosines)));
-        influence.hankel.extend(images.iter().map(|cosines| sign * sum(along, cosines)));
+/// The influence of a force at each distance along, lateral number by lateral number.
+#[derive(Default)]
+struct Rows {
+    /// m.
+    numbers: Vec<usize>,
+    /// What is even along.
+    even: Vec<Vec<f64>>,
+    /// What is odd along; empty at rest.
+    odd: Vec<Vec<f64>>,
+}
+
+impl Rows {
+    /// Sums them between cells across.
+    fn together(&self, grid: &CellGrid, columns: usize) -> CellInfluence {
+        let (waves, across) = (grid.waves(), grid.across);
+        let sign = if waves.sides == Sides::Guided { 1.0 } else { -1.0 };
+        let cosines = |distance: f64| -> Vec<f64> {
+            self.numbers.iter().map(|&m| 0.5 * (waves.ky(m) * distance).cos()).collect()
+        };
+        let free: Vec<Vec<f64>> = (0..across).map(|j| cosines(j as f64 * grid.pitch())).collect();
+        let images: Vec<Vec<f64>> = (0..2 * across - 1)
+            .map(|j| cosines(waves.width + grid.from_middle(0) * 2.0 + j as f64 * grid.pitch()))
+            .collect();
+        let both = |rows: &[Vec<f64>]| {
+            let sum = |along: usize, cosines: &[f64]| {
+                rows.iter().zip(cosines).map(|(row, cosine)| row[along] * cosine).sum::<f64>()
+            };
+            let (mut toeplitz, mut hankel) = (Vec::new(), Vec::with_capacity(columns * images.len()));
+            for along in 0..columns {
+                toeplitz.extend(free.iter().map(|cosines| sum(along, cosines)));
+                hankel.extend(images.iter().map(|cosines| sign * sum(along, cosines)));
+            }
+            (toeplitz, hankel)
+        };
+        let (toeplitz, hankel) = both(&self.even);
+        let odd = (!self.odd.is_empty()).then(|| both(&self.odd));
+        let odd = odd.map(|(toeplitz, hankel)| OddInfluence { toeplitz, hankel });
+        CellInfluence { columns, across, toeplitz, hankel, odd }
     }
-    influence
 }
 
 /// The tread as a half-space at one real s.
@@ -268,7 +354,7 @@ impl Around<'_> {
     }
 
     /// sum over n of (1/L) sinc^2(kx dx/2) cos(kx i dx) of a compliance, i = 0..columns.
-    fn sum(&self, ring: &mut Ring, compliance: impl Fn(i64) -> f64) -> Vec<f64> {
+    fn sum(&self, ring: &mut Ring, mut compliance: impl FnMut(i64) -> f64) -> Vec<f64> {
         let elements = self.grid.elements();
         let mut folded = vec![0.0; elements / 2 + 1];
         for n in 0..=self.last {
@@ -281,6 +367,21 @@ impl Around<'_> {
             folded[place] += if alone && !once { 2.0 * value } else { value };
         }
         ring.elements_of(|n| folded[n])[..self.columns].to_vec()
+    }
+
+    /// Adds the odd part O of a wave n >= 0 to that of the number on the ring which it falls on: to that of 0 and N/2,
+    /// which stand for both signs, nothing.
+    fn fold_odd(&self, folded: &mut [f64], n: i64, odd: f64) {
+        let elements = self.grid.elements();
+        let place = n as usize % elements;
+        let mirrored = elements - place;
+        let value = self.grid.longitudinal_weight(n) * odd;
+        match place {
+            0 => {}
+            _ if place < mirrored => folded[place] += value,
+            _ if place > mirrored => folded[mirrored] -= value,
+            _ => {}
+        }
     }
 }
 

@@ -47,5 +47,5 @@ mod wavenumber;
 
 pub use error::FitError;
 pub use fit::{FitOptions, FitTimes, fit, fit_timed, fit_unless_stopped};
-pub use model::{FitStatistics, Modes, RationalModel};
+pub use model::{Direction, FitStatistics, Modes, RationalModel};
 pub use tangential::{TangentialModel, lateral_tangential_model, tangential_model};

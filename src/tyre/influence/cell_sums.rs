@@ -34,7 +34,7 @@ use rayon::prelude::*;
 
 use super::cell_grid::CellGrid;
 use super::cell_waves::{CellRow, CellTruncation, CellWave, WaveBand};
-use super::kernel::{Field, Kernel, KernelAt, LaneKernel};
+use super::kernel::{Field, Kernel, KernelAt, LaneKernel, Parts};
 use super::lane_sum::FaceValues;
 use crate::numeric::lanes::dispatch;
 use crate::numeric::{MOST_LANES, Ring, legendre};
@@ -192,6 +192,10 @@ impl CellSums {
         let compliance = |n: i64, m: usize| match &tail {
             Some(tail) if waves.kx(n).hypot(waves.ky(m)) > tail.from => {
                 [tail.compliance(waves.kx(n), waves.ky(m)), 0.0]
+            }
+            _ if turns => {
+                let Parts { even, odd } = at.normal_parts(n, m, Field::Surface);
+                [even.re, odd.re]
             }
             _ => [at.normal(n, m, Field::Surface).re, 0.0],
         };
@@ -401,16 +405,124 @@ impl WithSimd for WaveSum<'_> {
             let members: [_; MOST_LANES] = std::array::from_fn(|lane| group[lane.min(group.len() - 1)]);
             let kernel = LaneKernel::new(simd, members);
             let mut sums = [FaceValues::default(); MOST_LANES];
-            for &(n, m, weight) in &self.wave.terms {
-                let both = kernel.normal(n, m);
-                let faces = both.surface.to_array().into_iter().zip(both.bottom.to_array());
-                for (sum, (surface, bottom)) in sums.iter_mut().zip(faces) {
-                    sum.driven += weight * surface;
-                    sum.bottom += weight * bottom;
-                    sum.evaluations += 1;
+            if kernel.turns() {
+                // Both signs of a wave that is its own mirror have no odd part together.
+                let sides = if self.wave.is_mirror { 0.0 } else { 1.0 };
+                for &(n, m, weight) in &self.wave.terms {
+                    let faces = kernel.driven_parts(n.abs(), m, true);
+                    let [surface, bottom] = faces.map(|face| [face.even.to_array(), face.odd.to_array()]);
+                    let odd_weight = weight * sides * n.signum() as f64;
+                    for (lane, sum) in sums.iter_mut().enumerate() {
+                        sum.driven += weight * surface[0][lane];
+                        sum.bottom += weight * bottom[0][lane];
+                        sum.odd[0] += odd_weight * surface[1][lane];
+                        sum.odd[1] += odd_weight * bottom[1][lane];
+                        sum.evaluations += 1;
+                    }
+                }
+            } else {
+                for &(n, m, weight) in &self.wave.terms {
+                    let both = kernel.normal(n, m);
+                    let faces = both.surface.to_array().into_iter().zip(both.bottom.to_array());
+                    for (sum, (surface, bottom)) in sums.iter_mut().zip(faces) {
+                        sum.driven += weight * surface;
+                        sum.bottom += weight * bottom;
+                        sum.evaluations += 1;
+                    }
                 }
             }
             self.values.extend_from_slice(&sums[..group.len()]);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{DEFAULT, Scene};
+    use crate::tyre::influence::{InfluenceSum, Projection, Truncation};
+
+    const ELEMENTS: usize = 32;
+    const TIME_STEP: f64 = 2e-4;
+
+    /// The default tyre at 250 km/h.
+    fn turning() -> Tyre {
+        let tyre = Scene::from_str(DEFAULT, "scene").unwrap().scene.tyre;
+        Tyre { angular_velocity: -250.0 / 3.6 / tyre.radius(), ..tyre }
+    }
+
+    fn sums(tyre: &Tyre, across: usize, truncation: CellTruncation) -> CellSums {
+        CellSums::new(tyre, CellGrid::new(tyre, ELEMENTS, across), truncation, 1e-8, 8.0 / TIME_STEP)
+    }
+
+    #[test]
+    fn the_instants_influence_of_a_turning_tyre_is_the_double_sum_over_signed_waves() {
+        let (tyre, across, columns) = (turning(), 4, 9);
+        let truncation = CellTruncation { lateral_terms: Some(6), aliases: Some(1) };
+        let sums = sums(&tyre, across, truncation);
+        let s = 1.5 / TIME_STEP;
+        let influence = sums.instant(s, columns);
+        let odd = influence.odd.as_ref().unwrap();
+        let (grid, at) = (sums.grid(), sums.kernel.at(s.into()));
+        let last = (ELEMENTS + ELEMENTS / 2) as i64;
+        let exact = |distance: i64, j: usize, other: usize| {
+            let mut sum = Complex64::ZERO;
+            for n in -last..=last {
+                let turn = Complex64::cis(grid.waves().kx(n) * grid.length() * distance as f64);
+                // The last wave and its mirror are one.
+                let once = if n.abs() == last { 0.5 } else { 1.0 };
+                for m in 0..=6 {
+                    let shapes = grid.waves().lateral_norm(m) * grid.shape(m, j) * grid.shape(m, other);
+                    sum += once * grid.longitudinal_weight(n) * shapes * turn * at.full(n, m)[2][2];
+                }
+            }
+            sum
+        };
+        let (mut largest, scale) = (0.0_f64, exact(0, 1, 1).re);
+        for (distance, j, other) in [(0, 0, 0), (1, 0, 3), (-1, 0, 3), (3, 1, 2), (-3, 1, 2), (8, 3, 3), (-8, 3, 3)] {
+            let (along, sign) = (distance.unsigned_abs() as usize, distance.signum() as f64);
+            let [free, image] = [along * across + usize::abs_diff(j, other), along * (2 * across - 1) + j + other];
+            let skew = sign * (odd.toeplitz[free] + odd.hankel[image]);
+            let found = influence.toeplitz[free] + influence.hankel[image] + skew;
+            let exact = exact(distance, j, other);
+            assert!((found - exact).norm() < 1e-9 * scale, "{distance} {j} {other}: {found:e} {exact:e}");
+            largest = largest.max(skew.abs() / scale);
+        }
+        println!("skew part {largest:.1e} of a cell's own influence");
+        assert!(largest > 1e-4, "{largest:e}");
+        let still = Tyre { angular_velocity: 0.0, ..tyre.clone() };
+        assert!(self::sums(&still, across, truncation).instant(s, columns).odd.is_none());
+        assert!(sums.instant(0.0, columns).odd.is_none());
+    }
+
+    #[test]
+    fn waves_of_one_cell_across_add_up_to_the_slices_own() {
+        let tyre = turning();
+        let first = CellGrid::new(&tyre, ELEMENTS, 1).waves().first_lateral_number();
+        let sums = sums(&tyre, 1, CellTruncation { lateral_terms: Some(first + 6), aliases: Some(1) });
+        let fixed = Truncation::Fixed { lateral_terms: Some(4), aliases: Some(1) };
+        let slices = InfluenceSum::with(&tyre, Projection::new(&tyre, ELEMENTS), fixed, 1e-8, 8.0 / TIME_STEP);
+        let rows = sums.waves(WaveBand::WHOLE);
+        let mut odd_share = 0.0_f64;
+        for s in [Complex64::new(1.5 / TIME_STEP, 0.0), Complex64::new(300.0, 2e3), Complex64::new(0.0, 2e4)] {
+            for n in 0..=ELEMENTS / 2 {
+                let slice = slices.value(n, &slices.at(s), Field::Surface);
+                let mut cell = [Complex64::ZERO; 2];
+                for row in &rows {
+                    let mut values = Vec::new();
+                    sums.values(&row.waves[n], [&sums.at(s)], &mut values);
+                    let shape = sums.grid().shape(row.m, 0).powi(2);
+                    cell[0] += shape * values[0].driven;
+                    cell[1] += shape * values[0].odd[0];
+                }
+                let scale = 1e-10 * slice.value.norm();
+                let [even, odd] = [cell[0] - slice.value, cell[1] - slice.odd].map(|error| error.norm());
+                assert!(even < scale && odd < scale, "{n} {s}: {cell:?} {slice:?}");
+                odd_share = odd_share.max(slice.odd.norm() / slice.value.norm());
+                let ends = n == 0 || 2 * n == ELEMENTS;
+                assert!(!ends || cell[1].norm() <= 0.0);
+            }
+        }
+        assert!(odd_share > 1e-2, "{odd_share:e}");
     }
 }

@@ -143,7 +143,7 @@ impl CellSums {
         values: &mut Vec<FaceValues>,
     ) {
         let at: Vec<&KernelAt> = at.into_iter().map(|CellSumsAt(at)| at).collect();
-        dispatch(WaveSum { wave, at: &at, values });
+        dispatch(WaveSum { wave, turns: self.turns, at: &at, values });
     }
 
     /// Returns the influence between cells by some waves alone, up to `columns` along, on rings that are the tyre's
@@ -392,6 +392,7 @@ impl Around<'_> {
 /// Values of a wave at many s. A type, not a closure: see `lane_sum`.
 struct WaveSum<'a> {
     wave: &'a CellWave,
+    turns: bool,
     at: &'a [&'a KernelAt],
     values: &'a mut Vec<FaceValues>,
 }
@@ -405,7 +406,7 @@ impl WithSimd for WaveSum<'_> {
             let members: [_; MOST_LANES] = std::array::from_fn(|lane| group[lane.min(group.len() - 1)]);
             let kernel = LaneKernel::new(simd, members);
             let mut sums = [FaceValues::default(); MOST_LANES];
-            if kernel.turns() {
+            if self.turns {
                 // Both signs of a wave that is its own mirror have no odd part together.
                 let sides = if self.wave.is_mirror { 0.0 } else { 1.0 };
                 for &(n, m, weight) in &self.wave.terms {
@@ -479,7 +480,8 @@ mod tests {
             sum
         };
         let (mut largest, scale) = (0.0_f64, exact(0, 1, 1).re);
-        for (distance, j, other) in [(0, 0, 0), (1, 0, 3), (-1, 0, 3), (3, 1, 2), (-3, 1, 2), (8, 3, 3), (-8, 3, 3)] {
+        for (distance, j, other) in [(0_i64, 0, 0), (1, 0, 3), (-1, 0, 3), (3, 1, 2), (-3, 1, 2), (8, 3, 3), (-8, 3, 3)]
+        {
             let (along, sign) = (distance.unsigned_abs() as usize, distance.signum() as f64);
             let [free, image] = [along * across + usize::abs_diff(j, other), along * (2 * across - 1) + j + other];
             let skew = sign * (odd.toeplitz[free] + odd.hankel[image]);

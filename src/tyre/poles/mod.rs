@@ -43,6 +43,8 @@ pub mod scaling;
 mod table;
 mod tangential;
 mod tree;
+#[cfg(test)]
+pub(crate) mod turning_ring;
 mod wavenumber;
 
 pub use error::FitError;

@@ -79,6 +79,9 @@ pub struct Modes<'a> {
     pub constant: f64,
 }
 
+/// Least residue of a wave of both directions in one of them, as a part of that in the other.
+pub const LEAST_SHARE: f64 = 0.1;
+
 /// Direction of a wave round the tyre, seen by its material.
 ///
 /// Elements count against the rotation. A wave exp(i n theta' + i w t), n and w > 0 and theta' rising with the elements,
@@ -95,6 +98,14 @@ pub enum Direction {
 impl Direction {
     /// Both, forwards first.
     pub const BOTH: [Self; 2] = [Self::Forwards, Self::Backwards];
+
+    /// The other one.
+    pub fn opposite(self) -> Self {
+        match self {
+            Self::Forwards => Self::Backwards,
+            Self::Backwards => Self::Forwards,
+        }
+    }
 
     /// E + i O, or E - i O.
     pub fn of(self, even: Complex64, odd: Complex64) -> Complex64 {
@@ -131,6 +142,13 @@ impl Modes<'_> {
     /// of E_n and Q of O_n. A resonance of one direction has none in the other \[m/(N s)\].
     pub fn residue(&self, direction: Direction, index: usize) -> Complex64 {
         direction.of(self.residues[index], self.odd.get(index).copied().unwrap_or_default())
+    }
+
+    /// Tells whether a stored pole is a wave of a direction: at rest of both, of a tyre that turns where its residue is
+    /// at least [`LEAST_SHARE`] of that in the other direction.
+    pub fn belongs_to(&self, direction: Direction, index: usize) -> bool {
+        let [own, other] = [direction, direction.opposite()].map(|direction| self.residue(direction, index).norm());
+        own >= LEAST_SHARE * other
     }
 }
 

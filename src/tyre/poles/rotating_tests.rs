@@ -4,33 +4,10 @@ use std::f64::consts::PI;
 
 use super::*;
 use crate::numeric::rational::partial_fractions::is_pair;
-use crate::tyre::influence::FaceValues;
+use crate::tyre::influence::{FaceValues, Field};
 use crate::tyre::poles::Direction;
 use crate::tyre::poles::model::Modes;
-
-/// a/(s^2 + c s + w^2 - 2 i g s): a mode of the wave n of a ring that turns; -n has -g.
-#[derive(Clone, Copy)]
-struct Gyroscopic {
-    share: f64,
-    damping: f64,
-    frequency: f64,
-    gyration: f64,
-}
-
-impl Gyroscopic {
-    fn at(self, sign: f64, s: Complex64) -> Complex64 {
-        let turned = Complex64::new(self.damping, -2.0 * sign * self.gyration);
-        self.share / (s * (s + turned) + self.frequency.powi(2))
-    }
-
-    /// The pole of Im > 0 of the wave n or -n.
-    fn pole(self, direction: Direction) -> Complex64 {
-        let sign = if direction == Direction::Forwards { 1.0 } else { -1.0 };
-        let half = Complex64::new(0.5 * self.damping, -sign * self.gyration);
-        let root = (half * half - self.frequency.powi(2)).sqrt();
-        if root.im > 0.0 { root - half } else { -root - half }
-    }
-}
+use crate::tyre::poles::turning_ring::{self, Gyroscopic};
 
 /// A ring's mode, a mode that moves along it, and a stiff one; with `creep` a branch cut, as rubber has.
 struct Ring {
@@ -40,10 +17,7 @@ struct Ring {
 
 impl Ring {
     fn new(gyration: f64, creep: f64) -> Self {
-        let mode = |share: f64, hertz: f64, damping: f64, gyration: f64| {
-            let frequency = 2.0 * PI * hertz;
-            Gyroscopic { share, damping: 2.0 * damping * frequency, frequency, gyration }
-        };
+        let mode = Gyroscopic::new;
         let modes = [
             mode(1.0, 120.0, 0.05, gyration),
             mode(0.8, 700.0, 0.03, -0.6 * gyration),
@@ -53,14 +27,14 @@ impl Ring {
     }
 
     /// H_n or H_-n of the outer face, and of an inner one that feels the stiff mode less.
-    fn faces(&self, sign: f64, s: Complex64) -> [Complex64; 2] {
-        let [ring, along, stiff] = self.modes.map(|mode| mode.at(sign, s));
+    fn faces(&self, direction: Direction, s: Complex64) -> [Complex64; 2] {
+        let [ring, along, stiff] = self.modes.map(|mode| mode.at(direction, s));
         let creep = self.creep * ((s + 300.0) / 1e3).powf(-0.6);
         [ring + along + stiff + creep, ring + along * 0.7 - stiff * 0.2]
     }
 
     fn values(&self, s: Complex64) -> FaceValues {
-        let (with, against) = (self.faces(1.0, s), self.faces(-1.0, s));
+        let (with, against) = (self.faces(Direction::Forwards, s), self.faces(Direction::Backwards, s));
         let even = |face: usize| (with[face] + against[face]) * 0.5;
         let odd = |face: usize| (with[face] - against[face]) * Complex64::new(0.0, -0.5);
         FaceValues { driven: even(0), bottom: even(1), odd: [odd(0), odd(1)], evaluations: 2 }
@@ -111,11 +85,8 @@ fn the_poles_of_a_turning_ring_are_found_each_with_its_direction() {
             let distance = |index: &usize| (modes.poles[*index] - exact).norm();
             let nearest = (0..modes.pairs).min_by(|i, j| distance(i).total_cmp(&distance(j))).unwrap();
             assert!(distance(&nearest) < 1e-4 * exact.norm(), "{own:?} {exact}: {}", modes.poles[nearest]);
-            // Residue of the exact function: a/(2 s + c -+ 2 i g).
-            let sign = if own == Direction::Forwards { 1.0 } else { -1.0 };
-            let slope = exact * 2.0 + Complex64::new(mode.damping, -2.0 * sign * mode.gyration);
             let residue = modes.residue(own, nearest);
-            assert!((residue - mode.share / slope).norm() < 1e-3 * residue.norm(), "{own:?} {exact}: {residue}");
+            assert!((residue - mode.residue(own)).norm() < 1e-3 * residue.norm(), "{own:?} {exact}: {residue}");
             assert!(modes.residue(other, nearest).norm() < 1e-3 * residue.norm(), "{own:?} {exact}");
         }
     }
@@ -125,7 +96,7 @@ fn the_poles_of_a_turning_ring_are_found_each_with_its_direction() {
 
 /// Largest error of both faces and waves at points that no fit saw, relative to the mean size of both waves.
 fn error(ring: &Ring, entry: &Entry, s: Complex64, largest: [f64; 2]) -> f64 {
-    let (with, against) = (ring.faces(1.0, s), ring.faces(-1.0, s));
+    let (with, against) = (ring.faces(Direction::Forwards, s), ring.faces(Direction::Backwards, s));
     let of_face = |face: usize| {
         let modes = modes(entry, face);
         let mean = (0.5 * (with[face].norm_sqr() + against[face].norm_sqr())).sqrt();
@@ -143,7 +114,8 @@ fn both_waves_are_within_the_tolerance_where_no_fit_saw_them_and_make_no_energy(
         let entry = fitted(&ring, tolerance, &Start::default());
         let axis = (0..1500).map(|k| Complex64::new(0.0, 1.0 + TOP * (f64::from(k) / 1500.0).powi(3)));
         let largest = [0, 1].map(|face| {
-            let both = |s| 0.5 * (ring.faces(1.0, s)[face].norm_sqr() + ring.faces(-1.0, s)[face].norm_sqr());
+            let of = |direction, s| ring.faces(direction, s)[face].norm_sqr();
+            let both = |s| 0.5 * (of(Direction::Forwards, s) + of(Direction::Backwards, s));
             axis.clone().map(both).fold(0.0, f64::max).sqrt()
         });
         let real = (0..60).map(|k| Complex64::new(3.0 * 1.15_f64.powi(k), 0.0)).filter(|s| s.re < TOP);
@@ -189,4 +161,30 @@ fn a_wave_of_a_turning_ring_starts_from_its_resting_neighbour() {
     let turning = fitted(&Ring::new(100.0, 2e-6), 1e-5, &start);
     let from_scratch = fitted(&Ring::new(100.0, 2e-6), 1e-5, &Start::default());
     assert!(turning.statistics.order <= from_scratch.statistics.order + 4);
+}
+
+#[test]
+fn a_model_of_waves_with_and_without_odd_parts_is_whole() {
+    let model = turning_ring::model(16, -70.0);
+    assert!(model.turns());
+    for n in 0..=8 {
+        let mode = turning_ring::mode(16, n, -70.0);
+        for (field, share) in [(Field::Surface, 1.0), (Field::Bottom, 0.5)] {
+            let modes = model.modes(n, field).unwrap();
+            assert_eq!(modes.odd.len(), modes.poles.len(), "{n}");
+            for s in [Complex64::new(0.0, 900.0), Complex64::new(500.0, 0.0), Complex64::new(20.0, -70.0)] {
+                for direction in Direction::BOTH {
+                    let (found, exact) = (modes.evaluate_wave(direction, s), mode.at(direction, s) * share);
+                    assert!((found - exact).norm() < 1e-12 * exact.norm(), "{n} {direction:?} {s}: {found} {exact}");
+                }
+            }
+            for (direction, index) in Direction::BOTH.into_iter().flat_map(|d| (0..modes.pairs).map(move |i| (d, i))) {
+                let own = (modes.poles[index] - mode.pole(direction)).norm() < 1e-9;
+                assert_eq!(modes.belongs_to(direction, index), own, "{n} {direction:?}");
+            }
+        }
+        assert!(model.evaluate(n, Complex64::ZERO, Field::Surface).unwrap().im.abs() < 1e-18);
+    }
+    let resting = turning_ring::model(16, 0.0);
+    assert!(!resting.turns() && resting.modes(3, Field::Surface).unwrap().odd.is_empty());
 }

@@ -128,6 +128,8 @@ impl Plan {
         feasible::check(loaded, &scene)?;
         choices.extend(inflation::choices(&scene.tyre));
         let mut plan = Self::new(&scene);
+        plan.check_rotation(loaded)?;
+        plan.decisions.notes.extend(plan.outrun_tread());
         choices.extend(plan.lateral_choices());
         plan.choices = choices;
         if !scene.tyre.curvature && (scene.numerics.accuracy.is_some() || scene.numerics.preset.is_some()) {
@@ -185,13 +187,13 @@ impl Plan {
 
     /// How the tyre stands on a smooth road.
     fn standing(&self) -> Option<StaticContact> {
-        *self.standing.get_or_init(|| smooth_contact::standing(&self.decisions.tyre, &self.scene.rolling.axle))
+        *self.standing.get_or_init(|| smooth_contact::standing(&self.decisions.tyre, &self.decisions.axle))
     }
 
     /// With how the tyre of another plan stands, where that is the same tyre under the same axle.
     #[must_use]
     pub(crate) fn standing_as(mut self, other: &Self) -> Self {
-        if self.decisions.tyre == other.decisions.tyre && self.scene.rolling.axle == other.scene.rolling.axle {
+        if self.decisions.tyre == other.decisions.tyre && self.decisions.axle == other.decisions.axle {
             self.standing = OnceLock::from(other.standing());
         }
         self

@@ -36,7 +36,7 @@ pub(super) struct CellContact<'a> {
 
 impl ZoneMaker for CellContact<'_> {
     fn at_rest(&mut self) -> Result<(StaticContact, f64), RunError> {
-        Ok((self.resting.under(&self.plan.scene.rolling.axle)?, 1.0))
+        Ok((self.resting.under(&self.plan.decisions.axle)?, 1.0))
     }
 
     fn make(&self, window: Window<'_>, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Made, RunError> {

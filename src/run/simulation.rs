@@ -201,6 +201,11 @@ impl Simulation {
         self.next_step
     }
 
+    /// Indentation of the tyre at rest at a step \[m\]: without what a turning tyre grows by.
+    pub(crate) fn indentation(&self, step: u64) -> f64 {
+        self.prepared.axle.indentation(step) - self.plan.decisions.growth
+    }
+
     /// Does a step and says what it gave; `None` after the last. With more than one thread the road is made behind,
     /// ahead of its need.
     ///
@@ -406,7 +411,7 @@ impl Simulation {
             number,
             time: number as f64 * plan.time_step,
             counts: number >= plan.warm_up_steps,
-            indentation,
+            indentation: indentation - plan.decisions.growth,
             total_force: result.total_force,
             power: None,
             contact_length: result.extent as f64 * plan.element,

@@ -6,8 +6,8 @@
 mod axle;
 mod contact;
 mod radiation;
+mod rotation;
 mod row;
-mod tension;
 mod values;
 mod vibration;
 
@@ -20,7 +20,7 @@ pub use values::{Decision, Decisions};
 
 /// All effects, in the order of the data's way.
 pub static ROWS: [Row; 12] = [
-    tension::TENSION,
+    rotation::ROTATION,
     contact::ZONE,
     contact::TEXTURE,
     contact::SLICE_COUPLING,
@@ -48,6 +48,8 @@ impl Decisions {
             vibration: vibration::vibration(scene),
             radiation: None,
             tyre: scene.tyre.clone(),
+            growth: 0.0,
+            axle: scene.rolling.axle.clone(),
             rows: Vec::with_capacity(ROWS.len()),
             notes: Vec::new(),
         };
@@ -74,7 +76,7 @@ fn later(_: &Scene, _: &mut Decisions) -> Decided {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{PLATE, Slices, Switch};
+    use crate::scene::{DEFAULT, PLATE, Slices, Switch};
 
     fn of(edit: impl FnOnce(&mut Scene)) -> Decisions {
         let mut scene = Scene::from_str(PLATE, "default").unwrap().scene;
@@ -83,23 +85,20 @@ mod tests {
     }
 
     #[test]
-    fn centrifugal_tension_follows_the_speed_and_is_off_unless_asked_for() {
-        let base = of(|_| ());
-        assert!(!base.rows[0].on && base.rows[0].reason.contains("18.7 %"), "{}", base.rows[0].reason);
-        assert_eq!(base.tyre, Scene::from_str(PLATE, "default").unwrap().scene.tyre);
-        let at = |speed: f64| {
-            of(|scene| {
-                scene.effects.centrifugal_tension = Switch::Auto;
-                scene.rolling.speed_kmh = speed;
-            })
+    fn a_curved_tyre_turns_against_the_count_of_its_elements_unless_it_is_held() {
+        let flat = of(|_| ());
+        assert!(!flat.rows[0].on && flat.rows[0].reason.contains("flat plate"), "{}", flat.rows[0].reason);
+        let curved = |speed: f64, switch: Switch| {
+            let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
+            (scene.rolling.speed_kmh, scene.effects.rotation) = (speed, switch);
+            Decisions::new(&scene)
         };
-        assert!(at(80.0).rows[0].on && !at(50.0).rows[0].on);
-        // m'' = 6 mm x 1300 + 13 mm x 1150 kg/m^3, raised on the belt alone: the tread carries none.
-        let (fast, speed) = (at(200.0), 200.0_f64 / 3.6);
-        assert!((fast.tyre.layers[0].tension[0] - (6e4 + (7.8 + 14.95) * speed * speed)).abs() < 1e-6);
-        assert!(fast.tyre.layers[1].tension[0].abs() < 1e-12 && (fast.tyre.layers[0].tension[1] - 2e4).abs() < 1e-9);
-        let told = of(|scene| scene.rolling.speed_kmh = 200.0);
-        assert!(told.notes.len() == 1 && told.notes[0].contains("117."), "{:?}", told.notes);
+        let fast = curved(250.0, Switch::Auto);
+        // V/R, and the growth of the belt of cords.
+        assert!((fast.tyre.angular_velocity + 223.76).abs() < 0.01 && fast.rows[0].on, "{:?}", fast.rows[0]);
+        assert!((fast.growth - 1.62e-3).abs() < 2e-5, "{}", fast.growth);
+        let held = curved(250.0, Switch::Off);
+        assert_eq!((held.tyre, held.growth.to_bits()), (Scene::from_str(DEFAULT, "default").unwrap().scene.tyre, 0));
     }
 
     #[test]

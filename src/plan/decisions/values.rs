@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::scene::{Radiation, SliceCoupling, Slices, Tread, Tyre, Vibration, Zone};
+use crate::scene::{Axle, Radiation, SliceCoupling, Slices, Tread, Tyre, Vibration, Zone};
 
 /// Decisions on everything that a run simulates.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,8 +23,12 @@ pub struct Decisions {
     pub vibration: Option<Vibration>,
     /// How sound gets to the receivers, if there are any.
     pub radiation: Option<Radiation>,
-    /// The tyre as it rolls: with centrifugal tension where that is taken in.
+    /// The tyre as it rolls: turning, where rotation is taken in.
     pub tyre: Tyre,
+    /// Growth of its radius by rotation \[m\].
+    pub growth: f64,
+    /// The axle that holds it: an indentation, which counts from the tyre at rest, and the growth.
+    pub axle: Axle,
     /// All effects in words, in the order of the data's way.
     pub rows: Vec<Decision>,
     /// Notes for the user before the run.

@@ -5,6 +5,8 @@ use std::sync::atomic::AtomicBool;
 use super::channel::Channel;
 use super::error::RunError;
 use super::observer::Observer;
+use super::section::{Figure, LevelTable, ReportError, Section};
+use super::stored::Stored;
 use crate::contact::footprint::WindowShape;
 use crate::contact::geometry::Geometry;
 use crate::contact::static_contact::StaticContact;
@@ -73,6 +75,24 @@ pub trait Effect: Sync {
     /// Arrays that it gives, beside the files of its end.
     fn channels(&self) -> &'static [Channel] {
         &[]
+    }
+
+    /// Tables of third octaves that it writes.
+    fn levels(&self) -> &'static [LevelTable] {
+        &[]
+    }
+
+    /// Tells its figures of a run whose folder is read again.
+    fn figures(&self, _stored: &Stored) -> Vec<Figure> {
+        Vec::new()
+    }
+
+    /// Shows its results of a run on a page that shows others beside.
+    ///
+    /// # Errors
+    /// [`ReportError`].
+    fn sections(&self, _stored: &Stored, _all: &[Stored]) -> Result<Vec<Section>, ReportError> {
+        Ok(Vec::new())
     }
 
     /// Begins an observer; `None` where the scene does not call for it, or, with a warning, where the run is too short.

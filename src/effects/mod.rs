@@ -2,11 +2,11 @@
 //! rotation or friction, is physics and no effect.
 //!
 //! An effect is a folder and a line in [`EFFECTS`]. It states its arrays as [`Channel`]s, begins an [`Observer`] for a
-//! run that calls for it, and looks back at the end. An effect that is off has no observer, no array, no memory.
+//! run that calls for it, looks back at the end, and shows its results as [`Section`]s of a page. An effect that is off has no observer, no array, no memory.
 //!
 //! - [`force`]: the total force, its spectrum and the patch's forces: every run has it;
-//! - [`cells`]: area, pressure and force across of a contact of cells;
 //! - [`resistance`]: rolling resistance by the power put in;
+//! - [`cells`]: area, pressure and force across of a contact of cells;
 //! - [`vibration`]: velocities of belt and tread;
 //! - [`sound`]: pressures at the receivers, levels and files to listen to.
 
@@ -17,19 +17,22 @@ mod error;
 pub mod force;
 mod observer;
 pub mod resistance;
+mod section;
 pub mod sound;
+pub mod stored;
 pub mod vibration;
 
 pub use channel::{Arrays, Channel, KeptArray, Numbers, Read, RowShape, When};
 pub use effect::{Begin, ContactFacts, Effect, TyreModels};
 pub use error::RunError;
 pub use observer::{End, Found, Observer, Step};
+pub use section::{Block, Figure, GREY, LevelTable, ReportError, Section};
 
 /// All effects, in the order of their work.
 pub static EFFECTS: [&dyn Effect; 5] = [
     &force::ForceEffect,
-    &cells::CellsEffect,
     &resistance::ResistanceEffect,
+    &cells::CellsEffect,
     &vibration::VibrationEffect,
     &sound::SoundEffect,
 ];

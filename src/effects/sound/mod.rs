@@ -8,6 +8,7 @@ mod passages;
 mod passing;
 mod pictures;
 mod results;
+mod shown;
 mod way;
 
 use std::ops::Range;
@@ -18,13 +19,15 @@ use serde::{Deserialize, Serialize};
 use super::effect::{Begin, Effect};
 use super::error::RunError;
 use super::observer::{End, Found, Observer, Step};
+use super::section::{Figure, LevelTable, ReportError, Section};
+use super::stored::Stored;
 use crate::counters::{Counter, Meter, Stage, Work};
 use crate::plan::{Heard, Plan, SOUND_FADE, SOUND_SEGMENT, Sound};
 use crate::response::pressure::{PressureState, PressureStream};
 use crate::response::vibration::SegmentLayout;
 use crate::response::{LateralForces, SpectrumAccumulator, SpectrumState};
 use crate::results::files::ResultFiles;
-use crate::results::sound::{BodySummary, RatedLevel, ReceiverSpectrum, SoundError};
+use crate::results::sound::{BodySummary, RatedLevel, ReceiverSpectrum, SOUND_FILE, SOUND_LEVEL, SoundError};
 use crate::scene::Zone;
 use crate::storage::state::{StateError, StateReader, StateWriter};
 use kept_signal::{KeptSignal, KeptState};
@@ -38,6 +41,23 @@ pub struct SoundEffect;
 impl Effect for SoundEffect {
     fn name(&self) -> &'static str {
         "sound"
+    }
+
+    fn levels(&self) -> &'static [LevelTable] {
+        &[LevelTable {
+            file: SOUND_FILE,
+            quantity: SOUND_LEVEL,
+            column: "level_db_a",
+            error: |stored| stored.summary.sound.as_ref().map(|sound| sound.error.of_bands()),
+        }]
+    }
+
+    fn figures(&self, stored: &Stored) -> Vec<Figure> {
+        shown::figures(stored)
+    }
+
+    fn sections(&self, stored: &Stored, all: &[Stored]) -> Result<Vec<Section>, ReportError> {
+        Ok(vec![Section { heading: "Sound", blocks: shown::blocks(stored, all)? }])
     }
 
     fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, RunError> {

@@ -12,6 +12,8 @@ use super::channel::{Channel, Read, RowShape, When};
 use super::effect::{Begin, Effect};
 use super::error::RunError;
 use super::observer::{End, Found, Observer, Step};
+use super::section::{Figure, LevelTable, ReportError, Section, levels, pictures_of};
+use super::stored::Stored;
 use crate::counters::{Counter, Meter, Stage, Work};
 use crate::plan::{Plan, bytes};
 use crate::response::vibration::{
@@ -19,6 +21,7 @@ use crate::response::vibration::{
     VibrationField, VibrationState, point_bytes,
 };
 use crate::results::files::ResultFiles;
+use crate::results::vibration::{VELOCITY_LEVEL, VIBRATION_FILE};
 use crate::scene::{LoadedScene, SceneError, Vibration};
 use crate::storage::state::{StateError, StateReader, StateWriter, restore_part};
 use answer::TyreAnswer;
@@ -46,6 +49,23 @@ impl Effect for VibrationEffect {
 
     fn channels(&self) -> &'static [Channel] {
         &CHANNELS
+    }
+
+    fn levels(&self) -> &'static [LevelTable] {
+        &[LevelTable { file: VIBRATION_FILE, quantity: VELOCITY_LEVEL, column: "level_db_re_1m_s", error: |_| None }]
+    }
+
+    fn figures(&self, stored: &Stored) -> Vec<Figure> {
+        let fields = stored.summary.vibration.iter().flat_map(|vibration| &vibration.fields);
+        let figure = |(field, velocity)| Figure::of(format!("velocity of {field}, rms"), "m/s", Some(velocity));
+        fields.filter_map(|field| figure((&field.field, field.rms_velocity))).collect()
+    }
+
+    fn sections(&self, stored: &Stored, _: &[Stored]) -> Result<Vec<Section>, ReportError> {
+        let mut blocks = levels(stored, VELOCITY_LEVEL, "Velocities, third octaves")?;
+        let caption = "waves round the tyre over frequency. White: the tyre's own waves";
+        blocks.extend(pictures_of(stored, "vibration_map_", caption)?);
+        Ok(vec![Section { heading: "Vibration", blocks }])
     }
 
     fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, RunError> {

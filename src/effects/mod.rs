@@ -1,8 +1,9 @@
 //! Effects of a run: each reads the steps that are done and makes results of them. What changes the problem itself, as
 //! rotation or friction, is physics and no effect.
 //!
-//! An effect is a folder and a line in [`EFFECTS`]. It states its arrays as [`Channel`]s, begins an [`Observer`] for a
-//! run that calls for it, looks back at the end, and shows its results as [`Section`]s of a page. An effect that is off has no observer, no array, no memory.
+//! An effect is a folder and a line in [`EFFECTS`]. It states its rows of the plan's table, its work and memory before
+//! a run, and its arrays as [`Channel`]s. It begins an [`Observer`] for a run that calls for it, looks back at the end,
+//! and shows its results as [`Section`]s of a page. An effect that is off has no observer, no array, no memory.
 //!
 //! - [`force`]: the total force, its spectrum and the patch's forces: every run has it;
 //! - [`resistance`]: rolling resistance by the power put in;

@@ -3,10 +3,14 @@
 //!
 //! Without a receiver there is no recorder, no body, no table.
 
+mod amounts;
+mod decision;
 mod kept_signal;
+mod kept_transfers;
 mod passages;
 mod passing;
 mod pictures;
+mod planned;
 mod results;
 mod shown;
 mod way;
@@ -22,7 +26,8 @@ use super::observer::{End, Found, Observer, Step};
 use super::section::{Figure, LevelTable, ReportError, Section};
 use super::stored::Stored;
 use crate::counters::{Counter, Meter, Stage, Work};
-use crate::plan::{Heard, Plan, SOUND_FADE, SOUND_SEGMENT, Sound};
+use crate::plan::decisions::Row;
+use crate::plan::{Amounts, Choice, Plan};
 use crate::response::pressure::{PressureState, PressureStream};
 use crate::response::vibration::SegmentLayout;
 use crate::response::{LateralForces, SpectrumAccumulator, SpectrumState};
@@ -31,7 +36,10 @@ use crate::results::sound::{BodySummary, RatedLevel, ReceiverSpectrum, SOUND_FIL
 use crate::scene::Zone;
 use crate::storage::state::{StateError, StateReader, StateWriter};
 use kept_signal::{KeptSignal, KeptState};
+pub use kept_transfers::KeptReceiver;
 use passing::Passing;
+pub use planned::{Heard, Sound};
+use planned::{SOUND_FADE, SOUND_SEGMENT};
 pub(crate) use way::WAVES;
 use way::{Seeking, Way};
 
@@ -41,6 +49,26 @@ pub struct SoundEffect;
 impl Effect for SoundEffect {
     fn name(&self) -> &'static str {
         "sound"
+    }
+
+    fn rows(&self) -> &'static [Row] {
+        &decision::ROWS
+    }
+
+    fn choice(&self, plan: &Plan) -> Option<Choice> {
+        plan.radiating_waves()
+    }
+
+    fn look_up(&self, plan: &mut Plan) {
+        plan.kept_frequencies = plan.frequencies_on_disk();
+    }
+
+    fn add_amounts(&self, plan: &Plan, amounts: &mut Amounts) {
+        amounts::add_amounts(amounts, plan);
+    }
+
+    fn missing(&self, plan: &Plan) -> Vec<String> {
+        unheard(plan)
     }
 
     fn levels(&self) -> &'static [LevelTable] {
@@ -107,7 +135,7 @@ fn radiated(sound: &Sound) -> Range<f64> {
 }
 
 /// Lists the sounds that a run of a plan is too short for, known before it.
-pub(crate) fn unheard(plan: &Plan) -> Vec<String> {
+fn unheard(plan: &Plan) -> Vec<String> {
     let Some(sound) = plan.sound() else { return Vec::new() };
     let samples = PressureStream::samples(&sound.layout, plan.steps - plan.warm_up_steps);
     if samples == 0 {

@@ -41,7 +41,7 @@ pub static EFFECTS: [&dyn Effect; 5] = [
 /// The channel of an array by its file's name without the ending; several maps may share one.
 pub fn channel(name: &str) -> Option<&'static Channel> {
     let exact = channels().find(|channel| channel.name == name);
-    exact.or_else(|| channels().find(|channel| channel.when == When::AtEnd && name.starts_with(channel.name)))
+    exact.or_else(|| channels().find(|channel| channel.is_written_at_the_end() && name.starts_with(channel.name)))
 }
 
 /// All arrays of all effects.

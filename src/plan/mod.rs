@@ -35,6 +35,7 @@ pub use unit::{Unit, UnitCosts};
 use std::sync::OnceLock;
 
 use crate::contact::static_contact::StaticContact;
+use crate::response::vibration::{Across, SegmentLayout};
 use crate::road::{Lattice, RoadError};
 use crate::scene::{Axle, History, Numerics, Scene, Tread, Zone};
 use crate::storage::Cache;
@@ -155,6 +156,24 @@ impl Plan {
     /// Returns the contact that is expected.
     pub(crate) fn expected(&self) -> Expected {
         Expected::of(&self.scene, self.standing(), self.decisions.tyre.radius(), self.element)
+    }
+
+    /// Lays out segments of so many revolutions, of forces that are even across; columns, phase and first position are
+    /// the run's to say.
+    pub(crate) fn segment_layout(&self, revolutions: usize) -> SegmentLayout {
+        let Scene { numerics, tyre, .. } = &self.scene;
+        SegmentLayout {
+            elements: numerics.elements,
+            substeps: numerics.substeps,
+            revolutions,
+            columns: 0,
+            across: Across::Even,
+            rule: numerics.time_rule,
+            time_step: self.time_step,
+            phase: 0,
+            first_position: 0.0,
+            circumference: tyre.circumference,
+        }
     }
 
     /// With how the tyre of another plan stands, where that is the same tyre under the same axle.

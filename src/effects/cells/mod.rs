@@ -27,31 +27,29 @@ static CHANNELS: [Channel; 5] = [
         unit: "N",
         meaning: "contact force of each row of cells across",
         row: RowShape::Across,
-        when: When::EveryStep,
         wanted: over_cells,
         read: Read::Fill(|step, rows| {
             for cells in step.footprint.mean().chunks_exact(rows.len()) {
                 rows.iter_mut().zip(cells).for_each(|(row, force)| *row += force);
             }
         }),
+        ..Channel::BASE
     },
     Channel {
         name: "contact_area",
         unit: "m^2",
         meaning: "area of the cells that carry force",
-        row: RowShape::One,
-        when: When::EveryStep,
         wanted: over_cells,
         read: Read::Number(area),
+        ..Channel::BASE
     },
     Channel {
         name: "peak_pressure",
         unit: "Pa",
         meaning: "largest pressure on a cell",
-        row: RowShape::One,
-        when: When::EveryStep,
         wanted: over_cells,
         read: Read::Number(peak_pressure),
+        ..Channel::BASE
     },
     Channel {
         name: "cells",
@@ -68,10 +66,10 @@ static CHANNELS: [Channel; 5] = [
         name: "cells_time",
         unit: "s",
         meaning: "time of those instants",
-        row: RowShape::One,
         when: When::CellsEvery,
         wanted: has_frames,
         read: Read::Number(|step| step.time),
+        ..Channel::BASE
     },
 ];
 

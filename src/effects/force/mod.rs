@@ -7,7 +7,7 @@ use std::ops::Range;
 use ndarray::ArrayView2;
 use serde::{Deserialize, Serialize};
 
-use super::channel::{Channel, Read, RowShape, When};
+use super::channel::{Channel, Read, RowShape};
 use super::effect::{Begin, Effect};
 use super::error::RunError;
 use super::observer::{End, Found, Observer, Step};
@@ -29,59 +29,43 @@ use crate::storage::state::{StateError, StateReader, StateWriter, restore_part};
 pub struct ForceEffect;
 
 static CHANNELS: [Channel; 6] = [
-    Channel {
-        name: "time",
-        unit: "s",
-        meaning: "time",
-        row: RowShape::One,
-        when: When::EveryStep,
-        wanted: |_| true,
-        read: Read::Number(|step| step.time),
-    },
+    Channel { name: "time", unit: "s", meaning: "time", read: Read::Number(|step| step.time), ..Channel::BASE },
     Channel {
         name: "total_force",
         unit: "N",
         meaning: "contact force",
-        row: RowShape::One,
-        when: When::EveryStep,
-        wanted: |_| true,
         read: Read::Number(|step| step.total_force),
+        ..Channel::BASE
     },
     Channel {
         name: "patch_force",
         unit: "N",
         meaning: "contact force of an element in the window",
         row: RowShape::Columns,
-        when: When::EveryStep,
-        wanted: |_| true,
         read: Read::Row(|step| step.footprint.column_mean()),
+        ..Channel::BASE
     },
     Channel {
         name: "patch_element",
         unit: "1",
         meaning: "number of the element in the window's first column",
-        row: RowShape::One,
-        when: When::EveryStep,
-        wanted: |_| true,
         read: Read::Count(|step| step.footprint.first_element()),
+        ..Channel::BASE
     },
     Channel {
         name: "contact_length",
         unit: "m",
         meaning: "length of the contact patch, from the first to the last element that carries force",
-        row: RowShape::One,
-        when: When::EveryStep,
-        wanted: |_| true,
         read: Read::Number(|step| step.contact_length),
+        ..Channel::BASE
     },
     Channel {
         name: "axle",
         unit: "m",
         meaning: "indentation of the rigid tyre into z = 0",
-        row: RowShape::One,
-        when: When::EveryStep,
         wanted: moves,
         read: Read::Number(|step| step.indentation),
+        ..Channel::BASE
     },
 ];
 

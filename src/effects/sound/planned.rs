@@ -13,7 +13,7 @@ use crate::response::ThirdOctaveBand;
 use crate::response::pressure::{PressureModel, PressureStream};
 use crate::response::vibration::{Across, SegmentLayout};
 use crate::results::sound::SoundError;
-use crate::scene::{Radiation, RadiationQuality, ReceiverPlace, Scene, Tyre, Vehicle, Zone};
+use crate::scene::{Numerics, Radiation, RadiationQuality, ReceiverPlace, Scene, Tyre, Vehicle, Zone};
 use crate::sound::Air;
 use crate::sound::pass_by::STENCIL;
 use crate::sound::receivers::{Beside, Standard, standard};
@@ -304,20 +304,9 @@ impl Plan {
 
     /// Blocks of the forces; columns, phase and first position are the run's to say.
     pub(crate) fn sound_layout(&self) -> SegmentLayout {
-        let Scene { numerics, tyre, .. } = &self.scene;
-        let revolution = (numerics.elements * numerics.substeps) as f64 * self.time_step;
-        SegmentLayout {
-            elements: numerics.elements,
-            substeps: numerics.substeps,
-            revolutions: (BLOCK / revolution).ceil().clamp(1.0, 1e6) as usize,
-            columns: 0,
-            across: Across::Even,
-            rule: numerics.time_rule,
-            time_step: self.time_step,
-            phase: 0,
-            first_position: 0.0,
-            circumference: tyre.circumference,
-        }
+        let Numerics { elements, substeps, .. } = self.scene.numerics;
+        let revolution = (elements * substeps) as f64 * self.time_step;
+        self.segment_layout((BLOCK / revolution).ceil().clamp(1.0, 1e6) as usize)
     }
 
     /// The same, and how many lateral numbers are followed where a strip excites so many waves; of forces on cells all

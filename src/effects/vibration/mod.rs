@@ -10,7 +10,7 @@ mod results;
 
 use serde::{Deserialize, Serialize};
 
-use super::channel::{Channel, Read, RowShape, When};
+use super::channel::Channel;
 use super::effect::{Begin, Effect};
 use super::error::RunError;
 use super::observer::{End, Found, Observer, Step};
@@ -36,8 +36,7 @@ pub use results::HeardVibration;
 pub struct VibrationEffect;
 
 const fn map(name: &'static str, unit: &'static str, meaning: &'static str) -> Channel {
-    let wanted = |plan: &Plan| plan.vibration().is_some_and(|wanted| wanted.map);
-    Channel { name, unit, meaning, row: RowShape::One, when: When::AtEnd, wanted, read: Read::Written }
+    Channel { name, unit, meaning, ..Channel::BASE }
 }
 
 static CHANNELS: [Channel; 3] = [

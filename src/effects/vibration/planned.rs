@@ -9,7 +9,7 @@ use crate::response::vibration::{
     Across, ElementVelocities, HeardPower, HeardVelocity, SegmentLayout, VelocityTable, VibrationAccumulator,
     point_bytes,
 };
-use crate::scene::{Diagnostic, LoadedScene, Scene, SceneError, Vibration, Zone, short};
+use crate::scene::{Diagnostic, LoadedScene, Numerics, Scene, SceneError, Vibration, Zone, short};
 use crate::tyre::poles::expected_fit;
 use crate::tyre::poles::lateral::{LateralFitOptions, lateral_terms};
 
@@ -59,23 +59,11 @@ impl Plan {
 
     /// Segments for a window of so many columns; `None` where the run is shorter than a revolution.
     pub fn vibration_segments(&self, vibration: &Vibration, columns: usize) -> Option<VibrationSegments> {
-        let Scene { numerics, tyre, .. } = &self.scene;
-        let (elements, substeps) = (numerics.elements, numerics.substeps);
+        let Numerics { elements, substeps, .. } = self.scene.numerics;
         let steps = self.steps - self.warm_up_steps;
         let revolution = (elements * substeps) as u64;
         let revolutions = SegmentLayout::revolutions_for(vibration.segment, revolution, self.time_step, steps)?;
-        let even = SegmentLayout {
-            elements,
-            substeps,
-            revolutions,
-            columns,
-            across: Across::Even,
-            rule: numerics.time_rule,
-            time_step: self.time_step,
-            phase: 0,
-            first_position: 0.0,
-            circumference: tyre.circumference,
-        };
+        let even = SegmentLayout { columns, ..self.segment_layout(revolutions) };
         if self.decisions.zone == Zone::Slices {
             return Some(VibrationSegments { velocities: even, cells: None });
         }

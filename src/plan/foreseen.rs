@@ -15,7 +15,7 @@ impl Plan {
     ///
     /// # Errors
     /// [`SceneError::Invalid`] with the speed up to which it is.
-    pub(super) fn check_rotation(&self, loaded: &LoadedScene) -> Result<(), SceneError> {
+    pub(crate) fn check_rotation(&self, loaded: &LoadedScene) -> Result<(), SceneError> {
         let rolling = &self.decisions.tyre;
         let Some(limit) = limit_below(rolling, self.speed).filter(|_| rolling.turns()) else { return Ok(()) };
         let wrong = format!(
@@ -27,7 +27,7 @@ impl Plan {
     }
 
     /// Tells of waves of the tread's surface that are slower than the tyre rolls.
-    pub(super) fn outrun_tread(&self) -> Option<String> {
+    pub(crate) fn outrun_tread(&self) -> Option<String> {
         let rolling = &self.decisions.tyre;
         let TreadWave { length, speed } = tread_wave(rolling, rolling.turns()).filter(|wave| wave.speed < self.speed)?;
         Some(format!(

@@ -49,7 +49,7 @@ impl ZoneMaker for CellContact<'_> {
         }
         let numerics = &plan.scene.numerics;
         let instant = self.instant(columns, meter)?;
-        let followed = plan.decisions.vibration.is_some();
+        let followed = plan.decisions.takes_models;
         let waves = match numerics.history {
             History::Direct if !followed => Vec::new(),
             _ => self.carried(columns, meter, warnings)?,

@@ -120,6 +120,6 @@ pub fn checked(loaded: &LoadedScene) -> Result<Plan, RunError> {
     loaded.check_time_domain()?;
     let plan = Plan::of(loaded)?.with_kept_model();
     plan.check(loaded)?;
-    open_road(loaded, &plan, 0.5 * plan.amounts().expected.points * plan.element)?;
+    open_road(loaded, &plan, 0.5 * plan.expected().points * plan.element)?;
     Ok(plan)
 }

@@ -134,7 +134,18 @@ impl Simulation {
         progress.stage(Stage::Influence);
         let mut prepared = prepare(loaded, plan, stop, &mut meter)?;
         let Prepared { contact, models, warnings, .. } = &mut prepared;
-        let mut begin = Begin { loaded, plan, contact, models, in_memory, warnings, stop, progress, meter: &mut meter };
+        let mut begin = Begin {
+            loaded,
+            plan,
+            contact,
+            models,
+            in_memory,
+            planned_memory: |plan| plan.amounts().memory_on(1),
+            warnings,
+            stop,
+            progress,
+            meter: &mut meter,
+        };
         let mut observers = Vec::new();
         for effect in EFFECTS.into_iter().filter(|effect| !without.contains(&effect.name())) {
             observers.extend(effect.begin(&mut begin)?.map(|observer| (effect.name(), observer)));

@@ -85,7 +85,7 @@ impl ZoneMaker for SliceContact<'_> {
             form: SliceForm::Curves(builder),
             moving,
             local_compliance,
-            models: TyreModels { poles: model.filter(|_| plan.decisions.vibration.is_some()), waves: None },
+            models: TyreModels { poles: model.filter(|_| plan.decisions.takes_models), waves: None },
         })
     }
 }

@@ -2,10 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::planned::CellSegments;
 use crate::contact::cells::CellProduct;
 use crate::counters::{Counter, Meter};
 use crate::effects::effect::TyreModels;
-use crate::plan::{CellSegments, Plan};
+use crate::plan::Plan;
 use crate::response::LateralForces;
 use crate::response::vibration::{
     ContactPower, Dissipation, Heard, HeardPower, PowerState, SegmentLayout, VibrationAccumulator, VibrationState,

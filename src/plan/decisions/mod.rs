@@ -1,25 +1,22 @@
-//! Decisions on the effects that a run simulates, with their reasons.
+//! Decisions on the physics that a run simulates and on its effects, with their reasons.
 //!
 //! Every later stage asks a [`Decisions`] value what to do; the rows of [`Decisions::rows`] say the same in words.
-//! [`ROWS`] is the one list of them: a file a matter.
+//! [`PHYSICS`] lists the choices of the physics, a file a matter; each effect states its own rows.
 
 mod axle;
 mod contact;
-mod radiation;
 mod rotation;
 mod row;
 mod values;
-mod vibration;
 
 use crate::scene::{History, Road, Scene, Zone};
 pub use axle::TYPICAL_AXLE;
 pub use contact::cells_across;
-use row::Decided;
-pub use row::Row;
+pub use row::{Decided, Row, given};
 pub use values::{Decision, Decisions};
 
-/// All effects, in the order of the data's way.
-pub static ROWS: [Row; 12] = [
+/// Choices of the physics, in the order of the data's way.
+pub static PHYSICS: [Row; 7] = [
     rotation::ROTATION,
     contact::ZONE,
     contact::TEXTURE,
@@ -27,16 +24,15 @@ pub static ROWS: [Row; 12] = [
     contact::TREAD_COUPLING,
     axle::AXLE,
     Row { title: "memory of the tyre", short: "memory", decide: history, switch: None, of_cells: false },
-    vibration::TREAD,
-    vibration::BELT,
-    vibration::TANGENTIAL,
-    radiation::RADIATION,
-    Row { title: "friction", short: "friction", decide: later, switch: None, of_cells: false },
 ];
 
+/// Physics that is not there yet.
+pub static MISSING: [Row; 1] =
+    [Row { title: "friction", short: "friction", decide: later, switch: None, of_cells: false }];
+
 impl Decisions {
-    /// For a scene.
-    pub fn new(scene: &Scene) -> Self {
+    /// Decides on a scene by rows, one after the other; `takes_models`: an effect takes the models of the tyre.
+    pub fn by<'a>(rows: impl Iterator<Item = &'a Row>, scene: &Scene, takes_models: bool) -> Self {
         let single = matches!(scene.road, Road::Smooth) || scene.contact.zone == Zone::Cells;
         let mut decisions = Self {
             zone: scene.contact.zone,
@@ -45,15 +41,14 @@ impl Decisions {
             cells_along: if single { Some(1) } else { scene.contact.cells_along },
             tread: scene.contact.tread,
             slice_coupling: scene.contact.slice_coupling,
-            vibration: vibration::vibration(scene),
-            radiation: None,
+            takes_models,
             tyre: scene.tyre.clone(),
             growth: 0.0,
             axle: scene.rolling.axle.clone(),
-            rows: Vec::with_capacity(ROWS.len()),
+            rows: Vec::new(),
             notes: Vec::new(),
         };
-        for row in &ROWS {
+        for row in rows {
             let Decided { on, form, reason } = (row.decide)(scene, &mut decisions);
             decisions.rows.push(Decision { effect: row.title, on, form, reason });
         }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::scene::{Axle, Radiation, SliceCoupling, Slices, Tread, Tyre, Vibration, Zone};
+use crate::scene::{Axle, SliceCoupling, Slices, Tread, Tyre, Zone};
 
 /// Decisions on everything that a run simulates.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,10 +19,8 @@ pub struct Decisions {
     pub tread: Tread,
     /// By how much a slice yields more than its element.
     pub slice_coupling: SliceCoupling,
-    /// The velocities to follow from the forces, if any.
-    pub vibration: Option<Vibration>,
-    /// How sound gets to the receivers, if there are any.
-    pub radiation: Option<Radiation>,
+    /// True if an effect takes the models of the tyre that the contact makes.
+    pub takes_models: bool,
     /// The tyre as it rolls: turning, where rotation is taken in.
     pub tyre: Tyre,
     /// Growth of its radius by rotation \[m\].

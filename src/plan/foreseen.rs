@@ -29,7 +29,8 @@ impl Plan {
     /// Tells of waves of the tread's surface that are slower than the tyre rolls.
     pub(crate) fn outrun_tread(&self) -> Option<String> {
         let rolling = &self.decisions.tyre;
-        let TreadWave { length, speed } = tread_wave(rolling, rolling.turns()).filter(|wave| wave.speed < self.speed)?;
+        let TreadWave { length, speed } =
+            tread_wave(rolling, rolling.turns()).filter(|wave| wave.speed < self.speed)?;
         Some(format!(
             "the tyre rolls faster than waves of its tread, {:.0} mm long, run ({:.0} km/h): the contact has no steady \
              form; steps in time stay well-posed",

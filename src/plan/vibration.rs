@@ -148,6 +148,10 @@ impl Amounts {
             (None, true) => 2.0 * fields + 1.0,
             (None, false) => fields + 1.0,
         };
+        // Even and odd parts of the waves of a tyre that turns.
+        let turns = plan.decisions.tyre.turns();
+        let parts = if turns { 2.0 } else { 1.0 };
+        let times = parts * times;
         let poles = match &segments.cells {
             None => 0.5 * self.poles,
             Some(cells) => self.lateral_models(plan, cells.heard.len()),
@@ -164,16 +168,17 @@ impl Amounts {
         }
         let evaluations = times * wavenumbers(scene) * bins * layout.components() as f64;
         self.count(Counter::VibrationEvaluations, evaluations);
-        let held = point_bytes(&layout, wanted, vibration);
+        let held = point_bytes(&layout, wanted, vibration, turns);
         self.hold("forces and spectra of segments", VIBRATION_RESERVE * held);
         if let Some(CellSegments { power, .. }) = &segments.cells {
             let [waves, ..] = plan.expected_waves(self.expected.columns);
             let of_stages = (power.stages() * power.stages() * power.bins()) as f64;
-            self.add(Stage::Vibration, Unit::VibrationPole, 0.5 * self.poles * of_stages, Place::Before);
-            self.count(Counter::VibrationEvaluations, waves * of_stages);
+            self.add(Stage::Vibration, Unit::VibrationPole, parts * 0.5 * self.poles * of_stages, Place::Before);
+            self.count(Counter::VibrationEvaluations, parts * waves * of_stages);
             // One field's table after the other, unless places want them all.
-            let double = if at_places { fields } else { 1.0 } * VelocityTable::bytes(&layout);
-            let tables = fields * HeardVelocity::bytes(&layout) + double + HeardPower::bytes(power, waves);
+            let double = if at_places { fields } else { 1.0 } * VelocityTable::bytes(&layout, turns);
+            let of_power = HeardPower::bytes(power, waves, turns);
+            let tables = fields * HeardVelocity::bytes(&layout, turns) + double + of_power;
             self.hold("transfers of the cells' waves", tables);
             self.hold("forces and spectra of the power", VibrationAccumulator::bytes(power, 0));
         }

@@ -8,6 +8,16 @@
 //! times a transfer function with real coefficients, which has the poles of H_n: the same waves, seen along x. So only
 //! residues are fitted, over the model's poles that the band can feel, and a constant for the rest.
 //!
+//! Of a tyre that turns T_n has a part that is even in n, too: Coriolis forces twist it where it moves outwards. With
+//! real functions P and Q of s, n >= 0,
+//!
+//! ```text
+//! T_n = i (P_n + i Q_n),   T_-n = -i (P_n - i Q_n)
+//! ```
+//!
+//! so that T_n/i is to P and Q what H_n is to its even and odd part. P is 0 for n = 0 and n = N/2, Q is not; at rest Q
+//! is 0.
+//!
 //! Above the cut-off the tread is a half-space, whose surface moves sideways by (1 - 2 nu)/(2 mu k) at most: nearly
 //! nothing for rubber. What is left out is bounded by that times the weight that is left.
 //!
@@ -17,7 +27,7 @@
 use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
 
-use super::model::RationalModel;
+use super::model::{Modes, RationalModel};
 use crate::numeric::lanes::{dispatch, store};
 use crate::numeric::rational::vector_fitting::regularised_residues;
 use crate::numeric::rational::{RationalError, Samples};
@@ -43,19 +53,31 @@ const DEEP: f64 = 18.0;
 /// The same beside the shear waves: k over their wavenumber.
 const SLOW: f64 = 4.0;
 
-/// Residues of T_n/i over the poles of a model, n = 0..=N/2.
+/// Residues of T_n/i over the poles of a model, n = 0..=N/2: of a tyre that turns those of P_n and Q_n.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TangentialModel {
     /// By n, in the order of the model's poles \[m/(N s)\].
     pub residues: Vec<Vec<Complex64>>,
     /// By n \[m/N\].
     pub constants: Vec<f64>,
+    /// Of Q_n, likewise; empty at rest.
+    pub odd_residues: Vec<Vec<Complex64>>,
+    /// Of Q_n, likewise; empty at rest.
+    pub odd_constants: Vec<f64>,
     /// Largest error on fresh samples, relative to the largest |T_n| of all n.
     pub error: f64,
     /// Largest bound on what the sums leave out, likewise.
     pub omitted: f64,
     /// Evaluations of the compliance.
     pub evaluations: u64,
+}
+
+impl TangentialModel {
+    /// The motion's modes, from those of the normal motion of the same wavenumber n.
+    pub fn modes<'a>(&'a self, n: usize, normal: Modes<'a>) -> Modes<'a> {
+        let odd = self.odd_residues.get(n).map_or(&[][..], Vec::as_slice);
+        Modes { residues: &self.residues[n], odd, constant: self.constants[n], ..normal }
+    }
 }
 
 /// One wavenumber.

@@ -2,6 +2,7 @@
 
 mod resolved;
 mod time_domain;
+mod turning;
 
 use std::f64::consts::PI;
 use std::sync::OnceLock;

@@ -17,7 +17,7 @@ use tyrewave::run::Progress;
 use tyrewave::run::RunError;
 use tyrewave::scene::{Law, Scene, TimeRule, Tyre};
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
-use tyrewave::tyre::poles::RationalModel;
+use tyrewave::tyre::poles::{Direction, RationalModel};
 use tyrewave::tyre::views::{Causality, causality, element_mobility, impulse_responses, magnitudes, static_ratios};
 
 use super::context::Context;
@@ -152,22 +152,47 @@ impl View<'_> {
     /// |H_n| in dB; cells with a lightly damped pole have no value and are grey.
     fn map(&self) -> Result<String, PlotError> {
         let frequencies = frequencies();
-        let columns = self.elements() / 2 + 1;
-        let wavenumbers: Vec<usize> = (0..columns).collect();
-        let rows = magnitudes(self.model, Field::Surface, &wavenumbers, &frequencies).unwrap_or_default();
-        let mut values = Array2::from_shape_fn((FREQUENCIES, rows.len()), |(row, n)| decibel(rows[n][row]));
-        for n in 0..columns {
+        let half = self.elements() / 2;
+        let magnitudes = |direction| {
+            let wavenumbers: Vec<usize> = (0..=half).collect();
+            magnitudes(self.model, Field::Surface, direction, &wavenumbers, &frequencies).unwrap_or_default()
+        };
+        let forwards = magnitudes(Direction::Forwards);
+        // Waves against the rotation left of 0, where they differ.
+        let left = if self.model.turns() { half } else { 0 };
+        let backwards = if left > 0 { magnitudes(Direction::Backwards) } else { Vec::new() };
+        let of_column = |column: usize| match column.checked_sub(left) {
+            Some(n) => (Direction::Forwards, n),
+            None => (Direction::Backwards, left - column),
+        };
+        let value = |(row, column): (usize, usize)| match of_column(column) {
+            (Direction::Forwards, n) => decibel(forwards[n][row]),
+            (Direction::Backwards, n) => decibel(backwards[n][row]),
+        };
+        let columns = left + half + 1;
+        let mut values = Array2::from_shape_fn((FREQUENCIES, columns), value);
+        for column in 0..columns {
+            let (direction, n) = of_column(column);
             let Some(modes) = self.model.modes(n, Field::Surface) else { continue };
-            for pole in modes.poles.iter().filter(|pole| pole.im > 0.0 && -pole.re < 0.3 * pole.norm()) {
+            let rings = |&index: &usize| {
+                let pole = modes.poles[index];
+                -pole.re < 0.3 * pole.norm() && modes.belongs_to(direction, index)
+            };
+            for pole in (0..modes.pairs).filter(rings).map(|index| modes.poles[index]) {
                 let place = (pole.im / (2.0 * PI) / BAND.0).ln() / (BAND.1 / BAND.0).ln() * FREQUENCIES as f64;
                 if (0.0..FREQUENCIES as f64).contains(&place) {
-                    values[(place as usize, n)] = f64::NAN;
+                    values[(place as usize, column)] = f64::NAN;
                 }
             }
         }
+        let label = if left > 0 {
+            "Wavenumber n (waves round the tyre, positive: with the rotation)"
+        } else {
+            "Wavenumber n (waves round the tyre)"
+        };
         let map = HeatMap {
             title: &format!("Influence by wavenumber: {}", self.title),
-            x: Axis::linear("Wavenumber n (waves round the tyre)", -0.5..columns as f64 - 0.5),
+            x: Axis::linear(label, -0.5 - left as f64..half as f64 + 0.5),
             y: Axis::logarithmic("Frequency [Hz]", BAND.0..BAND.1),
             quantity: "|H_n| [dB re 1 m/N]; grey: fitted poles",
             values: values.view(),
@@ -180,11 +205,18 @@ impl View<'_> {
     fn over_time(&self) -> Result<String, PlotError> {
         let times: Vec<f64> = (0..TIMES.0).map(|k| (k as f64 + 0.5) * TIMES.1).collect();
         let half = self.elements() / 4;
-        let distances: Vec<usize> = (0..=half).collect();
-        let rows = impulse_responses(self.model, Field::Surface, &distances, &times).unwrap_or_default();
-        // The tyre is symmetric: the same to the left.
-        let values =
-            Array2::from_shape_fn((TIMES.0, 2 * half + 1), |(row, column)| 1e3 * rows[column.abs_diff(half)][row]);
+        let response =
+            |distances: &[usize]| impulse_responses(self.model, Field::Surface, distances, &times).unwrap_or_default();
+        let right = response(&(0..=half).collect::<Vec<_>>());
+        // Symmetric at rest: the same to the left.
+        let left = self.model.turns().then(|| {
+            response(&(0..=half).map(|distance| (self.elements() - distance) % self.elements()).collect::<Vec<_>>())
+        });
+        let value = |(row, column): (usize, usize)| {
+            let rows = left.as_ref().filter(|_| column < half).unwrap_or(&right);
+            1e3 * rows[column.abs_diff(half)][row]
+        };
+        let values = Array2::from_shape_fn((TIMES.0, 2 * half + 1), value);
         let dx = self.scene.tyre.circumference / self.elements() as f64;
         let map = HeatMap {
             title: &format!("Influence over distance and time: {}", self.title),

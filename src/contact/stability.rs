@@ -8,6 +8,10 @@
 //! turns of w round zero along that circle (argument principle), for two radii: refused and marginal. The circle is
 //! followed in steps that turn w by less than 0.8 rad.
 //!
+//! w is real at real zeta and conjugate at conjugate zeta, so that half a circle says it all. Of a tyre that turns the
+//! waves forwards and backwards are conjugate to each other there: on the lower half the one is what the other is on the
+//! upper, both have as many zeros, and these are found from the upper halves of both.
+//!
 //! An A-stable quadrature of a passive tyre has no such zero: it maps the disk into Re s > 0, where Re(s H) > 0. There
 //! delta(zeta) w_n(zeta), with the same delta for all wavenumbers, is positive real, which a compression to the
 //! elements of the patch keeps: the patch alone is stable, too. Runge-Kutta rules mix their stages and have this proof
@@ -73,7 +77,9 @@ impl Stability {
             let w = Transfer::new(modes, rule, time_step);
             // Just inside -1: the trapezoidal symbol is infinite there.
             let end = w.at(Complex64::new(-1.0 + 1e-9, 0.0)).norm().powf(1.0 / rule.stages() as f64);
-            Some((circles.each_ref().map(|circle| smallest_zero(&w, circle)), end / first, first))
+            let backwards = (!modes.odd.is_empty()).then(|| Transfer::of_sign(modes, -1.0, rule, time_step));
+            let zero = |circle| smallest_zero(&w, backwards.as_ref(), circle);
+            Some((circles.each_ref().map(zero), end / first, first))
         });
         let found: Vec<_> = found.into_iter().collect::<Option<_>>()?;
         let zero = |which: usize| {
@@ -125,21 +131,24 @@ impl WindingCircle {
     }
 }
 
-/// The zero of smallest modulus inside a circle, if the winding number says that there is one.
-fn smallest_zero(w: &Transfer<'_>, circle: &WindingCircle) -> Option<Complex64> {
+/// The zero of smallest modulus inside a circle, if the winding number says that there is one; of the waves forwards
+/// and, if they differ, `backwards`.
+fn smallest_zero(w: &Transfer<'_>, backwards: Option<&Transfer<'_>>, circle: &WindingCircle) -> Option<Complex64> {
     // Undecided is no zero: only what is sure is refused.
-    if half_turns(w, circle)? == 0 {
+    if zeros(w, backwards, circle)? == 0 {
         return None;
     }
     let radius = circle.radius;
     let mut best: Option<Complex64> = None;
-    for ring in 1..=6 {
-        for step in 0..=6 {
-            let start = Complex64::from_polar(radius * f64::from(ring) / 6.5, PI * f64::from(step) / 6.0);
-            if let Some(zero) = newton(w, start).filter(|zero| zero.norm() < radius)
-                && best.is_none_or(|best| zero.norm() < best.norm())
-            {
-                best = Some(zero);
+    for w in std::iter::once(w).chain(backwards) {
+        for ring in 1..=6 {
+            for step in 0..=6 {
+                let start = Complex64::from_polar(radius * f64::from(ring) / 6.5, PI * f64::from(step) / 6.0);
+                if let Some(zero) = newton(w, start).filter(|zero| zero.norm() < radius)
+                    && best.is_none_or(|best| zero.norm() < best.norm())
+                {
+                    best = Some(zero);
+                }
             }
         }
     }
@@ -147,11 +156,21 @@ fn smallest_zero(w: &Transfer<'_>, circle: &WindingCircle) -> Option<Complex64> 
     best.or(Some(Complex64::new(-radius, 0.0)))
 }
 
-/// Zeros inside a circle of radius r: half turns of w along its upper half, from the real w(r) to the real w(-r).
+/// Zeros inside a circle of radius r: half turns of w along its upper half, from the real w(r) to the real w(-r), or of
+/// the waves forwards and backwards together by whole turns.
+fn zeros(w: &Transfer<'_>, backwards: Option<&Transfer<'_>>, circle: &WindingCircle) -> Option<i64> {
+    let turned = upper_half(w, circle)?;
+    match backwards {
+        None => Some((turned / PI).round() as i64),
+        Some(backwards) => Some((0.5 * (turned + upper_half(backwards, circle)?) / PI).round() as i64),
+    }
+}
+
+/// By how much w turns along the upper half of a circle \[rad\].
 ///
 /// `None` where w is not finite or its argument changes on every scale: where w is smaller than its own rounding error,
 /// its argument says nothing.
-fn half_turns(w: &Transfer<'_>, circle: &WindingCircle) -> Option<i64> {
+fn upper_half(w: &Transfer<'_>, circle: &WindingCircle) -> Option<f64> {
     let on_circle = |angle: f64| Complex64::from_polar(circle.radius, angle);
     let mut known = circle.points.iter().map(|&(angle, rates)| (angle, w.with_rates(rates, on_circle(angle))));
     let (mut turned, mut last, mut halvings) = (0.0, known.next()?, MOST_HALVINGS);
@@ -159,7 +178,7 @@ fn half_turns(w: &Transfer<'_>, circle: &WindingCircle) -> Option<i64> {
         turned += turn(&|angle| w.at(on_circle(angle)), last, next, &mut halvings)?;
         last = next;
     }
-    Some((turned / PI).round() as i64)
+    Some(turned)
 }
 
 /// Intervals that may be halved on one circle.

@@ -21,6 +21,8 @@ pub trait ComplexField:
     fn like(self, value: f64) -> Self;
     /// self + factor z.
     fn plus_scaled(self, factor: f64, z: Self) -> Self;
+    /// i z.
+    fn times_i(self) -> Self;
     /// 1/z.
     fn reciprocal(self) -> Self;
     /// The square root with non-negative real part.
@@ -40,6 +42,11 @@ impl ComplexField for Complex64 {
     #[inline]
     fn plus_scaled(self, factor: f64, z: Self) -> Self {
         self + z * factor
+    }
+
+    #[inline]
+    fn times_i(self) -> Self {
+        Self::new(-self.im, self.re)
     }
 
     #[inline]

@@ -278,6 +278,11 @@ impl<S: Simd> ComplexField for Lanes<S> {
     }
 
     #[inline(always)]
+    fn times_i(self) -> Self {
+        Self { simd: self.simd, re: negated(self.simd, self.im), im: self.re }
+    }
+
+    #[inline(always)]
     fn reciprocal(self) -> Self {
         let simd = self.simd;
         let scale = simd.div_f64s(simd.splat_f64s(1.0), self.norm_squared());

@@ -207,7 +207,8 @@ impl Amounts {
         self.count(Counter::Poles, self.poles);
         let Expected { columns, .. } = self.expected;
         let (rule, steps) = (numerics.time_rule, plan.steps as f64);
-        let work = ModalHistory::expected(rule, numerics.elements, self.poles, columns as usize);
+        let turns = plan.decisions.tyre.turns();
+        let work = ModalHistory::expected(rule, numerics.elements, self.poles, columns as usize, turns);
         let stages = rule.nodes().len() as f64;
         self.add(Stage::Influence, Unit::Pole, self.poles * stages, Place::Before);
         self.add(Stage::History, Unit::PoleMultiplyAdd, steps * work.poles, Place::Behind);
@@ -278,9 +279,10 @@ impl Amounts {
             return;
         }
         let point = if smooth { Unit::SmoothPoint } else { Unit::RoughPoint };
+        let turns = plan.decisions.tyre.turns();
         let search = match plan.decisions.slice_coupling {
-            SliceCoupling::Explicit => ActiveSet::expected(points, columns, smooth),
-            _ => LocalSet::expected(points, columns, smooth),
+            SliceCoupling::Explicit => ActiveSet::expected(points, columns, smooth, turns),
+            _ => LocalSet::expected(points, columns, smooth, turns),
         };
         self.add(Stage::ActiveSet, point, solutions * search.points, Place::March);
         self.add(Stage::ActiveSet, Unit::SearchMultiplyAdd, solutions * search.multiply_adds, Place::March);

@@ -195,7 +195,7 @@ impl Amounts {
         self.fit_memory_per_thread = expected_fit::BYTES;
         // Waves of odd and of even number.
         self.fit_memory = 2.0 * wave_bytes(&scene.tyre, scene.numerics.influence_tolerance);
-        let recursion = expected_multiply_adds(rule, STEPS, waves as usize, poles);
+        let recursion = expected_multiply_adds(rule, STEPS, waves as usize, poles, plan.decisions.tyre.turns());
         self.add(Stage::History, Unit::PoleMultiplyAdd, steps * recursion, Place::Behind);
     }
 }

@@ -11,6 +11,9 @@
 //!    what moves, radially, round the tyre or across it, names the mode, and a pole that several entries share is
 //!    listed once.
 //!
+//! Of a tyre that turns the waves n and -n differ, and each is looked for: C(-n, m, s) is sampled on the upper half of
+//! the plane, too.
+//!
 //! A pole of step 2 that step 3 does not confirm, and that the samples feel, is reported as [`Modes::unconfirmed`].
 //!
 //! Cost: samples times waves evaluations of C for all tractions, and about 10 a mode.
@@ -25,6 +28,7 @@ use thiserror::Error;
 use super::influence::Waves;
 use super::influence::kernel::Kernel;
 use super::layers::compliance::Matrix3;
+use super::poles::Direction;
 use crate::numeric::in_parallel;
 use crate::numeric::rational::RationalError;
 use crate::numeric::rational::aaa::approximate;
@@ -83,6 +87,8 @@ impl Motion {
 pub struct Mode {
     /// Periods round the tyre.
     pub n: usize,
+    /// Direction, of a tyre that turns; `None` at rest and of n = 0, where both are the same.
+    pub direction: Option<Direction>,
     /// Lateral number.
     pub m: usize,
     /// How the tread's surface moves.
@@ -94,6 +100,12 @@ pub struct Mode {
 }
 
 impl Mode {
+    /// n of exp(i n theta' + s t), theta' rising with the elements, against the rotation: negative of a wave that runs
+    /// against it.
+    pub fn signed_n(&self) -> i64 {
+        signed(self.n, self.direction)
+    }
+
     /// Frequency |Im s|/2 pi \[Hz\].
     pub fn frequency(&self) -> f64 {
         frequency(self.pole)
@@ -116,7 +128,7 @@ fn damping(pole: Complex64) -> f64 {
 /// The modes of a tyre.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Modes {
-    /// By n, then m, then frequency.
+    /// By n, of a tyre that turns with the rotation first, then m, then frequency.
     pub confirmed: Vec<Mode>,
     /// Poles of an approximation, as (n, m, pole), that were not found again in C itself.
     pub unconfirmed: Vec<(usize, usize, Complex64)>,
@@ -144,8 +156,35 @@ pub struct ModesError {
 pub fn modes(tyre: &Tyre, largest_n: usize, lateral_count: usize, highest: f64) -> Result<Modes, ModesError> {
     let kernel = Kernel::new(tyre, BEYOND * TAU * highest, TOLERANCE);
     let lateral = Waves::new(tyre).lateral_numbers().take(lateral_count);
-    let waves: Vec<_> = (0..=largest_n).flat_map(|n| lateral.clone().map(move |m| (n, m))).collect();
-    modes_of(&waves, highest, |n, m, s| kernel.at(s).full(n as i64, m))
+    let turns = tyre.turns();
+    let directions = |n: usize| {
+        let both = if turns && n > 0 { Direction::BOTH.map(Some).to_vec() } else { vec![None] };
+        both.into_iter().map(move |direction| (n, direction))
+    };
+    let around = (0..=largest_n).flat_map(directions);
+    let waves: Vec<_> =
+        around.flat_map(|(n, direction)| lateral.clone().map(move |m| WaveOf { n, direction, m })).collect();
+    found(&waves, highest, |wave, s| kernel.at(s).full(wave.signed(), wave.m))
+}
+
+/// A wave, of one direction where these differ.
+#[derive(Clone, Copy)]
+struct WaveOf {
+    n: usize,
+    direction: Option<Direction>,
+    m: usize,
+}
+
+impl WaveOf {
+    /// n of exp(i n theta' + s t), theta' rising with the elements.
+    fn signed(self) -> i64 {
+        signed(self.n, self.direction)
+    }
+}
+
+/// n with the sign of a direction.
+fn signed(n: usize, direction: Option<Direction>) -> i64 {
+    if direction == Some(Direction::Backwards) { -(n as i64) } else { n as i64 }
 }
 
 /// Modes up to the frequency `highest` \[Hz\] of waves (n, m) with a compliance C(n, m, s): displacement per traction,
@@ -158,10 +197,19 @@ pub fn modes_of(
     highest: f64,
     compliance: impl Fn(usize, usize, Complex64) -> Matrix3 + Sync,
 ) -> Result<Modes, ModesError> {
+    let waves: Vec<_> = waves.iter().map(|&(n, m)| WaveOf { n, direction: None, m }).collect();
+    found(&waves, highest, |wave, s| compliance(wave.n, wave.m, s))
+}
+
+fn found(
+    waves: &[WaveOf],
+    highest: f64,
+    compliance: impl Fn(WaveOf, Complex64) -> Matrix3 + Sync,
+) -> Result<Modes, ModesError> {
     let line = Line::up_to(highest);
-    let of_wave = |&(n, m): &(usize, usize)| {
-        let wave = Wave { n, m, compliance: |s| compliance(n, m, s) };
-        wave.modes(&line).map_err(|source| ModesError { n, m, source })
+    let of_wave = |&of: &WaveOf| {
+        let wave = Wave { of, compliance: |s| compliance(of, s) };
+        wave.modes(&line).map_err(|source| ModesError { n: of.n, m: of.m, source })
     };
     let found = in_parallel::map(waves, of_wave);
     let mut all = Modes::default();
@@ -246,14 +294,13 @@ fn polished(f: impl Fn(Complex64) -> Complex64, start: Complex64) -> Option<Comp
 
 /// One wave.
 struct Wave<F> {
-    n: usize,
-    m: usize,
+    of: WaveOf,
     compliance: F,
 }
 
 impl<F: Fn(Complex64) -> Matrix3> Wave<F> {
     fn modes(&self, line: &Line) -> Result<Modes, RationalError> {
-        let Self { n, m, .. } = *self;
+        let WaveOf { n, m, .. } = self.of;
         let evaluations = Cell::new(0);
         let compliance = |s: Complex64| {
             evaluations.set(evaluations.get() + 1);
@@ -307,7 +354,8 @@ impl<F: Fn(Complex64) -> Matrix3> Wave<F> {
         } else {
             Motion::Lateral
         };
-        Mode { n: self.n, m: self.m, motion, pole, shares }
+        let WaveOf { n, direction, m } = self.of;
+        Mode { n, direction, m, motion, pole, shares }
     }
 }
 

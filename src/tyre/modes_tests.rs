@@ -3,6 +3,7 @@
 use super::*;
 use crate::scene::Law;
 use crate::test_models::plate_tyre;
+use crate::tyre::poles::turning_ring::Gyroscopic;
 
 fn diagonal(entries: [Complex64; 3]) -> Matrix3 {
     std::array::from_fn(|i| std::array::from_fn(|j| if i == j { entries[i] } else { Complex64::ZERO }))
@@ -46,6 +47,23 @@ fn poles_of_oscillators_are_found_with_frequency_damping_and_motion() {
         assert!((found.damping() - damping).abs() < 1e-11, "{found:?}");
         assert_eq!(found.motion, motion);
         assert!(found.shares.iter().any(|share| (share - 1.0).abs() < 1e-9), "{found:?}");
+    }
+}
+
+#[test]
+fn waves_of_a_turning_ring_are_found_with_their_direction() {
+    let ring = |n: i64, s: Complex64| {
+        let direction = if n < 0 { Direction::Backwards } else { Direction::Forwards };
+        Gyroscopic::new(1.0, 150.0, 0.03, 200.0).at(direction, s)
+    };
+    let wave = |direction| WaveOf { n: 2, direction, m: 1 };
+    let waves = Direction::BOTH.map(|direction| wave(Some(direction)));
+    let modes = found(&waves, 500.0, |wave, s| diagonal([ring(wave.signed(), s); 3])).unwrap();
+    for (direction, signed) in [(Direction::Forwards, 2), (Direction::Backwards, -2)] {
+        let of: Vec<_> = modes.confirmed.iter().filter(|mode| mode.direction == Some(direction)).collect();
+        let exact = Gyroscopic::new(1.0, 150.0, 0.03, 200.0).pole(direction);
+        assert!(of.iter().all(|mode| mode.signed_n() == signed && same(mode.pole, exact, 1e-12)), "{of:?}");
+        assert_eq!(of.len(), 3);
     }
 }
 

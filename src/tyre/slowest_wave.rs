@@ -5,6 +5,9 @@
 //! wave's resonance on, where V is the speed of the free wave. Above the slowest one waves stand behind the patch, the
 //! mean force no longer grows with the indentation for sure, and the motion may grow without bound.
 //!
+//! A tyre that turns does so at the speed V that is looked at, and a pattern that stands beside the axle has s = i n Om:
+//! of its two waves of n periods the one that runs against the rotation, with elements counted against it.
+//!
 //! Waves shorter than 2 pi times the layers' thickness are left out: those are of the tread alone, whose own shear
 //! waves are as slow, but die out within a wavelength. (Default tyre at 250 km/h with the tension that its rolling
 //! adds: Re C_zz < 0 from n = 57 on, and a run that is steady.)
@@ -39,11 +42,16 @@ pub fn slowest_wave_below(tyre: &Tyre, speed: f64) -> Option<SlowestWave> {
     let highest = (HIGHEST * tyre.radius() / tyre.thickness()).clamp(1.0, 1000.0) as usize;
     let waves: Vec<usize> = (1..=highest).collect();
     let m = Waves::new(tyre).first_lateral_number();
-    let kernel = Kernel::new(tyre, highest as f64 * speed / tyre.radius(), TOLERANCE);
+    let kernel = |tyre: &Tyre| Kernel::new(tyre, highest as f64 * speed / tyre.radius(), TOLERANCE);
+    let still = (!tyre.turns()).then(|| kernel(tyre));
     let outrun = |speed: f64| {
+        let rate = speed / tyre.radius();
+        let direction = if tyre.angular_velocity < 0.0 { -1 } else { 1 };
+        let turning = || kernel(&Tyre { angular_velocity: rate.copysign(tyre.angular_velocity), ..tyre.clone() });
+        let kernel = still.clone().unwrap_or_else(turning);
         let compliance = |&n: &usize| {
-            let s = Complex64::new(0.0, n as f64 * speed / tyre.radius());
-            kernel.at(s).full(n as i64, m)[2][2].re
+            let s = Complex64::new(0.0, n as f64 * rate);
+            kernel.at(s).full(direction * n as i64, m)[2][2].re
         };
         in_parallel::map(&waves, compliance).iter().position(|&compliance| compliance < 0.0).map(|index| waves[index])
     };

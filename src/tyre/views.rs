@@ -3,7 +3,7 @@
 //!
 //! - [`magnitudes`]: |H_n(i w)| with the poles at hand in [`RationalModel::modes`];
 //! - [`impulse_responses`]: g_j(t) = sum over n = -N/2 ... N/2 - 1 of exp(2 pi i n j/N) sum_r R_r exp(lambda_r t):
-//!   exact for the model, no transform, nothing wraps round;
+//!   exact for the model, no transform, nothing wraps round. Of a tyre that turns cosines of E_n, less sines of O_n;
 //! - [`causality`]: convolution weights at negative lags from the exact sums, causal law or not, by the circle method;
 //! - [`static_ratios`]: G_j/G_0 at rest, and for a half-space of the tread's material (Boussinesq, mean over
 //!   rectangles).
@@ -15,21 +15,23 @@ use realfft::RealFftPlanner;
 
 use super::influence::convolution_quadrature::Contour;
 use super::influence::{Field, InfluenceSum};
-use super::poles::RationalModel;
+use super::poles::{Direction, RationalModel};
 use crate::numeric::in_parallel;
 use crate::scene::TimeRule;
 
-/// |H_n(2 pi i f)| \[m/N\]: one row for each wavenumber, one column for each frequency \[Hz\]. `None` for a field that
-/// the model does not have.
+/// |H_n(2 pi i f)| \[m/N\], of a tyre that turns for the waves of one direction: one row for each wavenumber, one column
+/// for each frequency \[Hz\]. `None` for a field that the model does not have.
 pub fn magnitudes(
     model: &RationalModel,
     field: Field,
+    direction: Direction,
     wavenumbers: &[usize],
     frequencies: &[f64],
 ) -> Option<Vec<Vec<f64>>> {
     let row = |&n: &usize| {
         let modes = model.modes(n.min(model.largest_wavenumber()), field)?;
-        Some(frequencies.iter().map(|&f| modes.evaluate(Complex64::new(0.0, 2.0 * PI * f)).norm()).collect())
+        let at = |&f: &f64| modes.evaluate_wave(direction, Complex64::new(0.0, 2.0 * PI * f)).norm();
+        Some(frequencies.iter().map(at).collect())
     };
     in_parallel::map(wavenumbers, row).into_iter().collect()
 }
@@ -45,14 +47,23 @@ fn multiplicity(n: usize, elements: usize) -> f64 {
     if n == 0 || 2 * n == elements { 1.0 } else { 2.0 }
 }
 
-/// Returns the share of the waves +-n at a distance \[elements\].
-fn weight(n: usize, distance: usize, elements: usize) -> f64 {
-    let phase = 2.0 * PI * ((n * distance) % elements) as f64 / elements as f64;
-    multiplicity(n, elements) * phase.cos()
+/// Phase of the wave n at a distance \[elements\].
+fn phase(n: usize, distance: usize, elements: usize) -> f64 {
+    2.0 * PI * ((n * distance) % elements) as f64 / elements as f64
 }
 
-/// g_j(t) \[m/(N s)\] of a unit force impulse: one row for each distance j \[elements\], one column for each time t >=
-/// 0 \[s\]. A constant of the model (an impulse at t = 0) is left out.
+/// Returns the share of the waves +-n at a distance \[elements\].
+fn weight(n: usize, distance: usize, elements: usize) -> f64 {
+    multiplicity(n, elements) * phase(n, distance, elements).cos()
+}
+
+/// The same of their odd parts.
+fn odd_weight(n: usize, distance: usize, elements: usize) -> f64 {
+    -multiplicity(n, elements) * phase(n, distance, elements).sin()
+}
+
+/// g_j(t) \[m/(N s)\] of a unit force impulse: one row for each distance j \[elements\], N - j towards smaller elements,
+/// one column for each time t >= 0 \[s\]. A constant of the model (an impulse at t = 0) is left out.
 pub fn impulse_responses(
     model: &RationalModel,
     field: Field,
@@ -61,18 +72,26 @@ pub fn impulse_responses(
 ) -> Option<Vec<Vec<f64>>> {
     let modal = in_parallel::made(model.largest_wavenumber() + 1, |n| {
         let modes = model.modes(n, field)?;
-        let at = |&t: &f64| {
-            let terms = modes.poles.iter().zip(modes.residues).enumerate();
-            terms.map(|(index, (&pole, &residue))| (residue * (pole * t).exp()).re * modes.multiplicity(index)).sum()
+        let over_time = |residues: &[Complex64]| -> Vec<f64> {
+            let at = |&t: &f64| {
+                let terms = modes.poles.iter().zip(residues).enumerate();
+                terms
+                    .map(|(index, (&pole, &residue))| (residue * (pole * t).exp()).re * modes.multiplicity(index))
+                    .sum()
+            };
+            times.iter().map(at).collect()
         };
-        Some(times.iter().map(at).collect())
+        let odd = if modes.odd.is_empty() { Vec::new() } else { over_time(modes.odd) };
+        Some([over_time(modes.residues), odd])
     });
-    let modal: Vec<Vec<f64>> = modal.into_iter().collect::<Option<_>>()?;
+    let modal: Vec<[Vec<f64>; 2]> = modal.into_iter().collect::<Option<_>>()?;
     let row = |&distance: &usize| {
         let mut row = vec![0.0; times.len()];
-        for (n, modal) in modal.iter().enumerate() {
-            let weight = weight(n, distance, model.elements);
-            row.iter_mut().zip(modal).for_each(|(sum, value)| *sum += weight * value);
+        for (n, parts) in modal.iter().enumerate() {
+            for (modal, weight) in parts.iter().zip([weight, odd_weight]) {
+                let weight = weight(n, distance, model.elements);
+                row.iter_mut().zip(modal).for_each(|(sum, value)| *sum += weight * value);
+            }
         }
         row
     };
@@ -86,7 +105,7 @@ pub struct Causality {
     pub precursor: f64,
     /// Share of sum w_p^2 that lies before t = 0.
     pub energy_before: f64,
-    /// For n = 0..=N/2: square root of that share for H_n alone. A function whose Laurent coefficients of negative
+    /// For n = 0..=N/2: square root of that share for H_n alone, with H_-n where that differs. A function whose Laurent coefficients of negative
     /// index vanish has an imaginary part that is the Hilbert transform of its real part on the contour: this is the
     /// Kramers-Kronig residual there.
     pub kramers_kronig: Vec<f64>,
@@ -105,34 +124,38 @@ pub fn causality(sum: &InfluenceSum, rule: TimeRule, time_step: f64, lags: usize
     let rows = in_parallel::made(elements / 2 + 1, |n| {
         let mut faces = Vec::with_capacity(at.len());
         sum.faces(n, &at, Field::Surface, &mut faces);
-        let mut spectrum: Vec<Complex64> = faces.iter().map(|face| face.driven).collect();
-        spectrum[0].im = 0.0;
-        spectrum[length / 2].im = 0.0;
-        let mut signal = inverse.make_output_vec();
-        // Lengths match by construction.
-        let _ = inverse.process(&mut spectrum, &mut signal);
-        for (place, value) in signal.iter_mut().enumerate() {
-            let lag = if place < length / 2 { place as f64 } else { place as f64 - length as f64 };
-            *value *= contour.circle.radius.powf(-lag) / length as f64;
-        }
-        // Negative lags first.
-        signal.rotate_right(length / 2);
-        signal
+        let signal = |mut spectrum: Vec<Complex64>| {
+            spectrum[0].im = 0.0;
+            spectrum[length / 2].im = 0.0;
+            let mut signal = inverse.make_output_vec();
+            // Lengths match by construction.
+            let _ = inverse.process(&mut spectrum, &mut signal);
+            for (place, value) in signal.iter_mut().enumerate() {
+                let lag = if place < length / 2 { place as f64 } else { place as f64 - length as f64 };
+                *value *= contour.circle.radius.powf(-lag) / length as f64;
+            }
+            // Negative lags first.
+            signal.rotate_right(length / 2);
+            signal
+        };
+        let odd = if sum.turns() { signal(faces.iter().map(|face| face.odd[0]).collect()) } else { Vec::new() };
+        [signal(faces.iter().map(|face| face.driven).collect()), odd]
     });
-    let share = |weights: &[f64]| {
-        let square = |part: &[f64]| part.iter().map(|w| w * w).sum::<f64>();
-        square(&weights[..length / 2]) / square(weights).max(f64::MIN_POSITIVE)
-    };
+    let square = |part: &[f64]| part.iter().map(|w| w * w).sum::<f64>();
+    let before = |weights: &[f64]| square(&weights[..weights.len() / 2]);
+    // Squares of E and O add up to the mean of H_n's and H_-n's.
+    let shared =
+        |[even, odd]: [&[f64]; 2]| (before(even) + before(odd)) / (square(even) + square(odd)).max(f64::MIN_POSITIVE);
     let mut total = vec![0.0; length];
-    for (n, row) in rows.iter().enumerate() {
+    for (n, [row, _]) in rows.iter().enumerate() {
         let weight = multiplicity(n, elements);
         total.iter_mut().zip(row).for_each(|(sum, value)| *sum += weight * value);
     }
     let largest = |part: &[f64]| part.iter().fold(0.0_f64, |a, w| a.max(w.abs()));
     Causality {
         precursor: largest(&total[..length / 2]) / largest(&total),
-        energy_before: share(&total),
-        kramers_kronig: rows.iter().map(|row| share(row).sqrt()).collect(),
+        energy_before: shared([&total, &[]]),
+        kramers_kronig: rows.iter().map(|[even, odd]| shared([even, odd]).sqrt()).collect(),
     }
 }
 
@@ -184,7 +207,7 @@ mod tests {
     use crate::scene::Law;
     use crate::test_models::tyre;
     use crate::tyre::influence::{Projection, Truncation};
-    use crate::tyre::poles::{FitOptions, fit};
+    use crate::tyre::poles::{FitOptions, fit, turning_ring};
 
     #[test]
     fn causal_laws_answer_after_the_force_and_the_textbook_law_before_it() {
@@ -239,6 +262,43 @@ mod tests {
         let peak = g[0].iter().fold(0.0_f64, |a, &b| a.max(b.abs()));
         assert!(g[0].last().unwrap().abs() < 1e-3 * peak);
         assert!(impulse_responses(&model, Field::UnderTread, &[0], &times[..2]).is_none());
+    }
+
+    #[test]
+    fn a_turning_ring_answers_differently_on_either_side() {
+        let (elements, turning) = (16, -70.0);
+        let model = turning_ring::model(elements, turning);
+        let times = [1e-4, 3e-3, 2e-2];
+        let distances = [0, 1, 5, 8, 11, 15];
+        let found = impulse_responses(&model, Field::Surface, &distances, &times).unwrap();
+        let mut least = f64::INFINITY;
+        for (row, j) in found.iter().zip(distances) {
+            for (value, t) in row.iter().zip(times) {
+                // All waves n = -8..8 one by one: n > 0 has the pole of its own direction, and the other one's conjugate.
+                let of = |n: i64| {
+                    let mode = turning_ring::mode(elements, n.unsigned_abs() as usize, turning);
+                    let ring = |direction| mode.residue(direction) * (mode.pole(direction) * t).exp();
+                    let h = ring(Direction::Forwards) + ring(Direction::Backwards).conj();
+                    let h = if n < 0 { h.conj() } else { h };
+                    h * Complex64::cis(2.0 * PI * (n * j as i64) as f64 / elements as f64)
+                };
+                let exact: Complex64 = (-8..8).map(of).sum();
+                assert!(exact.im.abs() < 1e-12 * exact.norm().max(1e-3), "{j} {t}");
+                assert!((value - exact.re).abs() < 1e-10, "{j} {t}: {value} {exact}");
+            }
+            let mirrored = found[distances.iter().position(|other| (other + j) % elements == 0).unwrap()][1];
+            if j % 8 > 0 {
+                least = least.min((row[1] / mirrored - 1.0).abs());
+            }
+        }
+        assert!(least > 1e-2, "{least}");
+        let at = |direction| magnitudes(&model, Field::Surface, direction, &[3], &[95.0]).unwrap()[0][0];
+        let exact = |direction| {
+            turning_ring::mode(elements, 3, turning).at(direction, Complex64::new(0.0, 2.0 * PI * 95.0)).norm()
+        };
+        for direction in Direction::BOTH {
+            assert!((at(direction) / exact(direction) - 1.0).abs() < 1e-12, "{direction:?}");
+        }
     }
 
     #[test]

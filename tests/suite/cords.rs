@@ -13,6 +13,7 @@ use tyrewave::test_models::reference;
 use tyrewave::tyre::layers::compliance::{Matrix3, Stack};
 use tyrewave::tyre::layers::curved::{CurvedStack, FINE_STEP, STEP};
 use tyrewave::tyre::layers::cylinder::Cylinder;
+use tyrewave::tyre::layers::rotation::Rotation;
 use tyrewave::tyre::layers::{cases, material};
 
 use crate::common::rubber;
@@ -54,6 +55,7 @@ fn cord_tyre() -> CurvedStack {
         pressure: 1.46e5,
         sidewall_mass: 0.5,
         cavity: Some(Cavity { radius: 0.235, depth: 0.0825, density: 3.84, sound_speed: 343.0, relaxation: 1.4e-5 }),
+        rotation: Rotation::default(),
     }
 }
 
@@ -144,7 +146,7 @@ fn unknown_fields_of_a_tyre_are_refused_and_resolved_is_not_read() {
     assert!(cases::evaluate(&tyre(json!({}))).is_ok());
     let whole =
         |layer: Value| cases::evaluate(&tyre(json!({ "layers": [layer] }))).err().map(|error| error.to_string());
-    for (more, word) in [(json!({ "breadth": 1.0 }), "breadth"), (json!({ "speed": 20.0 }), "speed")] {
+    for (more, word) in [(json!({ "breadth": 1.0 }), "breadth"), (json!({ "speed": -20.0 }), "speed")] {
         let found = cases::evaluate(&tyre(more)).unwrap_err().to_string();
         assert!(found.contains(word), "{found}");
     }

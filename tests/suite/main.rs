@@ -45,6 +45,7 @@ mod readme;
 mod report;
 mod resume;
 mod rollout;
+mod rotation_layers;
 mod slice_coupling;
 mod slice_laws;
 mod smooth;

@@ -7,7 +7,7 @@ use pulp::{Arch, Simd, WithSimd};
 use crate::counters::Work;
 use crate::numeric::lanes::dispatch;
 use crate::time_rule::TimeRule;
-use crate::time_rule::recursion::{MOST_STAGES, Poles, Recursion, State, StepMaps, WithRecursion};
+use crate::time_rule::recursion::{MOST_STAGES, Number, Poles, Recursion, State, StepMaps, WithRecursion};
 use crate::tyre::poles::Modes;
 
 /// Wavenumbers of a group.
@@ -15,6 +15,9 @@ pub(crate) const GROUP: usize = 8;
 
 /// Part of what the slowest pole has left of a force below which the others may keep it.
 const FORGOTTEN: f64 = 1e-9;
+
+/// Part of an odd residue as which a smaller even one counts: far below a rounding of what both displace.
+const LEAST_EVEN: f64 = 1e-30;
 
 /// Poles that a pass foretells together: u_old is read and written that much less often.
 const TOGETHER: usize = 2;
@@ -25,6 +28,8 @@ const TOGETHER: usize = 2;
 struct PoleRows<const PARTS: usize> {
     /// Pole by pole: g, then w, part by part, times [`GROUP`] numbers.
     coefficients: Vec<f64>,
+    /// Pole by pole: q, ratio of the odd residue to the even one, part by part, times [`GROUP`] numbers; empty at rest.
+    odd: Vec<f64>,
     /// Pole by pole: b of the last step, with a rule that looks back that of the one before too, under the real part of
     /// the force, then the same under its imaginary part, part by part, times [`GROUP`] numbers.
     states: Vec<f64>,
@@ -43,20 +48,24 @@ impl<const PARTS: usize> PoleRows<PARTS> {
         if looks_back { 4 * PARTS } else { 2 * PARTS }
     }
 
-    /// From each wavenumber's g and w, at rest.
-    fn new(wavenumbers: &[Vec<[Complex64; 2]>], looks_back: bool) -> Self {
+    /// From each wavenumber's g, w and q, without motion; of a tyre that `turns`, or at rest.
+    fn new(wavenumbers: &[Vec<[Complex64; 3]>], looks_back: bool, turns: bool) -> Self {
         let poles = wavenumbers.iter().map(Vec::len).max().unwrap_or(0).next_multiple_of(TOGETHER);
         let mut coefficients = vec![0.0; poles * Self::FIXED * GROUP];
+        let mut odd = vec![0.0; if turns { poles * PARTS * GROUP } else { 0 }];
+        let parts = |number: Complex64| [number.re, number.im].into_iter().take(PARTS);
         for (lane, own) in wavenumbers.iter().enumerate() {
-            for (index, pole) in own.iter().enumerate() {
-                let parts = pole.iter().flat_map(|number| [number.re, number.im].into_iter().take(PARTS));
-                for (slot, value) in parts.enumerate() {
+            for (index, &[g, w, q]) in own.iter().enumerate() {
+                for (slot, value) in parts(g).chain(parts(w)).enumerate() {
                     coefficients[(index * Self::FIXED + slot) * GROUP + lane] = value;
+                }
+                for (slot, value) in parts(q).enumerate().take(odd.len()) {
+                    odd[(index * PARTS + slot) * GROUP + lane] = value;
                 }
             }
         }
         let states = vec![0.0; poles * Self::evolving(looks_back) * GROUP];
-        Self { coefficients, states, left: Vec::new(), forgets: vec![false; poles] }
+        Self { coefficients, odd, states, left: Vec::new(), forgets: vec![false; poles] }
     }
 
     /// Returns the rest of a unit force at each instant of a step so many steps later.
@@ -88,9 +97,12 @@ impl<const PARTS: usize> PoleRows<PARTS> {
             }
         }
         let largest = |values: &[f64]| values.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
-        let scale = FORGOTTEN * largest(&self.left);
+        // What a pole displaces by its odd part may be more.
+        let mut ratios = self.odd.chunks_exact(PARTS * GROUP).map(|ratios| largest(ratios).max(1.0));
         let of_poles = self.left.chunks_exact(of_pole * S::F64_LANES);
-        self.forgets = of_poles.map(|left| largest(left) > scale).collect();
+        let sizes: Vec<f64> = of_poles.map(|left| largest(left) * ratios.next().unwrap_or(1.0)).collect();
+        let scale = FORGOTTEN * largest(&sizes);
+        self.forgets = sizes.iter().map(|size| *size > scale).collect();
     }
 
     /// A vector of poles.
@@ -106,31 +118,49 @@ impl<const PARTS: usize> PoleRows<PARTS> {
     }
 
     /// Multiply-adds of a pass over so many steps: two real systems, R at every step taken in and at every one
-    /// foretold, W and A at their stages, and the products of passing over a block.
+    /// foretold, W and A at their stages, A of an odd part too, and the products of passing over a block.
     fn multiply_adds(&self, steps: usize, stages: usize, skip: usize) -> usize {
-        self.coefficients.len() / Self::FIXED * Self::multiply_adds_of_one(steps, stages, skip)
+        self.coefficients.len() / Self::FIXED * Self::multiply_adds_of_one(steps, stages, skip, !self.odd.is_empty())
     }
 
     /// The same of one pole, a pair counted as one.
-    const fn multiply_adds_of_one(steps: usize, stages: usize, skip: usize) -> usize {
-        let of_step = 2 * (2 * PARTS * PARTS + PARTS * (2 * stages - 1));
+    const fn multiply_adds_of_one(steps: usize, stages: usize, skip: usize, turns: bool) -> usize {
+        let odd = if turns { PARTS * stages } else { 0 };
+        let of_step = 2 * (2 * PARTS * PARTS + PARTS * (2 * stages - 1) + odd);
         steps * of_step + skip * PARTS * PARTS
     }
 
     /// Bytes of a pass: coefficients read, states read and written.
     fn bytes(&self) -> usize {
-        size_of_val(self.coefficients.as_slice()) + 2 * size_of_val(self.states.as_slice())
+        let read = size_of_val(self.coefficients.as_slice()) + size_of_val(self.odd.as_slice());
+        read + 2 * size_of_val(self.states.as_slice())
+    }
+
+    /// q of a vector of poles.
+    #[inline(always)]
+    fn ratios<S: Simd>(odd: &[S::f64s], vector: usize) -> Number<S, PARTS> {
+        std::array::from_fn(|part| odd[part * (GROUP / S::F64_LANES) + vector])
     }
 }
 
 /// Multiply-adds for each step that so many poles, conjugates counted, are expected to take in blocks of so many steps:
 /// as if all were pairs. Real ones take less, and those that fill up a group take as much more (within 5 % of what runs
-/// count).
-pub fn expected_multiply_adds(rule: TimeRule, steps: usize, wavenumbers: usize, poles: f64) -> f64 {
+/// count). Of a tyre that `turns` odd parts come on top.
+pub fn expected_multiply_adds(rule: TimeRule, steps: usize, wavenumbers: usize, poles: f64, turns: bool) -> f64 {
     let (skip, stages) = (rule.products_of_skip(steps), rule.stages());
-    let pair = PoleRows::<2>::multiply_adds_of_one(steps, stages, skip);
+    let pair = PoleRows::<2>::multiply_adds_of_one(steps, stages, skip, turns);
     let padded = wavenumbers.next_multiple_of(GROUP) as f64 / wavenumbers as f64;
     0.5 * poles * padded * pair as f64 / steps as f64
+}
+
+/// The residue that a state carries, and q, which makes the odd one of it.
+fn carried(even: Complex64, odd: Complex64) -> [Complex64; 2] {
+    if odd == Complex64::ZERO {
+        return [even, odd];
+    }
+    let least = LEAST_EVEN * odd.norm();
+    let even = if even.norm() < least { least.into() } else { even };
+    [even, odd / even]
 }
 
 /// [`GROUP`] neighbouring wavenumbers.
@@ -167,12 +197,14 @@ impl WavenumberGroup {
         instants: usize,
         ahead: usize,
     ) -> Self {
-        let (mut pairs, mut reals, mut count) = (Vec::new(), Vec::new(), 0);
+        let (mut pairs, mut reals, mut count, mut turns) = (Vec::new(), Vec::new(), 0, false);
         for modes in modes {
             count += 1;
+            turns |= !modes.odd.is_empty();
             let mut poles = modes.poles.iter().zip(modes.residues).enumerate().map(|(index, (&pole, &residue))| {
+                let [residue, q] = carried(residue, modes.odd.get(index).copied().unwrap_or_default());
                 let (g, w) = rule.coefficients(pole, modes.multiplicity(index) * residue, time_step);
-                [g, w]
+                [g, w, q]
             });
             pairs.push(poles.by_ref().take(modes.pairs).collect());
             reals.push(poles.collect());
@@ -183,8 +215,8 @@ impl WavenumberGroup {
             first,
             count,
             skipped,
-            pairs: PoleRows::new(&pairs, looks_back),
-            reals: PoleRows::new(&reals, looks_back),
+            pairs: PoleRows::new(&pairs, looks_back, turns),
+            reals: PoleRows::new(&reals, looks_back, turns),
             stages: rule.stages(),
             skip: rule.products_of_skip(skipped),
             forces: vec![0.0; instants * 2 * GROUP],
@@ -292,13 +324,19 @@ impl<R: Recursion> WithSimd for Pass<'_, R> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { group, recursion } = self;
+        let turns = !(group.pairs.odd.is_empty() && group.reals.odd.is_empty());
         let (forces, _) = S::as_simd_f64s(&group.forces);
         let (old_forces, _) = S::as_simd_f64s(&group.old_forces);
         let (displacement, _) = S::as_mut_simd_f64s(&mut group.displacement);
         displacement.fill(simd.splat_f64s(0.0));
         let mut block = Block { simd, recursion, forces, old_forces, displacement, skipped: group.skipped };
-        block.pass(&mut group.pairs);
-        block.pass(&mut group.reals);
+        if turns {
+            block.pass::<2, true>(&mut group.pairs);
+            block.pass::<1, true>(&mut group.reals);
+        } else {
+            block.pass::<2, false>(&mut group.pairs);
+            block.pass::<1, false>(&mut group.reals);
+        }
     }
 }
 
@@ -317,10 +355,12 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
     const VECTORS: usize = GROUP / S::F64_LANES;
 
     #[inline(always)]
-    fn pass<const PARTS: usize>(&mut self, rows: &mut PoleRows<PARTS>) {
+    fn pass<const PARTS: usize, const TURNS: bool>(&mut self, rows: &mut PoleRows<PARTS>) {
         let fixed = PoleRows::<PARTS>::FIXED * Self::VECTORS;
         let evolving = PoleRows::<PARTS>::evolving(R::LOOKS_BACK) * Self::VECTORS;
         let (coefficients, _) = S::as_simd_f64s(&rows.coefficients);
+        let (odd, _) = S::as_simd_f64s(&rows.odd);
+        let of_odd = PARTS * Self::VECTORS;
         let (states, _) = S::as_mut_simd_f64s(&mut rows.states);
         let (left, _) = S::as_simd_f64s(&rows.left);
         let of_left = left.len() / rows.forgets.len().max(1);
@@ -333,7 +373,14 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
             for vector in 0..Self::VECTORS {
                 let one = self.take_in::<PARTS>(vector, one, one_states, left);
                 let other = self.take_in::<PARTS>(vector, other, other_states, other_left);
-                self.foretell(vector, one, other);
+                if TURNS {
+                    let ratios = [0, 1].map(|pole| {
+                        PoleRows::<PARTS>::ratios::<S>(&odd[(TOGETHER * number + pole) * of_odd..][..of_odd], vector)
+                    });
+                    self.foretell_both(vector, [one, other], ratios);
+                } else {
+                    self.foretell(vector, one, other);
+                }
             }
         }
     }
@@ -432,9 +479,46 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
             }
         }
     }
+
+    /// The same with odd parts: what they displace goes from one system to the other.
+    #[inline(always)]
+    fn foretell_both<const PARTS: usize>(
+        &mut self,
+        vector: usize,
+        mut poles: [Driven<S, PARTS>; TOGETHER],
+        ratios: [Number<S, PARTS>; TOGETHER],
+    ) {
+        let (simd, vectors) = (self.simd, Self::VECTORS);
+        let of_step = 2 * vectors * R::STAGES;
+        let mut odd = [[ratios[0]; MOST_STAGES]; TOGETHER];
+        for pole in 0..TOGETHER {
+            let Driven { maps, re, im } = &mut poles[pole];
+            R::skip(simd, maps, [re, im], self.skipped);
+            odd[pole] = R::odd_outputs(simd, maps, ratios[pole]);
+        }
+        for step in self.displacement.chunks_exact_mut(of_step) {
+            let mut both = [[[simd.splat_f64s(0.0); MOST_STAGES]; 2]; 2 * TOGETHER];
+            for pole in 0..TOGETHER {
+                let Driven { maps, re, im } = &mut poles[pole];
+                both[2 * pole] = R::foretell_both(simd, maps, &odd[pole], re);
+                both[2 * pole + 1] = R::foretell_both(simd, maps, &odd[pole], im);
+            }
+            for stage in 0..R::STAGES {
+                let [[re, from_re], [im, from_im], [other_re, other_from_re], [other_im, other_from_im]] =
+                    both.map(|parts| parts.map(|instants| instants[stage]));
+                let out = &mut step[2 * stage * vectors + vector];
+                let odd = simd.add_f64s(from_im, other_from_im);
+                *out = simd.add_f64s(*out, simd.sub_f64s(simd.add_f64s(re, other_re), odd));
+                let out = &mut step[(2 * stage + 1) * vectors + vector];
+                let odd = simd.add_f64s(from_re, other_from_re);
+                *out = simd.add_f64s(*out, simd.add_f64s(simd.add_f64s(im, other_im), odd));
+            }
+        }
+    }
 }
 
 /// A pole and its two real systems, all forces so far taken in.
+#[derive(Clone, Copy)]
 struct Driven<S: Simd, const PARTS: usize> {
     maps: StepMaps<S, PARTS>,
     re: State<S, PARTS>,

@@ -10,13 +10,16 @@
 //!    = 0 on as an even one.
 //! 2. Of each branch that part is shown in which the peak is at least [`LEAST_PEAK`] of the largest of all waves.
 //!
+//! Of a tyre that turns waves with the rotation and against it differ: each direction has branches of its own, of the
+//! poles that have a residue in it (see [`Modes::residue`](crate::tyre::poles::Modes::residue)).
+//!
 //! They are the tyre's own. With a time rule that slows waves down, as `bdf2` does by (w dt)^2/3, the ridges of a run's
 //! map lie lower by so much.
 
 use std::f64::consts::PI;
 
 use crate::tyre::influence::Field;
-use crate::tyre::poles::RationalModel;
+use crate::tyre::poles::{Direction, RationalModel};
 
 /// Largest part of critical damping of a wave that is shown.
 pub const MOST_DAMPING: f64 = 0.15;
@@ -35,6 +38,8 @@ const SHORTEST: usize = 8;
 /// A branch: integer wavenumbers n >= 0, rising by 1, and their frequencies in the material frame \[Hz\].
 #[derive(Clone, Debug, PartialEq)]
 pub struct DispersionBranch {
+    /// Direction, of a tyre that turns; `None`: at rest both are the same.
+    pub direction: Option<Direction>,
     /// First n.
     pub first: usize,
     /// Frequency at n = first... \[Hz\].
@@ -71,14 +76,14 @@ impl Followed {
     }
 
     /// The longest part with peaks of at least `least` and frequencies below `highest`.
-    fn shown(&self, least: f64, highest: f64) -> Option<DispersionBranch> {
+    fn shown(&self, direction: Option<Direction>, least: f64, highest: f64) -> Option<DispersionBranch> {
         let taken = |wave: &Wave| wave.peak >= least && wave.frequency < highest;
         let mut first = self.first;
         let mut parts = Vec::new();
         for part in self.waves.chunk_by(|a, b| taken(a) == taken(b)) {
             if part.len() >= SHORTEST && taken(&part[0]) {
                 let frequencies = part.iter().map(|wave| wave.frequency).collect();
-                parts.push(DispersionBranch { first, frequencies });
+                parts.push(DispersionBranch { direction, first, frequencies });
             }
             first += part.len();
         }
@@ -86,12 +91,28 @@ impl Followed {
     }
 }
 
-/// The branches below `highest` \[Hz\] as a field shows them; none if the model does not hold it.
+/// The branches below `highest` \[Hz\] as a field shows them, of a tyre that turns with the rotation, then against it;
+/// none if the model does not hold it.
 pub fn dispersion_branches(model: &RationalModel, field: Field, highest: f64) -> Vec<DispersionBranch> {
+    if model.turns() {
+        let towards = |direction| branches_towards(model, field, highest, Some(direction));
+        Direction::BOTH.into_iter().flat_map(towards).collect()
+    } else {
+        branches_towards(model, field, highest, None)
+    }
+}
+
+/// The branches of one direction, or of both where they are the same.
+fn branches_towards(
+    model: &RationalModel,
+    field: Field,
+    highest: f64,
+    direction: Option<Direction>,
+) -> Vec<DispersionBranch> {
     let (mut open, mut closed): (Vec<Followed>, Vec<Followed>) = (Vec::new(), Vec::new());
     let mut largest = 0.0_f64;
     for n in 0..=model.largest_wavenumber() {
-        let waves = waves(model, n, field);
+        let waves = waves(model, n, field, direction);
         largest = waves.iter().fold(largest, |largest, wave| largest.max(wave.peak));
         let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
         for (index, branch) in open.iter().enumerate() {
@@ -117,19 +138,24 @@ pub fn dispersion_branches(model: &RationalModel, field: Field, highest: f64) ->
         open = kept;
     }
     let all = closed.into_iter().chain(open);
-    let mut branches: Vec<_> = all.filter_map(|branch| branch.shown(LEAST_PEAK * largest, highest)).collect();
+    let mut branches: Vec<_> =
+        all.filter_map(|branch| branch.shown(direction, LEAST_PEAK * largest, highest)).collect();
     branches.sort_by(|a, b| a.first.cmp(&b.first).then(a.frequencies[0].total_cmp(&b.frequencies[0])));
     branches
 }
 
 /// The waves of n periods.
-fn waves(model: &RationalModel, n: usize, field: Field) -> Vec<Wave> {
+fn waves(model: &RationalModel, n: usize, field: Field, direction: Option<Direction>) -> Vec<Wave> {
     let Some(modes) = model.modes(n, field) else { return Vec::new() };
+    let direction = direction.unwrap_or(Direction::Forwards);
     modes.poles[..modes.pairs]
         .iter()
-        .zip(modes.residues)
-        .filter(|(pole, _)| -pole.re < MOST_DAMPING * pole.norm())
-        .map(|(pole, residue)| Wave { frequency: pole.im / (2.0 * PI), peak: pole.norm() * residue.norm() / -pole.re })
+        .enumerate()
+        .filter(|(index, pole)| -pole.re < MOST_DAMPING * pole.norm() && modes.belongs_to(direction, *index))
+        .map(|(index, pole)| Wave {
+            frequency: pole.im / (2.0 * PI),
+            peak: pole.norm() * modes.residue(direction, index).norm() / -pole.re,
+        })
         .collect()
 }
 
@@ -137,7 +163,26 @@ fn waves(model: &RationalModel, n: usize, field: Field) -> Vec<Wave> {
 mod tests {
     use super::*;
     use crate::scene::{PLATE, Scene};
-    use crate::tyre::poles::{FitOptions, fit};
+    use crate::tyre::poles::{FitOptions, fit, turning_ring};
+
+    #[test]
+    fn each_direction_of_a_turning_ring_has_its_branch() {
+        let turning = -70.0;
+        let branches = dispersion_branches(&turning_ring::model(64, turning), Field::Bottom, 1500.0);
+        let resting = dispersion_branches(&turning_ring::model(64, 0.0), Field::Bottom, 1500.0);
+        assert_eq!(branches.len(), 2, "{branches:?}");
+        assert_eq!((resting.len(), resting[0].direction), (1, None));
+        for (branch, direction) in branches.iter().zip(Direction::BOTH) {
+            assert_eq!((branch.direction, branch.first), (Some(direction), 0));
+            assert_eq!(branch.frequencies.len(), 33);
+            for (n, frequency) in branch.frequencies.iter().enumerate() {
+                let exact = turning_ring::mode(64, n, turning).pole(direction).im / (2.0 * PI);
+                assert!((frequency - exact).abs() < 1e-9, "{direction:?} {n}");
+            }
+        }
+        // With the rotation they are slower.
+        assert!((branches[0].frequencies[1] - resting[0].frequencies[1] + 70.0 / (2.0 * PI)).abs() < 1.0);
+    }
 
     #[test]
     fn the_belts_first_branch_begins_at_the_resonances_of_the_plate_tyre() {

@@ -6,6 +6,7 @@ use super::axis::Axis;
 use super::canvas::PlotError;
 use super::heat_map::{Colours, HeatMap};
 use crate::response::vibration::{DispersionBranch, WavenumberMap};
+use crate::tyre::poles::Direction;
 
 /// Most waves round the tyre that are drawn: shorter ones are local deformation without waves of their own.
 const MOST_WAVES: usize = 100;
@@ -66,16 +67,21 @@ impl WavenumberPlot<'_> {
         map.to_svg_under(&self.curves())
     }
 
-    /// Each branch in both directions; where the rotation turns a wave's frequency negative it is seen as its mirror
+    /// Each branch in its direction, with the rotation to the right, or in both; where the rotation turns a wave's frequency negative it is seen as its mirror
     /// image.
     fn curves(&self) -> Vec<Vec<(f64, f64)>> {
         let curve = |branch: &DispersionBranch, direction: f64| {
             let waves = (branch.first..).map(|n| direction * n as f64);
             waves.zip(&branch.frequencies).map(|(n, frequency)| (n, frequency + n * self.rotation)).collect::<Vec<_>>()
         };
+        let signs = |branch: &DispersionBranch| {
+            let shown = |direction| branch.direction.is_none_or(|own| own == direction);
+            let both = [(Direction::Forwards, 1.0), (Direction::Backwards, -1.0)];
+            both.into_iter().filter(move |(direction, _)| shown(*direction)).map(|(_, sign)| sign).collect::<Vec<_>>()
+        };
         let mirrored = |curve: &Vec<(f64, f64)>| curve.iter().map(|&(n, frequency)| (-n, -frequency)).collect();
         let both: Vec<Vec<(f64, f64)>> =
-            self.branches.iter().flat_map(|branch| [curve(branch, 1.0), curve(branch, -1.0)]).collect();
+            self.branches.iter().flat_map(|branch| signs(branch).into_iter().map(|sign| curve(branch, sign))).collect();
         both.iter().map(mirrored).chain(both.iter().cloned()).collect()
     }
 }
@@ -86,7 +92,7 @@ mod tests {
 
     #[test]
     fn waves_are_shifted_by_the_rotation_and_drawn_once_above_zero() {
-        let branches = [DispersionBranch { first: 1, frequencies: vec![30.0, 35.0] }];
+        let branches = [DispersionBranch { direction: None, first: 1, frequencies: vec![30.0, 35.0] }];
         let map = WavenumberMap { wavenumbers: 9, row_width: 5.0, density: vec![1e-6; 9 * 40] };
         let plot = WavenumberPlot { title: "t", map: &map, branches: &branches, rotation: 20.0 };
         let curves = plot.curves();
@@ -96,6 +102,12 @@ mod tests {
         assert!(plot.to_svg().unwrap().contains("</svg>"));
         let still = WavenumberPlot { rotation: 0.0, ..plot.clone() };
         assert!(still.curves().contains(&vec![(-1.0, 30.0), (-2.0, 35.0)]));
+        let towards = |direction| [DispersionBranch { direction: Some(direction), ..branches[0].clone() }];
+        let [with, against] = [towards(Direction::Forwards), towards(Direction::Backwards)];
+        let [with, against] = [&with, &against].map(|branches| WavenumberPlot { branches, ..plot.clone() }.curves());
+        assert!(with.contains(&vec![(1.0, 50.0), (2.0, 75.0)]) && !against.contains(&vec![(1.0, 50.0), (2.0, 75.0)]));
+        assert_eq!([with.len(), against.len()], [2, 2]);
+        assert!(against.contains(&vec![(-1.0, 10.0), (-2.0, -5.0)]));
         let wrong = WavenumberMap { density: Vec::new(), ..map.clone() };
         assert!(WavenumberPlot { map: &wrong, ..plot }.to_svg().is_err());
     }

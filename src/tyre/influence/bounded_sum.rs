@@ -36,16 +36,23 @@ impl InfluenceSum {
         let target = self.tolerance * floor;
         let slope = (2.0 / width) * (2.0 * width / (PI * contact_width)).powi(2);
 
-        let (mut value, mut evaluations) = (Complex64::ZERO, 0);
+        let (mut value, mut odd, mut evaluations) = (Complex64::ZERO, Complex64::ZERO, 0);
         for p in 0.. {
             let pair = [n as i64 + p * elements as i64, n as i64 - p * elements as i64];
             for &alias in if p == 0 { &pair[..1] } else { &pair[..] } {
                 let kx = waves.kx(alias);
                 let longitudinal = self.projection.longitudinal_weight(alias);
-                let mut row = Complex64::ZERO;
+                let (mut row, mut odd_row) = (Complex64::ZERO, Complex64::ZERO);
                 for (before, m) in waves.lateral_numbers().enumerate() {
                     let ky = waves.ky(m);
-                    row += at.kernel.normal(alias, m, field) * self.projection.lateral_weight(m);
+                    let weight = self.projection.lateral_weight(m);
+                    if self.turns() {
+                        let parts = at.kernel.normal_parts(alias.abs(), m, field);
+                        row += parts.even * weight;
+                        odd_row += parts.odd * weight;
+                    } else {
+                        row += at.kernel.normal(alias, m, field) * weight;
+                    }
                     evaluations += 1;
                     let k = kx.hypot(ky);
                     match self.lateral_terms {
@@ -62,6 +69,7 @@ impl InfluenceSum {
                     }
                 }
                 value += row * longitudinal;
+                odd += odd_row * (longitudinal * self.sign_of_odd(n, alias));
             }
             match self.aliases {
                 Some(most) if p as usize >= most => break,
@@ -82,7 +90,8 @@ impl InfluenceSum {
         }
         if field == Field::Surface {
             value += self.by_curvature(n, at);
+            odd += self.odd_by_curvature(n, at);
         }
-        InfluenceValue { value, odd: Complex64::ZERO, evaluations }
+        InfluenceValue { value, odd, evaluations }
     }
 }

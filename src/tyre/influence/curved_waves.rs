@@ -98,13 +98,18 @@ impl CurvedWaves {
         });
     }
 
-    /// The wave (n, m); `None`: a flat layer's will do.
+    /// Tells whether the waves n and -n differ.
+    #[inline(always)]
+    pub(super) fn turns(&self) -> bool {
+        self.tyre.turns()
+    }
+
+    /// The wave (|n|, m), which serves n and -n; `None`: a flat layer's will do.
     #[inline]
     pub(super) fn get(&self, n: i64, m: usize) -> Option<&CylinderWave> {
         if self.waves.kx(n).hypot(self.waves.ky(m)) >= self.below {
             return None;
         }
-        // The tyre is at rest in its own frame: n and -n do not differ for normal traction.
         let row = n.unsigned_abs() as usize;
         let wave = self.prepared.get(row * self.columns + m)?;
         Some(wave.get_or_init(|| Box::new(self.cylinder.wave(row as i64, m))))

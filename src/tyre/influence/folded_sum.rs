@@ -33,7 +33,7 @@ use super::half_space_tail::{HalfSpaceTail, HalfSpaceTailAt, series_limit};
 use super::kernel::{Field, Kernel, KernelAt};
 use super::moments::{self, EXPLICIT_ALIASES};
 use super::projection::Projection;
-use super::short_waves::{self, ShortWaves, Terms};
+use super::short_waves::{self, Change, ShortWaves};
 use crate::numeric::{Ring, in_parallel};
 use crate::scene::{Numerics, Tyre};
 
@@ -75,7 +75,7 @@ pub struct InfluenceSum {
 pub struct SumAt {
     pub(super) kernel: KernelAt,
     pub(super) tail: Option<HalfSpaceTailAt>,
-    curvature: Option<Terms<Complex64>>,
+    curvature: Option<Change<Complex64>>,
 }
 
 /// Bytes of a [`SumAt`], at most: of a flat tyre, and of a curved one. A test counts them for the default tyres up to
@@ -86,7 +86,7 @@ const POINT_BYTES: [f64; 2] = [6e3, 2e4];
 #[derive(Debug)]
 struct Curvature {
     waves: ShortWaves,
-    moments: Vec<Terms<f64>>,
+    moments: Vec<Change<f64>>,
 }
 
 /// A value of Ht_n with what it took.
@@ -181,16 +181,32 @@ impl InfluenceSum {
         both.map(|(kernel, change)| self.with_kernel(kernel, Some(change))).collect()
     }
 
-    fn with_kernel(&self, kernel: KernelAt, curvature: Option<Terms<Complex64>>) -> SumAt {
+    fn with_kernel(&self, kernel: KernelAt, curvature: Option<Change<Complex64>>) -> SumAt {
         SumAt { tail: self.tail.as_ref().map(|tail| tail.at(kernel.tread())), kernel, curvature }
     }
 
     /// Returns the addition of curvature to Ht_n of the surface by waves that are taken as flat \[m/N\].
     pub(super) fn by_curvature(&self, n: usize, at: &SumAt) -> Complex64 {
         match (&self.curvature, &at.curvature) {
-            (Some(curvature), Some(change)) => short_waves::sum(change, &curvature.moments[n]),
+            (Some(curvature), Some(change)) => short_waves::sum(&change.even, &curvature.moments[n].even),
             _ => Complex64::ZERO,
         }
+    }
+
+    /// The same of its odd part.
+    pub(super) fn odd_by_curvature(&self, n: usize, at: &SumAt) -> Complex64 {
+        match (&self.curvature, &at.curvature) {
+            // 0 and N/2 stand for both signs.
+            (Some(curvature), Some(change)) if n > 0 && 2 * n < self.projection.elements => {
+                short_waves::sum(&change.odd, &curvature.moments[n].odd)
+            }
+            _ => Complex64::ZERO,
+        }
+    }
+
+    /// Sign of an alias' odd part in that of Ht_n; 0 where this stands for both signs, n = 0 and N/2.
+    pub(super) fn sign_of_odd(&self, n: usize, alias: i64) -> f64 {
+        if n == 0 || 2 * n == self.projection.elements { 0.0 } else { alias.signum() as f64 }
     }
 
     /// Static influence of the element j further on, j = 0..N \[m/N\].
@@ -219,32 +235,39 @@ impl InfluenceSum {
     ) -> InfluenceValue {
         let cut_off = tail.cut_off(tail_at, field == Field::Surface);
         let (mut value, mut evaluations, mut explicit) = (Complex64::ZERO, 0, 0.0);
-        let mut last = Complex64::ZERO;
+        let (mut last, mut odd) = (Complex64::ZERO, Complex64::ZERO);
         for alias in self.projection.aliases_below(n, cut_off) {
             let kx = self.projection.waves.kx(alias);
             let longitudinal = self.projection.longitudinal_weight(alias);
-            let mut row = Complex64::ZERO;
+            let (mut row, mut odd_row) = (Complex64::ZERO, Complex64::ZERO);
             for lateral in &tail.lateral {
                 if kx * kx + lateral.ky * lateral.ky >= cut_off * cut_off {
                     break;
                 }
-                last = at.kernel.normal(alias, lateral.m, field);
+                if self.turns {
+                    let parts = at.kernel.normal_parts(alias.abs(), lateral.m, field);
+                    last = parts.even;
+                    odd_row += parts.odd * lateral.weight;
+                } else {
+                    last = at.kernel.normal(alias, lateral.m, field);
+                }
                 row += last * lateral.weight;
                 explicit += lateral.weight * longitudinal;
                 evaluations += 1;
             }
             value += row * longitudinal;
+            odd += odd_row * (longitudinal * self.sign_of_odd(n, alias));
         }
         // Above the cut-off the surface is the half-space's.
         if field == Field::Surface && tail_at.converges {
             let value = value + tail.rest(n, tail_at) + self.by_curvature(n, at);
-            return InfluenceValue { value, odd: Complex64::ZERO, evaluations };
+            return InfluenceValue { value, odd: odd + self.odd_by_curvature(n, at), evaluations };
         }
         // Deeper faces move by exp(-k h) less.
         if field != Field::Bottom {
             value += bounded_rest(last, &self.projection, explicit);
         }
-        InfluenceValue { value, odd: Complex64::ZERO, evaluations }
+        InfluenceValue { value, odd, evaluations }
     }
 }
 
@@ -258,7 +281,7 @@ impl Curvature {
     fn new(waves: ShortWaves, projection: &Projection) -> Self {
         let lateral = moments::lateral(projection, waves.highest());
         let lobes = (waves.highest() * projection.element / (2.0 * PI)) as i64 + EXPLICIT_ALIASES;
-        let of = |n| waves.moments(&moments::longitudinal(projection, n, lobes).concat(), &lateral);
+        let of = |n| waves.moments(&moments::signed_longitudinal(projection, n, lobes).concat(), &lateral);
         let moments = in_parallel::made(projection.elements / 2 + 1, of);
         Self { waves, moments }
     }
@@ -296,7 +319,8 @@ mod tests {
 
     /// Bytes of its series; those of the layers are few.
     fn bytes(at: &SumAt) -> usize {
-        let curvature = at.curvature.as_ref().map_or(0, |terms| terms.capacity() * size_of_val(&terms[0]));
+        let curvature =
+            at.curvature.as_ref().map_or(0, |change| change.even.capacity() * size_of_val(&change.even[0]));
         let tail = at.tail.as_ref().map_or(0, HalfSpaceTailAt::heap_bytes);
         size_of_val(at) + curvature + tail
     }

@@ -5,6 +5,11 @@
 //! by a [`CylinderWave`](crate::tyre::layers::cylinder::CylinderWave) as long as it is long enough to feel the
 //! curvature. Across the width it is a sine where the sides are supported, and a centred strip excites the odd m; a
 //! cosine where they are guided, and the strip excites the even ones, 0 among them.
+//!
+//! Of a tyre that turns the waves n and -n differ: n is signed. An entry X of C at both is given by its [`Parts`], real
+//! functions of s: at rest the odd part of a normal compliance is 0, and the even part of the tangential one. Waves
+//! that count as flat have the parts of the tyre at rest; what rotation changes in them the sums add
+//! (`super::short_waves`).
 
 use std::sync::Arc;
 
@@ -14,7 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use super::curved_waves::CurvedWaves;
 use super::waves::Waves;
-use crate::numeric::{Lanes, MOST_LANES};
+use crate::numeric::{ComplexField, Lanes, MOST_LANES};
 use crate::scene::{Layer, Tyre};
 use crate::tyre::layers::compliance::{Matrix3, NormalCompliance, Stack, StackAt};
 use crate::tyre::layers::cylinder::{CylinderAt, CylinderWave};
@@ -31,6 +36,30 @@ pub enum Field {
     /// The carcass driven directly under the outermost layer, which rides along as mass: what the springs of a bedding
     /// act on.
     UnderTread,
+}
+
+/// Even and odd part of an influence X_n of signed waves: X_n = E + i O, X_-n = E - i O. Both are real functions of s,
+/// real at real s and conjugate at conjugate s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Parts<T> {
+    /// E.
+    pub(crate) even: T,
+    /// O.
+    pub(crate) odd: T,
+}
+
+impl<T: ComplexField> Parts<T> {
+    /// Those of X_n and X_-n.
+    #[inline(always)]
+    pub(crate) fn of([forwards, backwards]: [T; 2]) -> Self {
+        Self { even: (forwards + backwards) * 0.5, odd: ((backwards - forwards) * 0.5).times_i() }
+    }
+
+    /// Of an X_n that is even in n.
+    #[inline(always)]
+    pub(crate) fn even(even: T) -> Self {
+        Self { even, odd: even * 0.0 }
+    }
 }
 
 /// The kernel of a tyre.
@@ -98,9 +127,18 @@ impl KernelAt {
         Some((waves.get(n, m)?, at))
     }
 
+    /// Tells whether the tyre turns.
+    pub(crate) fn turns(&self) -> bool {
+        self.curved.as_ref().is_some_and(|(waves, _)| waves.turns())
+    }
+
     /// C or D of a wave for normal traction \[m/Pa\].
     pub(super) fn normal(&self, n: i64, m: usize, field: Field) -> Complex64 {
         if let Some((wave, at)) = self.curved(n, m) {
+            if n < 0 && self.turns() {
+                let [_, backwards] = both_ways(wave, at, field);
+                return backwards;
+            }
             return match field {
                 Field::Surface => wave.normal(at).surface,
                 Field::Bottom => wave.normal(at).bottom,
@@ -115,21 +153,48 @@ impl KernelAt {
         }
     }
 
+    /// The parts of C or D of the waves n and -n for normal traction, n >= 0 \[m/Pa\].
+    pub(crate) fn normal_parts(&self, n: i64, m: usize, field: Field) -> Parts<Complex64> {
+        match self.curved(n, m) {
+            Some((wave, at)) if self.turns() => Parts::of(both_ways(wave, at, field)),
+            _ => Parts::even(self.normal(n, m, field)),
+        }
+    }
+
     /// C_xz of a wave: displacement of the surface along x for normal traction \[m/Pa\].
     fn tangential(&self, n: i64, m: usize) -> Complex64 {
         match self.curved(n, m) {
-            // A prepared wave has n >= 0; the motion along x is odd in it.
-            Some((wave, at)) => wave.full(at).0[0][2] * if n < 0 { -1.0 } else { 1.0 },
+            Some(_) => self.full(n, m)[0][2],
             None => self.stack.tangential(self.waves.kx(n), self.waves.ky(m)),
         }
     }
 
-    /// C of a wave with n >= 0 for all tractions \[m/Pa\]; order circumferential, lateral, outward.
+    /// The parts of C_xz of the waves n and -n, n >= 0 \[m/Pa\]: at rest all of it is odd.
+    #[allow(dead_code, reason = "tangential sums of a tyre that turns will")]
+    pub(crate) fn tangential_parts(&self, n: i64, m: usize) -> Parts<Complex64> {
+        if self.turns() && self.curved(n, m).is_some() {
+            return Parts::of([n, -n].map(|n| self.full(n, m)[0][2]));
+        }
+        let tangential = self.tangential(n, m);
+        Parts { even: Complex64::ZERO, odd: tangential * -Complex64::i() }
+    }
+
+    /// C of a wave for all tractions \[m/Pa\]; order circumferential, lateral, outward.
     pub(crate) fn full(&self, n: i64, m: usize) -> Matrix3 {
         match self.curved(n, m) {
+            Some((wave, at)) if n < 0 => wave.full_backwards(at).0,
             Some((wave, at)) => wave.full(at).0,
             None => self.stack.full(self.waves.kx(n), self.waves.ky(m)).0,
         }
+    }
+}
+
+/// C or D of the waves n and -n for normal traction \[m/Pa\].
+fn both_ways(wave: &CylinderWave, at: &CylinderAt, field: Field) -> [Complex64; 2] {
+    match field {
+        Field::Surface => wave.normal_both_ways(at).map(|normal| normal.surface),
+        Field::Bottom => wave.normal_both_ways(at).map(|normal| normal.bottom),
+        Field::UnderTread => wave.under_tread_both_ways(at),
     }
 }
 
@@ -158,11 +223,33 @@ impl<'a, S: Simd> LaneKernel<'a, S> {
         if let Some((waves, at)) = &self.curved
             && let Some(wave) = waves.get(n, m)
         {
-            let NormalCompliance { surface, bottom } = wave.normal(at);
-            let surface = if on_surface { surface } else { wave.under_tread(at) };
+            if waves.turns() {
+                let [forwards, backwards] = driven_both_ways(wave, at, on_surface);
+                return if n < 0 { backwards } else { forwards };
+            }
+            let NormalCompliance { surface, bottom } = wave.normal_at_rest(at);
+            let surface = if on_surface { surface } else { wave.under_tread_at_rest(at) };
             return NormalCompliance { surface, bottom };
         }
         self.stack.driven(self.waves.kx(n), self.waves.ky(m), on_surface)
+    }
+
+    /// The parts of C and D of the waves n and -n, n >= 0, driven on the surface, or [`Field::UnderTread`]: of the
+    /// driven face, then of the innermost one \[m/Pa\].
+    #[inline(always)]
+    pub(super) fn driven_parts(&self, n: i64, m: usize, on_surface: bool) -> [Parts<Lanes<S>>; 2] {
+        if let Some((waves, at)) = &self.curved
+            && waves.turns()
+            && let Some(wave) = waves.get(n, m)
+        {
+            let [forwards, backwards] = driven_both_ways(wave, at, on_surface);
+            return [
+                Parts::of([forwards.surface, backwards.surface]),
+                Parts::of([forwards.bottom, backwards.bottom]),
+            ];
+        }
+        let NormalCompliance { surface, bottom } = self.driven(n, m, on_surface);
+        [Parts::even(surface), Parts::even(bottom)]
     }
 
     /// C_xz/i of a wave, C_xz the displacement of the surface along x for normal traction \[m/Pa\]; where the tyre's
@@ -177,9 +264,43 @@ impl<'a, S: Simd> LaneKernel<'a, S> {
         }
     }
 
+    /// The parts of C_xz of the waves n and -n, n >= 0 \[m/Pa\]: at rest all of it is odd, [`Self::tangential_over_i`].
+    #[inline(always)]
+    #[allow(dead_code, reason = "tangential sums of a tyre that turns will")]
+    pub(in crate::tyre) fn tangential_parts(&self, simd: S, n: i64, m: usize) -> Parts<Lanes<S>> {
+        match &self.curved {
+            Some((waves, _)) if waves.turns() && waves.get(n, m).is_some() => {
+                let parts: [Parts<Complex64>; MOST_LANES] =
+                    std::array::from_fn(|lane| self.single[lane].tangential_parts(n, m));
+                Parts {
+                    even: Lanes::from_fn(simd, |lane| parts[lane].even),
+                    odd: Lanes::from_fn(simd, |lane| parts[lane].odd),
+                }
+            }
+            _ => {
+                let odd = self.tangential_over_i(simd, n, m);
+                Parts { even: odd * 0.0, odd }
+            }
+        }
+    }
+
     /// C and D of a wave for normal traction \[m/Pa\].
     #[inline(always)]
     pub(super) fn normal(&self, n: i64, m: usize) -> NormalCompliance<Lanes<S>> {
         self.driven(n, m, true)
     }
+}
+
+/// C and D of the waves n and -n, driven on the surface or under the tread \[m/Pa\].
+#[inline(always)]
+fn driven_both_ways<T: ComplexField>(
+    wave: &CylinderWave,
+    at: &CylinderAt<T>,
+    on_surface: bool,
+) -> [NormalCompliance<T>; 2] {
+    let [mut forwards, mut backwards] = wave.normal_both_ways(at);
+    if !on_surface {
+        [forwards.surface, backwards.surface] = wave.under_tread_both_ways(at);
+    }
+    [forwards, backwards]
 }

@@ -95,27 +95,46 @@ impl WithSimd for LaneSum<'_> {
             };
             let zero = Lanes::zero(simd);
             let (mut driven, mut bottom, mut last) = (zero, zero, zero);
-            let (weights, evaluations) = below.visit(
-                simd,
-                #[inline(always)]
-                |alias, m, inside, weight| {
-                    let compliance = kernel.driven(alias, m, on_surface);
-                    driven = driven.plus_weighted(weight, compliance.surface);
-                    bottom = bottom.plus_weighted(weight, compliance.bottom);
-                    last = Lanes::blend(inside, compliance.surface, last);
-                },
-            );
+            let mut odd = [zero; 2];
+            let (weights, evaluations) = if sum.turns() {
+                below.visit(
+                    simd,
+                    #[inline(always)]
+                    |alias, m, inside, weight| {
+                        let [surface, belt] = kernel.driven_parts(alias.abs(), m, on_surface);
+                        driven = driven.plus_weighted(weight, surface.even);
+                        bottom = bottom.plus_weighted(weight, belt.even);
+                        last = Lanes::blend(inside, surface.even, last);
+                        let signed = simd.mul_f64s(weight, simd.splat_f64s(sum.sign_of_odd(n, alias)));
+                        odd[0] = odd[0].plus_weighted(signed, surface.odd);
+                        odd[1] = odd[1].plus_weighted(signed, belt.odd);
+                    },
+                )
+            } else {
+                below.visit(
+                    simd,
+                    #[inline(always)]
+                    |alias, m, inside, weight| {
+                        let compliance = kernel.driven(alias, m, on_surface);
+                        driven = driven.plus_weighted(weight, compliance.surface);
+                        bottom = bottom.plus_weighted(weight, compliance.bottom);
+                        last = Lanes::blend(inside, compliance.surface, last);
+                    },
+                )
+            };
+            let [odd_driven, odd_bottom] = odd.map(Lanes::to_array);
             let [driven, bottom, last] = [driven, bottom, last].map(Lanes::to_array);
             let weights = store(simd, weights);
             for (lane, at) in group.iter().enumerate() {
+                let mut odd = [odd_driven[lane], odd_bottom[lane]];
                 let driven = match (tail, &at.tail) {
                     (Some(tail), Some(tail_at)) if on_surface && tail_at.converges => {
+                        odd[0] += sum.odd_by_curvature(n, at);
                         driven[lane] + tail.rest(n, tail_at) + sum.by_curvature(n, at)
                     }
                     (Some(_), _) => driven[lane] + bounded_rest(last[lane], projection, weights[lane]),
                     (None, _) => driven[lane],
                 };
-                let odd = [Complex64::ZERO; 2];
                 values.push(FaceValues { driven, bottom: bottom[lane], odd, evaluations: evaluations[lane] });
             }
         }

@@ -132,19 +132,26 @@ pub(super) type Weighted = (f64, f64);
 
 /// kx^2 and longitudinal weights of all aliases of n: those up to `lobes`, then those that stand for all others.
 pub(super) fn longitudinal(projection: &Projection, n: usize, lobes: i64) -> [Vec<Weighted>; 2] {
+    let mut aliases = signed_longitudinal(projection, n, lobes);
+    aliases.iter_mut().flatten().for_each(|(kx, _)| *kx *= *kx);
+    aliases
+}
+
+/// The same by kx with its sign.
+pub(super) fn signed_longitudinal(projection: &Projection, n: usize, lobes: i64) -> [Vec<(f64, f64)>; 2] {
     let elements = projection.elements as i64;
     let explicit = (-lobes..=lobes)
         .map(|p| n as i64 + p * elements)
-        .map(|alias| (projection.waves.kx(alias).powi(2), projection.longitudinal_weight(alias)))
+        .map(|alias| (projection.waves.kx(alias), projection.longitudinal_weight(alias)))
         .collect();
     let fraction = n as f64 / projection.elements as f64;
     let sine = (PI * fraction).sin();
     let far = [1.0, -1.0]
         .into_iter()
-        .flat_map(|side| tail_sum::plain(lobes as f64 + 0.5 + side * fraction))
-        .map(|(x, weight)| {
+        .flat_map(|side| tail_sum::plain(lobes as f64 + 0.5 + side * fraction).map(move |term| (side, term)))
+        .map(|(side, (x, weight))| {
             let kx = 2.0 * PI * x / projection.element;
-            (kx * kx, weight * (sine / (PI * x)).powi(2) / projection.waves.circumference)
+            (side * kx, weight * (sine / (PI * x)).powi(2) / projection.waves.circumference)
         })
         .collect();
     [explicit, far]

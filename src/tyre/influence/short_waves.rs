@@ -14,6 +14,10 @@
 //!
 //! Beyond the last band the difference falls like k^-2.
 //!
+//! Of a tyre that turns the curved layers turn, and the flat ones do not: the change has an odd part too, k_x/k times a
+//! polynomial a + b c^2, which falls like k^-3 beyond the last band, and its even part has the tread's hoop stress,
+//! which falls like k^-1 and is told from the curvature by a second wavenumber.
+//!
 //! Error, as a share of the wave's C_zz (default tyre, k > 860/m): 1e-7 up to 4.5 kHz, 5e-7 at 6 kHz, at most 2e-5,
 //! where a band holds Rayleigh's wave. In a tread of little damping few points do not tell that resonance; its bands
 //! stay flat. Only the surface's answer to normal traction is changed: deeper faces hardly feel short waves.
@@ -28,11 +32,13 @@ use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
 
 use super::half_space_bands::is_resolved;
+use super::kernel::Parts;
 use super::moments::{TailClasses, Weighted};
 use crate::numeric::lanes::dispatch;
 use crate::numeric::{Lanes, MOST_LANES, in_parallel};
 use crate::scene::Tyre;
 use crate::tyre::layers::compliance::Stack;
+use crate::tyre::layers::curved::CurvedStack;
 use crate::tyre::layers::cylinder::{Cylinder, CylinderAt, CylinderWave};
 use crate::tyre::layers::lane_compliance::LaneStack;
 
@@ -76,6 +82,13 @@ struct Band {
 /// Coefficients of the change at one s, or moments of the weights: by band, term of k^2 and power of c^2.
 pub(super) type Terms<T> = Vec<[T; DIRECTIONS.len()]>;
 
+/// The change's even part, and its odd one where the tyre turns; or moments of the weights for both.
+#[derive(Clone, Debug)]
+pub(super) struct Change<T> {
+    pub(super) even: Terms<T>,
+    pub(super) odd: Terms<T>,
+}
+
 impl ShortWaves {
     /// For waves from `from` \[1/m\] on and |s| up to `largest_s`, beyond whose Rayleigh wave lies `series_limit`
     /// \[1/m\]; prepared waves within a relative `tolerance`.
@@ -92,13 +105,16 @@ impl ShortWaves {
         let inner = (0..classes.last()).map(|class| classes.band(class)).filter(|&limits| resolved(limits));
         let top = classes.highest().powi(2);
         let bands = inner.chain([[top, f64::INFINITY]]);
-        let bands = bands.map(|limits| Band::new(tyre, limits, largest_s, tolerance)).collect();
+        let stack = CurvedStack::new(tyre).resolved();
+        let bands = bands.map(|limits| Band::new(tyre, &stack, limits, largest_s, tolerance)).collect();
         Self { tyre: tyre.clone(), tolerance, classes, bands }
     }
 
     /// The same for s = 0 alone.
     fn at_rest(&self) -> Self {
-        let bands = self.bands.iter().map(|band| Band::new(&self.tyre, band.limits, 0.0, self.tolerance)).collect();
+        let stack = CurvedStack::new(&self.tyre).resolved();
+        let resting = |band: &Band| Band::new(&self.tyre, &stack, band.limits, 0.0, self.tolerance);
+        let bands = self.bands.iter().map(resting).collect();
         Self { tyre: self.tyre.clone(), classes: self.classes.clone(), bands, ..*self }
     }
 
@@ -107,19 +123,44 @@ impl ShortWaves {
         self.classes.highest()
     }
 
-    /// Moments of waves with weights by k_x^2 and by k_y^2.
-    pub(super) fn moments(&self, longitudinal: &[Weighted], lateral: &[Weighted]) -> Terms<f64> {
+    /// Moments of waves with weights by k_x, signed, and by k_y^2.
+    pub(super) fn moments(&self, longitudinal: &[(f64, f64)], lateral: &[Weighted]) -> Change<f64> {
+        let even = self.moments_of(longitudinal, lateral, |_| 1.0, Band::beyond);
+        let odd = if self.tyre.turns() {
+            let beyond = |band: &Band, weight: f64, k_squared: f64| {
+                [weight * (band.limits[0] / k_squared).powf(1.5), 0.0]
+            };
+            self.moments_of(longitudinal, lateral, |cosine| cosine, beyond)
+        } else {
+            Vec::new()
+        };
+        Change { even, odd }
+    }
+
+    /// Moments with the weights times a `factor` of k_x/k; `beyond` shares those at a k^2 beyond out to the last band's
+    /// wavenumbers.
+    fn moments_of(
+        &self,
+        longitudinal: &[(f64, f64)],
+        lateral: &[Weighted],
+        factor: impl Fn(f64) -> f64,
+        beyond: impl Fn(&Band, f64, f64) -> [f64; 2],
+    ) -> Terms<f64> {
         let terms: usize = self.bands.iter().map(|band| band.squares.len()).sum();
         let mut moments = vec![[0.0; DIRECTIONS.len()]; terms];
-        let (inner, beyond) = moments.split_at_mut(terms - 1);
+        let (inner, last) = moments.split_at_mut(NODES * (self.bands.len() - 1));
         let first = self.bands[0].limits[0];
-        let highest = self.bands[self.bands.len() - 1].limits[0];
+        let outer = &self.bands[self.bands.len() - 1];
+        let highest = outer.limits[0];
         for &(ky_squared, across) in lateral {
-            for &(kx_squared, along) in longitudinal {
-                let (k_squared, weight) = (kx_squared + ky_squared, along * across);
-                let direction = kx_squared / k_squared;
+            for &(kx, along) in longitudinal {
+                let (k_squared, weight) = (kx * kx + ky_squared, along * across);
+                let direction = kx * kx / k_squared;
+                let weight = weight * factor(kx / k_squared.sqrt());
                 if k_squared >= highest {
-                    add(&mut beyond[0], weight * highest / k_squared, direction);
+                    for (moments, weight) in last.iter_mut().zip(beyond(outer, weight, k_squared)) {
+                        add(moments, weight, direction);
+                    }
                 } else if k_squared >= first {
                     let band = self.bands.partition_point(|band| band.limits[0] <= k_squared) - 1;
                     let [low, high] = self.bands[band].limits;
@@ -138,19 +179,19 @@ impl ShortWaves {
     }
 
     /// The change at s.
-    pub(super) fn at(&self, s: Complex64) -> Terms<Complex64> {
+    pub(super) fn at(&self, s: Complex64) -> Change<Complex64> {
         let mut changes = Vec::with_capacity(1);
-        dispatch(Changes { bands: &self.bands, points: &[s], changes: &mut changes });
-        changes.pop().unwrap_or_default()
+        dispatch(Changes { bands: &self.bands, turns: self.tyre.turns(), points: &[s], changes: &mut changes });
+        changes.pop().unwrap_or_else(|| Change { even: Vec::new(), odd: Vec::new() })
     }
 
     /// The change at s = 0.
-    pub(super) fn resting(&self) -> Terms<Complex64> {
+    pub(super) fn resting(&self) -> Change<Complex64> {
         self.at_rest().at(Complex64::ZERO)
     }
 
     /// The change at each s of a list, on all threads.
-    pub(super) fn at_all(&self, points: &[Complex64]) -> Vec<Terms<Complex64>> {
+    pub(super) fn at_all(&self, points: &[Complex64]) -> Vec<Change<Complex64>> {
         let waves: Vec<(&Band, usize)> =
             self.bands.iter().flat_map(|band| (0..band.waves.len()).map(move |place| (band, place))).collect();
         in_parallel::each(waves.len(), &|index| {
@@ -159,7 +200,7 @@ impl ShortWaves {
         });
         let group = |points: &&[Complex64]| {
             let mut changes = Vec::with_capacity(points.len());
-            dispatch(Changes { bands: &self.bands, points, changes: &mut changes });
+            dispatch(Changes { bands: &self.bands, turns: self.tyre.turns(), points, changes: &mut changes });
             changes
         };
         let groups: Vec<&[Complex64]> = points.chunks(MOST_LANES).collect();
@@ -187,30 +228,44 @@ fn angle(node: usize) -> f64 {
 
 impl Band {
     /// Only the tread where it is deep, and no more of it than a wave feels: fewer unknowns.
-    fn new(tyre: &Tyre, limits: [f64; 2], largest_s: f64, tolerance: f64) -> Self {
+    fn new(tyre: &Tyre, stack: &CurvedStack, limits: [f64; 2], largest_s: f64, tolerance: f64) -> Self {
         let [low, high] = limits;
         let squares: Vec<f64> = if high.is_finite() {
             (0..NODES).map(|i| 0.5 * (low + high) + 0.5 * (high - low) * angle(i).cos()).collect()
+        } else if tyre.turns() {
+            vec![low, 4.0 * low]
         } else {
             vec![low]
         };
-        let mut tyre = tyre.clone();
+        let (mut tyre, mut stack) = (tyre.clone(), stack.clone());
         let kept = DEEP / low.sqrt();
-        if let Some(mut tread) = tyre.layers.pop() {
-            if kept < tread.thickness {
+        for layers in [&mut tyre.layers, &mut stack.layers] {
+            if let Some(mut tread) = layers.pop_if(|tread| kept < tread.thickness) {
+                tread.tension = tread.tension.map(|tension| tension * (kept / tread.thickness));
                 tread.thickness = kept;
-                tyre.layers.clear();
-                (tyre.inflation, tyre.cavity) = (None, None);
+                layers.clear();
+                layers.push(tread);
+                (stack.pressure, stack.sidewall_mass, stack.cavity) = (0.0, 0.0, None);
             }
-            tyre.layers.push(tread);
         }
         Self {
             limits,
             waves: (0..squares.len() * DIRECTIONS.len()).map(|_| OnceLock::new()).collect(),
             squares,
-            cylinder: Cylinder::new(&tyre, largest_s, tolerance),
+            cylinder: Cylinder::of(stack, largest_s, tolerance),
             flat: Stack::new(&tyre),
         }
+    }
+
+    /// Shares a weight at a k^2 beyond between the values at the first wavenumber k_0 and at 2 k_0: for what falls like
+    /// k^-2, and with a second wavenumber like k^-1, too.
+    fn beyond(&self, weight: f64, k_squared: f64) -> [f64; 2] {
+        let first = self.limits[0];
+        if self.squares.len() < 2 {
+            return [weight * first / k_squared, 0.0];
+        }
+        let u = (first / k_squared).sqrt();
+        [weight * (2.0 * u * u - u), weight * 4.0 * (u - u * u)]
     }
 
     /// k_x, k_y \[1/m\] of a wave.
@@ -226,19 +281,18 @@ impl Band {
     }
 
     /// Values by point and direction into coefficients.
-    fn coefficients(&self, values: &[[Complex64; DIRECTIONS.len()]], terms: &mut Terms<Complex64>) {
-        // c^2 = 0, 1/2, 1 into powers of c^2.
-        let powers = |&[across, between, along]: &[Complex64; DIRECTIONS.len()]| {
-            let bend = (across + along) * 2.0 - between * 4.0;
-            [across, along - across - bend, bend]
-        };
+    fn coefficients(&self, values: &[Values], powers: fn(&Values) -> Values, terms: &mut Terms<Complex64>) {
         let values: Vec<_> = values.iter().map(powers).collect();
         let count = values.len();
+        if self.limits[1].is_infinite() {
+            terms.extend(values);
+            return;
+        }
         terms.extend((0..count).map(|j| {
             let scale = if j == 0 { 1.0 } else { 2.0 } / count as f64;
             let mut term = [Complex64::ZERO; DIRECTIONS.len()];
             for (node, values) in values.iter().enumerate() {
-                let weight = if count == 1 { 1.0 } else { scale * (j as f64 * angle(node)).cos() };
+                let weight = scale * (j as f64 * angle(node)).cos();
                 for (term, value) in term.iter_mut().zip(values) {
                     *term += value * weight;
                 }
@@ -248,12 +302,28 @@ impl Band {
     }
 }
 
+/// Values at c^2 = 0, 1/2, 1, or their coefficients.
+type Values = [Complex64; DIRECTIONS.len()];
+
+/// Even values into powers of c^2.
+fn even_powers(&[across, between, along]: &Values) -> Values {
+    let bend = (across + along) * 2.0 - between * 4.0;
+    [across, along - across - bend, bend]
+}
+
+/// Odd values, which are 0 across, into c times powers of c^2.
+fn odd_powers(&[_, between, along]: &Values) -> Values {
+    let bend = (along - between * std::f64::consts::SQRT_2) * 2.0;
+    [along - bend, bend, Complex64::ZERO]
+}
+
 /// The change at several s in lockstep, appended in their order. A type, not a closure, since it has to be inlined into
 /// the dispatch to be compiled for its instructions.
 struct Changes<'a> {
     bands: &'a [Band],
+    turns: bool,
     points: &'a [Complex64],
-    changes: &'a mut Vec<Terms<Complex64>>,
+    changes: &'a mut Vec<Change<Complex64>>,
 }
 
 impl WithSimd for Changes<'_> {
@@ -263,7 +333,10 @@ impl WithSimd for Changes<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let terms = self.bands.iter().map(|band| band.squares.len()).sum();
         for group in self.points.chunks(S::F64_LANES) {
-            let mut changes: [Terms<Complex64>; MOST_LANES] = std::array::from_fn(|_| Vec::with_capacity(terms));
+            let mut changes: [Change<Complex64>; MOST_LANES] = std::array::from_fn(|_| Change {
+                even: Vec::with_capacity(terms),
+                odd: Vec::with_capacity(if self.turns { terms } else { 0 }),
+            });
             // Lanes without a member repeat the last one.
             let points: [Complex64; MOST_LANES] = std::array::from_fn(|lane| group[lane.min(group.len() - 1)]);
             for band in self.bands {
@@ -271,24 +344,39 @@ impl WithSimd for Changes<'_> {
                 let flat = points.map(|s| band.flat.at(s));
                 let cylinder = CylinderAt::lanes(simd, cylinder.each_ref());
                 let flat = LaneStack::new(simd, flat.each_ref());
-                let mut values = [const { Vec::new() }; MOST_LANES];
+                let (mut even, mut odd) = ([const { Vec::new() }; MOST_LANES], [const { Vec::new() }; MOST_LANES]);
                 for node in 0..band.squares.len() {
-                    let mut change = [[Complex64::ZERO; DIRECTIONS.len()]; MOST_LANES];
+                    let mut change = [[[Complex64::ZERO; DIRECTIONS.len()]; MOST_LANES]; 2];
                     for direction in 0..DIRECTIONS.len() {
                         let place = node * DIRECTIONS.len() + direction;
                         let [kx, ky] = band.wavenumbers(place);
-                        let curved: Lanes<S> = band.wave(place).normal(&cylinder).surface;
-                        let difference = (curved - flat.normal(kx, ky).surface).to_array();
-                        for (change, difference) in change.iter_mut().zip(difference) {
-                            change[direction] = difference;
-                        }
+                        let wave = band.wave(place);
+                        let mut put = |part: usize, value: Lanes<S>| {
+                            for (change, value) in change[part].iter_mut().zip(value.to_array()) {
+                                change[direction] = value;
+                            }
+                        };
+                        let curved: Lanes<S> = if self.turns {
+                            let both = wave.normal_both_ways(&cylinder).map(|normal| normal.surface);
+                            let Parts { even, odd } = Parts::of(both);
+                            put(1, odd);
+                            even
+                        } else {
+                            wave.normal_at_rest(&cylinder).surface
+                        };
+                        put(0, curved - flat.normal(kx, ky).surface);
                     }
-                    for (values, change) in values.iter_mut().zip(change) {
+                    let [even_change, odd_change] = change;
+                    for (values, change) in even.iter_mut().zip(even_change) {
+                        values.push(change);
+                    }
+                    for (values, change) in odd.iter_mut().zip(odd_change).filter(|_| self.turns) {
                         values.push(change);
                     }
                 }
-                for (values, changes) in values.iter().zip(&mut changes) {
-                    band.coefficients(values, changes);
+                for ((even, odd), changes) in even.iter().zip(&odd).zip(&mut changes) {
+                    band.coefficients(even, even_powers, &mut changes.even);
+                    band.coefficients(odd, odd_powers, &mut changes.odd);
                 }
             }
             self.changes.extend(changes.into_iter().take(group.len()));

@@ -10,8 +10,10 @@
 //! `relaxation`) and `layers` of `thickness`, `modulus`, `loss_factor`, `poisson`, `density` and `tension` = \[theta,
 //! y\], of power-law materials. A layer may have `cords`, a list of `stiffness` \[Pa\], `angle_deg` and
 //! `loss_factor`, or `orthotropic` in place of `modulus` and `poisson`: `E_theta`, `E_y`, `E_r`, `G_y_r`, `G_theta_r`,
-//! `G_theta_y`, `nu_theta_y`, `nu_theta_r`, `nu_y_r`. A tyre's `resolved` is not read. Cases have `n` and `m`; their
-//! order is circumferential, lateral, radial outward.
+//! `G_theta_y`, `nu_theta_y`, `nu_theta_r`, `nu_y_r`. It may turn, towards growing theta: `speed` \[m/s\] of the
+//! tread's surface; `tension` is that at rest then and grows as [`super::rotation`] has it, or with
+//! `"centrifugal_tension": "given"` that of the turning tyre. A tyre's `resolved` is not read. Cases have `n` and `m`;
+//! their order is circumferential, lateral, radial outward.
 
 use num_complex::Complex64;
 use serde::Deserialize;
@@ -20,6 +22,7 @@ use thiserror::Error;
 
 use super::compliance::{Matrix3, Stack};
 use super::curved::{CurvedStack, FINE_STEP};
+use super::rotation::Rotation;
 use crate::scene::{Cavity, Cords, Foundation, Law, Layer, MOST_CORD_LOSSES, Material, Orthotropic};
 
 /// Steps through the layers of a curved tyre at most: ten times those of the shortest waves that matter.
@@ -55,6 +58,8 @@ struct TyreEntry {
     name: String,
     #[serde(default, rename = "curved")]
     _curved: bool,
+    #[serde(default)]
+    speed: f64,
     layers: Vec<LayerEntry>,
     #[serde(with = "FoundationEntry")]
     foundation: Foundation,
@@ -194,6 +199,7 @@ struct CurvedEntry {
     _resolved: Value,
     #[serde(default)]
     speed: f64,
+    centrifugal_tension: Option<CentrifugalTension>,
     circumference: f64,
     width: f64,
     #[serde(default)]
@@ -205,6 +211,14 @@ struct CurvedEntry {
     #[serde(default)]
     cavity: Option<Within>,
     layers: Vec<CurvedLayerEntry>,
+}
+
+/// Tension of a tyre that turns.
+#[derive(Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum CentrifugalTension {
+    /// Part of the layers' tension already.
+    Given,
 }
 
 #[derive(Deserialize)]
@@ -245,7 +259,7 @@ pub fn evaluate(text: &str) -> Result<Value, CasesError> {
             return Err(refuse("kx, ky and s must be finite, with Re s >= 0"));
         }
         if case.speed != 0.0 {
-            return Err(refuse("speed must be 0: the rotation of a tyre is not described"));
+            return Err(refuse("a case has no speed: the tyre has"));
         }
         let s = Complex64::new(case.s[0], case.s[1]);
         let answer = match (asked, case) {
@@ -275,6 +289,14 @@ pub fn evaluate(text: &str) -> Result<Value, CasesError> {
     Ok(document)
 }
 
+/// The curved tyres of a file's text, by name.
+pub fn curved_tyres(text: &str) -> Result<Vec<(String, CurvedStack)>, CasesError> {
+    let document: Value = serde_json::from_str(text)?;
+    let tyres: Vec<Value> = serde_json::from_value(document["tyres"].clone())?;
+    let is_curved = |entry: &Value| entry["curved"].as_bool() == Some(true);
+    tyres.into_iter().filter(is_curved).map(|entry| curved(serde_json::from_value(entry)?)).collect()
+}
+
 fn numbers(matrix: Matrix3) -> Value {
     json!(matrix.map(|row| row.map(|entry| [entry.re, entry.im])))
 }
@@ -290,8 +312,8 @@ fn asked(entry: Value) -> Result<(String, Asked), CasesError> {
 }
 
 fn curved(entry: CurvedEntry) -> Result<(String, CurvedStack), CasesError> {
-    let CurvedEntry { name, circumference, width, pressure, sidewall_mass, foundation, cavity, layers, speed, .. } =
-        entry;
+    let CurvedEntry { name, circumference, width, pressure, sidewall_mass, foundation, cavity, layers, .. } = entry;
+    let CurvedEntry { speed, centrifugal_tension, .. } = entry;
     let refuse = |name: &str, what| CasesError::Range { place: format!("tyre '{name}'"), what };
     let positive = |value: &f64| *value > 0.0 && value.is_finite();
     if !positive(&circumference) || !positive(&width) {
@@ -303,8 +325,8 @@ fn curved(entry: CurvedEntry) -> Result<(String, CurvedStack), CasesError> {
     {
         return Err(refuse(&name, "radius, depth, density and sound_speed of a cavity must be positive"));
     }
-    if speed != 0.0 {
-        return Err(refuse(&name, "speed must be 0: the rotation of a tyre is not described"));
+    if !(speed >= 0.0 && speed.is_finite()) {
+        return Err(refuse(&name, "speed must be a number that is not negative: the tyre turns towards growing theta"));
     }
     let layer = |layer| {
         let CurvedLayerEntry { thickness, loss_factor, density, tension: [along, across], cords, .. } = layer;
@@ -328,17 +350,26 @@ fn curved(entry: CurvedEntry) -> Result<(String, CurvedStack), CasesError> {
         Ok(LayerEntry { thickness, material, tension_x: along, tension_y: across, cords, orthotropic })
     };
     let layers = layers.into_iter().map(layer).collect::<Result<_, _>>()?;
-    let (name, flat) = stack(TyreEntry { name, _curved: true, layers, foundation })?;
+    let (name, flat) = stack(TyreEntry { name, _curved: true, speed: 0.0, layers, foundation })?;
     let (layers, foundation) = flat.into_parts();
     let radius = circumference / std::f64::consts::TAU;
     if layers.iter().map(|layer| layer.thickness).sum::<f64>() >= radius {
         return Err(refuse(&name, "the layers must be thinner than the radius"));
     }
-    Ok((name, CurvedStack { layers, foundation, radius, width, pressure, sidewall_mass, cavity }))
+    let rotation = Rotation::default();
+    let resting = CurvedStack { layers, foundation, radius, width, pressure, sidewall_mass, cavity, rotation };
+    let rotation = match centrifugal_tension {
+        Some(CentrifugalTension::Given) => Rotation::of_given_tension(speed / radius),
+        None => Rotation::new(&resting, speed / radius),
+    };
+    Ok((name, CurvedStack { rotation, ..resting }))
 }
 
 fn stack(tyre: TyreEntry) -> Result<(String, Stack), CasesError> {
     let refuse = |what| CasesError::Range { place: format!("tyre '{}'", tyre.name), what };
+    if tyre.speed != 0.0 {
+        return Err(refuse("a flat tyre has no speed: one that turns is curved"));
+    }
     if tyre.layers.is_empty() {
         return Err(refuse("a tyre has at least one layer"));
     }

@@ -14,13 +14,14 @@
 //!
 //! ```text
 //! V' = tau/G_tr + V/r + k w        P' = upsilon/G_yr + k_y w        w' = sigma/C_rr - a_t e - a_y k_y P
-//! tau'     = (Q + S/r^2) V + (2 k S/r) w + k s_t + k_y s_ty - 2 tau/r
+//! tau'     = (Q + a) V + (2 k S/r + i c) w + k s_t + k_y s_ty - 2 tau/r
 //! upsilon' = Q P + k s_ty + k_y s_y - upsilon/r
-//! sigma'   = (Q + S/r^2) w + (2 k S/r) V + s_t/r - k tau - k_y upsilon - sigma/r
+//! sigma'   = (Q + a) w + (2 k S/r + i c) V + s_t/r - k tau - k_y upsilon - sigma/r
 //! e = k V + w/r,  s_t = Q_tt e + Q_ty k_y P + a_t sigma,  s_y = Q_ty e + Q_yy k_y P + a_y sigma,
-//! s_ty = G_ty (k_y V + k P)
+//! s_ty = G_ty (k_y V + k P),   a = S/r^2 - rho Omega^2,  c = 2 Omega rho s
 //! ```
 //!
+//! A tyre that turns (Omega, see [`super::rotation`]) keeps all of it symmetric, and C at -n is that of -Omega at n.
 //! For 1/r -> 0 this is the flat layer of [`super::layer`]. The expansion is that of Iserles & Norsett (1999), *Phil.
 //! Trans. R. Soc. A* 357, 983; impedance instead of transfer matrices as in Rokhlin & Wang (2002), *J. Acoust. Soc.
 //! Am.* 112, 822.
@@ -33,6 +34,7 @@ use super::compliance::Matrix3;
 use super::elasticity::ElasticityAt;
 use super::faces::{sum, to_fields};
 use super::material;
+use super::rotation::Rotation;
 use crate::numeric::ComplexField;
 use crate::scene::{Cavity, Foundation, Layer, Tyre};
 
@@ -66,6 +68,8 @@ pub struct CurvedStack {
     pub sidewall_mass: f64,
     /// The air within.
     pub cavity: Option<Cavity>,
+    /// Its rotation.
+    pub rotation: Rotation,
 }
 
 /// Stiffness per area of the air against a motion of the inner face ~ exp(i n theta) at s \[N/m^3\].
@@ -91,6 +95,8 @@ pub(super) struct InnerFace {
     pressure: f64,
     /// The air, where the wave feels it.
     cavity: Option<Cavity>,
+    /// m_s Omega^2 \[N/m^3\] and 2 m_s Omega \[N s/m^3\].
+    turning: [f64; 2],
 }
 
 impl InnerFace {
@@ -98,7 +104,7 @@ impl InnerFace {
     /// normal stiffness with inertia \[N/m^3\], following pressure, cavity. Order V, P, w.
     #[inline(always)]
     pub(super) fn impedance<T: ComplexField>(&self, s: T, [tangential, normal]: [T; 2]) -> [[T; 3]; 3] {
-        let Self { n, ky, radius, pressure, cavity } = *self;
+        let Self { n, ky, radius, pressure, cavity, .. } = *self;
         let hoop = pressure / radius;
         let normal = match &cavity {
             Some(cavity) => normal + air_stiffness(cavity, n, s),
@@ -106,6 +112,17 @@ impl InnerFace {
         };
         let (zero, turned, tilted) = (s.like(0.0), s.like(-(n as f64) * hoop), s.like(-ky * pressure));
         [[tangential + -hoop, zero, turned], [zero, tangential, tilted], [turned, tilted, normal + -hoop]]
+    }
+
+    /// The same where the tyre turns: the impedance without the Coriolis force of the sidewalls' mass, and what this
+    /// adds over i between V and w.
+    #[inline(always)]
+    pub(super) fn turning_impedance<T: ComplexField>(&self, s: T, foundation: [T; 2]) -> ([[T; 3]; 3], T) {
+        let mut impedance = self.impedance(s, foundation);
+        let [softening, coriolis] = self.turning;
+        impedance[0][0] = impedance[0][0] + -softening;
+        impedance[2][2] = impedance[2][2] + -softening;
+        (impedance, s * coriolis)
     }
 }
 
@@ -118,6 +135,9 @@ struct LayerAt {
     /// rho s^2 + S_y k_y^2 \[Pa/m^2\], S \[Pa\].
     inertia: Complex64,
     tension: f64,
+    /// rho Omega^2, i 2 Omega rho s \[Pa/m^2\].
+    softening: f64,
+    coriolis: Complex64,
     /// Steps over those of an isotropic layer.
     fineness: f64,
     /// Traction that counts as 1 \[Pa per m of displacement\].
@@ -136,15 +156,15 @@ impl LayerAt {
 
     /// Derivative of (V, P, w, tau, upsilon, sigma) by r as a matrix; tractions in units of `unit`.
     fn system(&self, r: f64) -> Matrix6 {
-        let Self { elasticity, inertia, tension, unit, lateral: ky, .. } = *self;
+        let Self { elasticity, inertia, tension, softening, coriolis, unit, lateral: ky, .. } = *self;
         let ElasticityAt { plane: [tt, yy, ty], contraction: [at, ay], inverse_radial, shear } = elasticity;
         let [tr, yr, in_plane] = shear;
         let k = self.n / r;
         let zero = Complex64::ZERO;
         let real = |value: f64| Complex64::new(value, 0.0);
         let q = inertia + tension * k * k;
-        let hoop = q + tension / (r * r);
-        let turn = real(2.0 * k * tension / r);
+        let hoop = q + (tension / (r * r) - softening);
+        let turn = coriolis + 2.0 * k * tension / r;
         let over = 1.0 / r;
         // s_t, s_y and s_ty by V, P, w, sigma.
         let [t_v, t_p, t_w] = [tt * k, ty * ky, tt * over];
@@ -204,7 +224,7 @@ impl CurvedStack {
             Some(carried) => carried.tension / inner_radius,
             None => inflation.map_or(0.0, |inflation| inflation.pressure),
         };
-        Self {
+        let resting = Self {
             layers: tyre.layers.clone(),
             foundation: tyre.foundation.clone(),
             radius: tyre.radius(),
@@ -212,7 +232,22 @@ impl CurvedStack {
             pressure,
             sidewall_mass: inflation.map_or(0.0, |inflation| inflation.sidewall_mass),
             cavity: tyre.cavity,
+            rotation: Rotation::default(),
+        };
+        Self { rotation: Rotation::new(&resting, tyre.angular_velocity), ..resting }
+    }
+
+    /// The same with all of the hoop stress in its layers' tension, so that the stress stays if a layer is cut.
+    pub(in crate::tyre) fn resolved(mut self) -> Self {
+        let mut from = self.inner_radius();
+        for layer in &mut self.layers {
+            if self.rotation.turns() {
+                layer.tension[0] = self.rotation.prestress(layer, from)[0] * layer.thickness;
+            }
+            from += layer.thickness;
         }
+        self.rotation = Rotation::of_given_tension(self.rotation.angular_velocity);
+        self
     }
 
     /// Radius of the inner face \[m\].
@@ -227,11 +262,17 @@ impl CurvedStack {
         let inner = self.inner_face(n, m);
         let (ky, mut r) = (inner.ky, inner.radius);
         let mut impedance = inner.impedance(s, self.foundation(s));
+        if self.rotation.turns() {
+            let (turning, coriolis) = inner.turning_impedance(s, self.foundation(s));
+            impedance = turning;
+            impedance[0][2] += Complex64::i() * coriolis;
+            impedance[2][0] += Complex64::i() * coriolis;
+        }
         let n = n as f64;
         let mut transfer = identity();
         for layer in &self.layers {
             let h = layer.thickness;
-            let at = layer_at(layer, n, ky, s, r);
+            let at = layer_at(layer, self.rotation, n, ky, s, r);
             let steps = at.steps(r, h, step) as usize;
             let d = h / steps as f64;
             let mut scaled = impedance.map(|row| row.map(|entry| entry / at.unit));
@@ -259,7 +300,7 @@ impl CurvedStack {
         let inner = self.inner_face(n, m);
         let mut r = inner.radius;
         let of = |layer: &Layer| {
-            let steps = layer_at(layer, n as f64, inner.ky, s, r).steps(r, layer.thickness, step);
+            let steps = layer_at(layer, self.rotation, n as f64, inner.ky, s, r).steps(r, layer.thickness, step);
             r += layer.thickness;
             steps
         };
@@ -274,7 +315,9 @@ impl CurvedStack {
 
     /// The same at a wave that the air does not follow.
     pub(super) fn face_of_short_wave(&self, n: i64, ky: f64) -> InnerFace {
-        InnerFace { n, ky, radius: self.inner_radius(), pressure: self.pressure, cavity: None }
+        let Self { pressure, sidewall_mass: mass, rotation: Rotation { angular_velocity: omega, .. }, .. } = *self;
+        let turning = [mass * omega * omega, 2.0 * mass * omega];
+        InnerFace { n, ky, radius: self.inner_radius(), pressure, cavity: None, turning }
     }
 
     /// Tangential and normal stiffness of sidewalls and foundation at s, inertia included \[N/m^3\].
@@ -284,15 +327,18 @@ impl CurvedStack {
     }
 }
 
-fn layer_at(layer: &Layer, n: f64, ky: f64, s: Complex64, r: f64) -> LayerAt {
+fn layer_at(layer: &Layer, rotation: Rotation, n: f64, ky: f64, s: Complex64, r: f64) -> LayerAt {
     let elasticity = ElasticityAt::new(layer, s);
-    let [along, across] = layer.tension.map(|tension| tension / layer.thickness);
+    let [along, across] = rotation.prestress(layer, r);
+    let density = layer.material.density;
     let [steep_along, steep_across] = elasticity.steepness();
     LayerAt {
         n,
         lateral: ky,
-        inertia: s * s * layer.material.density + across * ky * ky,
+        inertia: s * s * density + across * ky * ky,
         tension: along,
+        softening: rotation.softening(density),
+        coriolis: Complex64::i() * rotation.coriolis(density, s),
         fineness: if layer.is_isotropic() { 1.0 } else { 2.0 },
         unit: elasticity.shear[0].norm() * ((n / r * steep_along).hypot(ky * steep_across) + 1.0 / layer.thickness),
         elasticity,

@@ -32,7 +32,7 @@ use pulp::Simd;
 use super::compliance::{Matrix3, NormalCompliance};
 use super::curved::{CurvedStack, InnerFace};
 use super::elasticity::{CordParts, ElasticityAt, MaterialRatios};
-use super::faces::{Block, carrying, climb, inverse, product, to_fields};
+use super::faces::{Block, Climb, carrying, either_way, inverse, product, to_fields};
 use super::layer_modes::{LayerModes, LayerValues, LayerWave};
 use super::material;
 use super::radial_polynomials::RadialProducts;
@@ -70,6 +70,10 @@ struct CurvedLayer {
     ratios: MaterialRatios,
     /// Growth of displacements across the layer over that along it: see [`super::elasticity`].
     steepness: [f64; 2],
+    /// S, S_y \[Pa\].
+    prestress: [f64; 2],
+    /// rho Omega^2 \[Pa/m^2\].
+    softening: f64,
     /// True if s = 0 is all that will be asked for.
     at_rest: bool,
     /// By degree.
@@ -94,6 +98,7 @@ pub struct CylinderWave {
     inner: InnerFace,
     /// Radius of the outer face \[m\].
     radius: f64,
+    turns: bool,
 }
 
 impl Cylinder {
@@ -122,6 +127,8 @@ impl Cylinder {
                 from: inner,
                 shear_waves: layer.material.density * largest_s * largest_s / shear.norm(),
                 shear: material::shear_modulus(&layer.material, (REFERENCE * largest_s).into()).norm(),
+                prestress: stack.rotation.prestress(layer, inner),
+                softening: stack.rotation.softening(layer.material.density),
                 at_rest: largest_s <= 0.0,
                 products: (0..=HIGHEST_DEGREE).map(|_| OnceLock::new()).collect(),
             }
@@ -138,6 +145,7 @@ impl Cylinder {
                 shear: material::shear_modulus(&layer.material, s),
                 inertia: s * s * layer.material.density,
                 fibres: cords.at(s),
+                coriolis: self.stack.rotation.coriolis(layer.material.density, s),
             })
             .collect();
         CylinderAt { layers, foundation: self.stack.foundation(s), s }
@@ -160,6 +168,7 @@ impl Cylinder {
             layers: self.layers.iter().map(|layer| layer.modes(n, inner.ky, self.tolerance)).collect(),
             inner,
             radius: self.stack.radius,
+            turns: self.stack.rotation.turns(),
         }
     }
 }
@@ -188,13 +197,13 @@ impl CurvedLayer {
         let products = self.products[degree].get_or_init(|| RadialProducts::new(*from, layer.thickness, degree));
         let poisson = layer.material.poisson;
         let lame_ratio = 2.0 * poisson / (1.0 - 2.0 * poisson);
-        let prestress = layer.tension.map(|tension| tension / layer.thickness);
         let wave = LayerWave {
             n,
             ky,
             lame_ratio,
             orthotropic: layer.orthotropic.as_ref().map(|_| self.ratios),
-            prestress,
+            prestress: self.prestress,
+            softening: self.softening,
             cords: &self.cords.parts,
             fibres: self.fibres,
             shear: *shear,
@@ -219,6 +228,7 @@ impl<S: Simd> CylinderAt<Lanes<S>> {
                 shear: value(&|at| at.shear),
                 inertia: value(&|at| at.inertia),
                 fibres: std::array::from_fn(|part| value(&|at| at.fibres[part])),
+                coriolis: value(&|at| at.coriolis),
             }
         };
         Self {
@@ -233,49 +243,138 @@ impl CylinderWave {
     /// C_zz of the surface and D_zz to the inner face for normal traction \[m/Pa\].
     #[inline(always)]
     pub fn normal<T: ComplexField>(&self, at: &CylinderAt<T>) -> NormalCompliance<T> {
-        let (impedance, transfer) = self.climb(at, self.layers.len());
-        let [_, _, [a, b, c]] = inverse(impedance);
-        let [a, b, c] = [a * self.radius, b * self.radius, c * self.radius];
-        let bottom = match transfer {
-            Some([.., [i, j, k]]) => i * a + j * b + k * c,
-            None => c,
-        };
-        NormalCompliance { surface: c, bottom }
+        if self.turns {
+            let [forwards, _] = self.normal_both_ways(at);
+            return forwards;
+        }
+        self.normal_at_rest(at)
+    }
+
+    /// The same of a tyre at rest.
+    #[inline(always)]
+    pub fn normal_at_rest<T: ComplexField>(&self, at: &CylinderAt<T>) -> NormalCompliance<T> {
+        self.normal_over(&self.climb(at, self.layers.len()))
+    }
+
+    /// The same of the waves n and -n.
+    #[inline(always)]
+    pub fn normal_both_ways<T: ComplexField>(&self, at: &CylinderAt<T>) -> [NormalCompliance<T>; 2] {
+        let [forwards, backwards] = &self.climb_both_ways(at, self.layers.len());
+        [self.normal_over(forwards), self.normal_over(backwards)]
     }
 
     /// C and D \[m/Pa\]; order circumferential, lateral, radial outward.
     pub fn full(&self, at: &CylinderAt) -> (Matrix3, Matrix3) {
-        let (impedance, transfer) = self.climb(at, self.layers.len());
-        let surface = inverse(impedance).map(|row| row.map(|entry| entry * self.radius));
-        let bottom = transfer.map_or(surface, |transfer| product(&transfer, &surface));
-        (to_fields(surface), to_fields(bottom))
+        if self.turns {
+            let [forwards, _] = &self.climb_both_ways(at, self.layers.len());
+            return self.full_over(forwards);
+        }
+        self.full_over(&self.climb(at, self.layers.len()))
+    }
+
+    /// The same of the wave -n.
+    pub fn full_backwards(&self, at: &CylinderAt) -> (Matrix3, Matrix3) {
+        let (surface, bottom) = if self.turns {
+            let [_, backwards] = &self.climb_both_ways(at, self.layers.len());
+            self.full_over(backwards)
+        } else {
+            self.full(at)
+        };
+        (mirrored(surface), mirrored(bottom))
     }
 
     /// Driving-point compliance \[m/Pa\] for normal traction, per area of the surface, under the outermost layer, which
     /// rides along.
     #[inline(always)]
     pub fn under_tread<T: ComplexField>(&self, at: &CylinderAt<T>) -> T {
+        if self.turns {
+            let [forwards, _] = self.under_tread_both_ways(at);
+            return forwards;
+        }
+        self.under_tread_at_rest(at)
+    }
+
+    /// The same of a tyre at rest.
+    #[inline(always)]
+    pub fn under_tread_at_rest<T: ComplexField>(&self, at: &CylinderAt<T>) -> T {
         let carcass = self.layers.len().saturating_sub(1);
-        let (mut impedance, _) = self.climb(at, carcass);
+        let mut impedance = self.climb(at, carcass).impedance;
         for (layer, at) in self.layers.iter().zip(&at.layers).skip(carcass) {
             impedance = carrying(&impedance, &layer.faces(at));
         }
         inverse(impedance)[2][2] * self.radius
     }
 
-    /// Through so many layers from the inner face: tractions times radius by displacements of the face that is reached,
-    /// and displacements of the inner face by those (`None` without layers).
+    /// The same of the waves n and -n.
     #[inline(always)]
-    fn climb<T: ComplexField>(&self, at: &CylinderAt<T>, layers: usize) -> (Block<T>, Option<Block<T>>) {
-        let mut impedance = self.inner.impedance(at.s, at.foundation);
-        for entry in impedance.as_flattened_mut() {
-            *entry = *entry * self.inner.radius;
+    pub fn under_tread_both_ways<T: ComplexField>(&self, at: &CylinderAt<T>) -> [T; 2] {
+        let carcass = self.layers.len().saturating_sub(1);
+        let [mut forwards, mut backwards] = self.climb_both_ways(at, carcass).map(|climb| climb.impedance);
+        for (layer, at) in self.layers.iter().zip(&at.layers).skip(carcass) {
+            let faces = layer.turning_faces(at);
+            forwards = carrying(&forwards, &either_way(&faces, false));
+            backwards = carrying(&backwards, &either_way(&faces, true));
         }
-        climb(
-            impedance,
-            &self.layers[..layers],
-            #[inline(always)]
-            |index, layer| layer.faces(&at.layers[index]),
-        )
+        [inverse(forwards)[2][2] * self.radius, inverse(backwards)[2][2] * self.radius]
     }
+
+    #[inline(always)]
+    fn normal_over<T: ComplexField>(&self, climb: &Climb<T>) -> NormalCompliance<T> {
+        let [_, _, [a, b, c]] = inverse(climb.impedance);
+        let [a, b, c] = [a * self.radius, b * self.radius, c * self.radius];
+        let bottom = match climb.transfer {
+            Some([.., [i, j, k]]) => i * a + j * b + k * c,
+            None => c,
+        };
+        NormalCompliance { surface: c, bottom }
+    }
+
+    fn full_over(&self, climb: &Climb<Complex64>) -> (Matrix3, Matrix3) {
+        let surface = inverse(climb.impedance).map(|row| row.map(|entry| entry * self.radius));
+        let bottom = climb.transfer.map_or(surface, |transfer| product(&transfer, &surface));
+        (to_fields(surface), to_fields(bottom))
+    }
+
+    /// Through so many layers from the inner face: tractions times radius by displacements of the face that is reached,
+    /// and displacements of the inner face by those.
+    #[inline(always)]
+    fn climb<T: ComplexField>(&self, at: &CylinderAt<T>, layers: usize) -> Climb<T> {
+        let mut climb = Climb::from(scaled(self.inner.impedance(at.s, at.foundation), self.inner.radius));
+        for (layer, at) in self.layers[..layers].iter().zip(&at.layers) {
+            climb = climb.through(&layer.faces(at));
+        }
+        climb
+    }
+
+    /// The same of the waves n and -n of a tyre that turns: layer by layer, since what is even in Omega serves both.
+    #[inline(always)]
+    fn climb_both_ways<T: ComplexField>(&self, at: &CylinderAt<T>, layers: usize) -> [Climb<T>; 2] {
+        let (even, odd) = self.inner.turning_impedance(at.s, at.foundation);
+        let (even, odd) = (scaled(even, self.inner.radius), (odd * self.inner.radius).times_i());
+        let (mut forwards, mut backwards) = (even, even);
+        for (row, column) in [(0, 2), (2, 0)] {
+            forwards[row][column] = even[row][column] + odd;
+            backwards[row][column] = even[row][column] - odd;
+        }
+        let (mut forwards, mut backwards) = (Climb::from(forwards), Climb::from(backwards));
+        for (layer, at) in self.layers[..layers].iter().zip(&at.layers) {
+            let faces = layer.turning_faces(at);
+            forwards = forwards.through(&either_way(&faces, false));
+            backwards = backwards.through(&either_way(&faces, true));
+        }
+        [forwards, backwards]
+    }
+}
+
+/// The wave -n of Omega is n of -Omega in a mirror, which turns circumferential motion round.
+fn mirrored([[vv, vp, vw], [pv, pp, pw], [wv, wp, ww]]: Matrix3) -> Matrix3 {
+    [[vv, -vp, -vw], [-pv, pp, pw], [-wv, wp, ww]]
+}
+
+#[inline(always)]
+fn scaled<T: ComplexField>(mut block: Block<T>, factor: f64) -> Block<T> {
+    for entry in block.as_flattened_mut() {
+        *entry = *entry * factor;
+    }
+    block
 }

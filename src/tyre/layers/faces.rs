@@ -15,29 +15,63 @@ use crate::numeric::ComplexField;
 /// A block over V, P, w.
 pub(super) type Block<T> = [[T; 3]; 3];
 
-/// Climbs through layers from an impedance: the impedance of the face that is reached, and displacements of the inner
-/// face by those there (`None` without layers). `faces` gives a layer's blocks.
+/// An impedance on the way outwards.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Climb<T> {
+    /// Impedance of the face that is reached.
+    pub impedance: Block<T>,
+    /// Displacements of the inner face by those there (`None` without layers).
+    pub transfer: Option<Block<T>>,
+}
+
+impl<T: ComplexField> Climb<T> {
+    /// Starts from the impedance of the inner face.
+    #[inline(always)]
+    pub fn from(impedance: Block<T>) -> Self {
+        Self { impedance, transfer: None }
+    }
+
+    /// Goes on through a layer, given by its blocks.
+    #[inline(always)]
+    pub fn through(self, [inner, across, outer]: &[Block<T>; 3]) -> Self {
+        // Minus the displacement of the inner face by that of the outer one.
+        let follows = product(&inverse(sum(&self.impedance, inner)), across);
+        let impedance = difference(outer, &product(&transposed(across), &follows));
+        let [[p, q, r], [s, t, u], [v, w, x]] = follows;
+        let step = [[-p, -q, -r], [-s, -t, -u], [-v, -w, -x]];
+        let transfer = Some(match self.transfer {
+            Some(before) => product(&before, &step),
+            None => step,
+        });
+        Self { impedance, transfer }
+    }
+}
+
+/// Climbs through layers from an impedance. `faces` gives a layer's blocks.
 #[inline(always)]
 pub(super) fn climb<T: ComplexField, L>(
     start: Block<T>,
     layers: &[L],
     mut faces: impl FnMut(usize, &L) -> [Block<T>; 3],
 ) -> (Block<T>, Option<Block<T>>) {
-    let mut impedance = start;
-    let mut transfer: Option<Block<T>> = None;
+    let mut climb = Climb::from(start);
     for (index, layer) in layers.iter().enumerate() {
-        let [inner, across, outer] = faces(index, layer);
-        // Minus the displacement of the inner face by that of the outer one.
-        let follows = product(&inverse(sum(&impedance, &inner)), &across);
-        impedance = difference(&outer, &product(&transposed(&across), &follows));
-        let [[p, q, r], [s, t, u], [v, w, x]] = follows;
-        let step = [[-p, -q, -r], [-s, -t, -u], [-v, -w, -x]];
-        transfer = Some(match transfer {
-            Some(before) => product(&before, &step),
-            None => step,
-        });
+        climb = climb.through(&faces(index, layer));
     }
-    (impedance, transfer)
+    (climb.impedance, climb.transfer)
+}
+
+/// E + i O, or E - i O the other way round.
+#[inline(always)]
+pub(super) fn either_way<T: ComplexField>([even, odd]: &[[Block<T>; 3]; 2], back: bool) -> [Block<T>; 3] {
+    let mut blocks = *even;
+    for (block, odd) in blocks.iter_mut().zip(odd) {
+        for (entry, odd) in block.as_flattened_mut().iter_mut().zip(odd.as_flattened()) {
+            let turned = odd.times_i();
+            *entry = if back { *entry - turned } else { *entry + turned };
+        }
+    }
+    blocks
 }
 
 /// Adds a layer whose outer face is free to the impedance of the face under it.

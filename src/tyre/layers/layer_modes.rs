@@ -7,13 +7,14 @@ use std::ops::Range;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
+use super::coriolis::CoriolisModes;
 use super::elasticity::{Fibres, MaterialRatios};
 use super::radial_polynomials::RadialProducts;
 use crate::numeric::ComplexField;
 use crate::scene::MOST_CORD_LOSSES;
 
 /// Entries of the upper triangle of a symmetric 6x6 matrix.
-const ENTRIES: usize = 21;
+pub(super) const ENTRIES: usize = 21;
 /// Modes whose terms are added together: their coefficients stay in the processor's first cache.
 const BLOCK: usize = 8;
 
@@ -36,6 +37,8 @@ pub(super) struct LayerModes {
     /// How each part couples the modes of the first block, the lowest ones, where there are cords: an entry for each
     /// pair. Taken to the first order: c^T (D + E)^-1 c = c^T D^-1 c - c^T D^-1 E D^-1 c.
     coupled: Vec<[f64; PAIRS]>,
+    /// The Coriolis force, where the tyre turns.
+    coriolis: Option<Box<CoriolisModes>>,
 }
 
 /// A part of the stiffness that does not follow the modulus.
@@ -77,7 +80,12 @@ pub(super) struct LayerValues<T> {
     pub inertia: T,
     /// f of the cords, by loss factor.
     pub fibres: [T; MOST_CORD_LOSSES],
+    /// 2 Omega rho s \[Pa/m^2\].
+    pub coriolis: T,
 }
+
+/// Blocks of a layer: see [`super::faces`].
+pub(super) type Faces<T> = [super::faces::Block<T>; 3];
 
 /// Properties of a layer that its waves depend on.
 #[derive(Clone, Debug)]
@@ -91,6 +99,8 @@ pub(super) struct LayerWave<'a> {
     pub orthotropic: Option<MaterialRatios>,
     /// S, S_y \[Pa\].
     pub prestress: [f64; 2],
+    /// rho Omega^2 of a tyre that turns \[Pa/m^2\]; 0 at rest.
+    pub softening: f64,
     /// Cords, and their f at s_0.
     pub cords: &'a [Fibres],
     pub fibres: [f64; MOST_CORD_LOSSES],
@@ -166,7 +176,7 @@ impl LayerWave<'_> {
 
     /// Parts of the stiffness that do not follow the modulus, each with f(s_0)/mu_0 and its place among the cords.
     fn parts(&self, products: &RadialProducts) -> Vec<(Mat<f64>, f64, Option<usize>)> {
-        let tense = self.prestress.iter().any(|stress| stress.abs() > 0.0);
+        let tense = self.softening > 0.0 || self.prestress.iter().any(|stress| stress.abs() > 0.0);
         let inverse = self.shear.recip();
         let tension = tense.then(|| (self.prestress(products), inverse, None));
         let cords = self.cords.iter().zip(self.fibres).enumerate().map(|(index, (cords, fibres))| {
@@ -176,12 +186,12 @@ impl LayerWave<'_> {
         tension.into_iter().chain(cords).collect()
     }
 
-    /// G: the prestress.
+    /// G: the prestress, less what rotation takes off.
     fn prestress(&self, products: &RadialProducts) -> Mat<f64> {
-        let Self { n, ky, prestress: [along, across], .. } = *self;
+        let Self { n, ky, prestress: [along, across], softening, .. } = *self;
         by_fields(products.values.nrows(), |a, b| {
             let (i, m) = (along * products.values_over_r[(a, b)], across * ky * ky * products.values_r[(a, b)]);
-            let both = (n * n + 1.0) * i + m;
+            let both = (n * n + 1.0) * i + m - softening * products.values_r[(a, b)];
             [both, 0.0, 2.0 * n * i, n * n * i + m, 0.0, both]
         })
     }
@@ -208,7 +218,7 @@ fn by_fields(polynomials: usize, entries: impl Fn(usize, usize) -> [f64; 6]) -> 
 }
 
 /// Rows and columns of the upper triangle, row by row.
-fn upper_places() -> impl Iterator<Item = (usize, usize)> {
+pub(super) fn upper_places() -> impl Iterator<Item = (usize, usize)> {
     (0..6).flat_map(|row| (row..6).map(move |column| (row, column)))
 }
 
@@ -230,6 +240,7 @@ impl LayerModes {
             parts: Vec::new(),
             blocks: Vec::new(),
             coupled: Vec::new(),
+            coriolis: None,
         })
     }
 
@@ -249,6 +260,7 @@ impl LayerModes {
                 parts: Vec::new(),
                 blocks: Vec::new(),
                 coupled: Vec::new(),
+                coriolis: None,
             });
         }
         let held = stiffness.submatrix(6, 6, modes, modes).self_adjoint_eigen(Side::Lower).ok()?;
@@ -267,6 +279,7 @@ impl LayerModes {
         let heavy = reduced(&inertia, &(following.transpose() * &moved), Some(&(following.transpose() * &following)));
         let moving = moved + &following;
         // Of each part: itself on the faces, g_j and gamma_j.
+        let turns = wave.softening > 0.0;
         let has_cords = !wave.cords.is_empty();
         let mut pairs: Vec<[f64; PAIRS]> = Vec::new();
         let parts: Vec<(Part, Mat<f64>, Vec<f64>)> = parts
@@ -294,7 +307,7 @@ impl LayerModes {
                 values.iter_mut().zip(range.clone()).for_each(|(place, j)| *place = value(j));
                 values
             };
-            let terms = if has_cords {
+            let terms = if has_cords || turns {
                 let pulls = parts.iter().map(|(_, pulling, _)| pulling);
                 let rows = |matrix: &Mat<f64>| [0, 1, 2, 3, 4, 5].map(|row| padded(&|j| matrix[(j, row)], 0.0));
                 Terms::Vectors([&moving].into_iter().chain(pulls).map(rows).collect())
@@ -312,7 +325,16 @@ impl LayerModes {
                 terms,
             }
         };
+        let coriolis = turns.then(|| {
+            let exchange = by_fields(products.values.nrows(), |a, b| [0.0, 0.0, products.values_r[(a, b)], 0.0, 0.0, 0.0]);
+            let modal = vectors.transpose() * exchange.submatrix(6, 6, modes, modes) * vectors;
+            let (coupled, inner) = (coupling(&exchange), &modal * &following);
+            let own = (following.transpose() * &coupled, following.transpose() * &inner);
+            let faces = reduced(&exchange, &own.0, Some(&own.1));
+            Box::new(CoriolisModes { faces, pulls: coupled + inner, modal })
+        });
         Some(Self {
+            coriolis,
             blocks: (0..modes).step_by(BLOCK).map(block).collect(),
             faces: [stiff, heavy],
             coupled: pairs,
@@ -320,9 +342,53 @@ impl LayerModes {
         })
     }
 
-    /// Tractions on the faces times their radii by displacements: the blocks of [`super::faces`].
+    /// Tractions on the faces times their radii by displacements: the blocks of [`super::faces`], of a layer that turns
+    /// without the Coriolis force.
     #[inline(always)]
-    pub fn faces<T: ComplexField>(&self, values: &LayerValues<T>) -> [[[T; 3]; 3]; 3] {
+    pub fn faces<T: ComplexField>(&self, values: &LayerValues<T>) -> Faces<T> {
+        blocks_of(self.entries(values))
+    }
+
+    /// The same where the tyre turns, E + i O for Omega and E - i O for -Omega: E and O.
+    #[inline(always)]
+    pub fn turning_faces<T: ComplexField>(&self, values: &LayerValues<T>) -> [Faces<T>; 2] {
+        let mut even = self.entries(values);
+        let mut odd = [values.shear * 0.0; ENTRIES];
+        if let Some(coriolis) = &self.coriolis {
+            let left = self.left(values);
+            let (mut moved, mut inverses) = (Vec::new(), Vec::new());
+            for block in &self.blocks {
+                let inverse = block.inverse(values, &left);
+                if let Terms::Vectors(vectors) = &block.terms {
+                    for j in 0..BLOCK {
+                        moved.push(force(vectors, values.inertia, &left, j).map(|c| -(c * inverse[j])));
+                        inverses.push(-inverse[j]);
+                    }
+                }
+            }
+            let [more, found] = coriolis.parts(values.coriolis, &moved, &inverses);
+            even.iter_mut().zip(more).for_each(|(entry, more)| *entry = *entry + more);
+            odd = found;
+        }
+        [blocks_of(even), blocks_of(odd)]
+    }
+
+    /// f(s) less the share of each part that follows the modulus.
+    #[inline(always)]
+    fn left<T: ComplexField>(&self, values: &LayerValues<T>) -> [T; MOST_PARTS] {
+        let shear = values.shear;
+        let mut left = [shear; MOST_PARTS];
+        for (left, part) in left.iter_mut().zip(&self.parts) {
+            *left = match part.cords {
+                None => shear * -part.reference + 1.0,
+                Some(index) => shear * -part.reference + values.fibres[index],
+            };
+        }
+        left
+    }
+
+    #[inline(always)]
+    fn entries<T: ComplexField>(&self, values: &LayerValues<T>) -> [T; ENTRIES] {
         // Loops, not closures over arrays: a call of those would end the lanes' vector instructions.
         let LayerValues { shear, inertia, .. } = *values;
         let [stiff, heavy] = &self.faces;
@@ -330,26 +396,15 @@ impl LayerModes {
         for k in 0..ENTRIES {
             entries[k] = (shear * stiff[k]).plus_scaled(heavy[k], inertia);
         }
-        let mut left = [shear; MOST_PARTS];
-        for (left, part) in left.iter_mut().zip(&self.parts) {
-            *left = match part.cords {
-                None => shear * -part.reference + 1.0,
-                Some(index) => shear * -part.reference + values.fibres[index],
-            };
+        let left = self.left(values);
+        for (left, part) in left.iter().zip(&self.parts) {
             for (entry, own) in entries.iter_mut().zip(&part.faces) {
                 *entry = entry.plus_scaled(*own, *left);
             }
         }
         let factors = [inertia * inertia, inertia * left[0], left[0] * left[0]];
         for (index, block) in self.blocks.iter().enumerate() {
-            let mut inverse = [shear; BLOCK];
-            for (j, inverse) in inverse.iter_mut().enumerate() {
-                let mut sum = shear * block.stiffness[j];
-                for (own, left) in block.own.iter().zip(&left) {
-                    sum = sum.plus_scaled(own[j], *left);
-                }
-                *inverse = -(sum + inertia).reciprocal();
-            }
+            let inverse = block.inverse(values, &left);
             match &block.terms {
                 Terms::Products(products) => {
                     for (products, factor) in products.iter().zip(factors) {
@@ -362,9 +417,54 @@ impl LayerModes {
                 }
             }
         }
-        let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u] = entries;
-        [[[a, b, c], [b, g, h], [c, h, l]], [[d, e, f], [i, j, k], [m, n, o]], [[p, q, r], [q, s, t], [r, t, u]]]
+        entries
     }
+}
+
+impl Block {
+    /// -1/(mu lambda_j + rho s^2 + sum t_p gamma_pj).
+    #[inline(always)]
+    fn inverse<T: ComplexField>(&self, values: &LayerValues<T>, left: &[T; MOST_PARTS]) -> [T; BLOCK] {
+        let LayerValues { shear, inertia, .. } = *values;
+        let mut inverse = [shear; BLOCK];
+        for (j, inverse) in inverse.iter_mut().enumerate() {
+            let mut sum = shear * self.stiffness[j];
+            for (own, left) in self.own.iter().zip(left) {
+                sum = sum.plus_scaled(own[j], *left);
+            }
+            *inverse = -(sum + inertia).reciprocal();
+        }
+        inverse
+    }
+}
+
+/// A symmetric 6x6 matrix by its upper triangle into its blocks.
+#[inline(always)]
+fn blocks_of<T>(entries: [T; ENTRIES]) -> Faces<T>
+where
+    T: Copy,
+{
+    let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u] = entries;
+    [[[a, b, c], [b, g, h], [c, h, l]], [[d, e, f], [i, j, k], [m, n, o]], [[p, q, r], [q, s, t], [r, t, u]]]
+}
+
+/// c_j = inertia m_j + sum of left_p g_pj.
+#[inline(always)]
+fn force<T: ComplexField>(
+    vectors: &[[[f64; BLOCK]; 6]],
+    inertia: T,
+    left: &[T; MOST_PARTS],
+    j: usize,
+) -> [T; 6] {
+    let mut c = [inertia; 6];
+    for row in 0..6 {
+        let mut sum = inertia * vectors[0][row][j];
+        for (vector, left) in vectors[1..].iter().zip(left) {
+            sum = sum.plus_scaled(vector[row][j], *left);
+        }
+        c[row] = sum;
+    }
+    c
 }
 
 /// The faces' own entries of a matrix with what follows them: `cross` and its transpose, and `own`.
@@ -420,14 +520,9 @@ fn add_vectors<T: ComplexField>(
     // c_j inverse_j, mode by mode.
     let mut moved = [[inertia; 6]; BLOCK];
     for j in 0..BLOCK {
-        let mut c = [inertia; 6];
+        let c = force(vectors, inertia, left, j);
         for row in 0..6 {
-            let mut sum = inertia * vectors[0][row][j];
-            for (vector, left) in vectors[1..].iter().zip(left) {
-                sum = sum.plus_scaled(vector[row][j], *left);
-            }
-            c[row] = sum;
-            moved[j][row] = sum * inverse[j];
+            moved[j][row] = c[row] * inverse[j];
         }
         let mut k = 0;
         for (row, moved) in moved[j].into_iter().enumerate() {

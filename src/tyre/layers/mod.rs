@@ -7,6 +7,7 @@
 //! - `anisotropic`: the stack where not all layers are isotropic;
 //! - [`curved`]: C and D of the same layers as a hollow cylinder, under inflation, over a cavity;
 //! - [`cylinder`]: the same wave by wave, prepared once for all s;
+//! - [`rotation`]: growth and hoop stress of a tyre that turns;
 //! - [`lane_compliance`]: the flat ones at several s in lockstep;
 //! - [`surface_asymptote`]: what C becomes at high wavenumbers;
 //! - [`cases`]: files of wavenumbers and s in, C and D out.
@@ -14,6 +15,7 @@
 mod anisotropic;
 pub mod cases;
 pub mod compliance;
+mod coriolis;
 pub mod curved;
 pub mod cylinder;
 mod elasticity;
@@ -24,6 +26,7 @@ mod layer_modes;
 pub mod material;
 pub mod matrix2;
 mod radial_polynomials;
+pub mod rotation;
 mod scaled_series;
 pub mod surface_asymptote;
 

@@ -58,3 +58,21 @@ pub fn fetch(cache: &Cache, tyre: &Tyre, options: &FitOptions, stop: &AtomicBool
     })?;
     Ok(Fetched { model, warm: times.is_none(), times, warnings })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tyre::poles::turning_ring;
+
+    #[test]
+    fn a_turning_model_survives_the_cache_and_is_refused_without_all_its_odd_parts() {
+        let directory = tempfile::tempdir().unwrap();
+        let cache = Cache::at(directory.path().to_path_buf(), u64::MAX);
+        let model = turning_ring::model(16, -70.0);
+        cache.store(&[7; 32], &model).unwrap();
+        assert_eq!(cache.load::<RationalModel>(&[7; 32]).unwrap().unwrap().unwrap(), model);
+        let mut short = model.clone();
+        short.odd_residues[1].pop();
+        assert!(model.is_sound() && !short.is_sound());
+    }
+}

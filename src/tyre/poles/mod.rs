@@ -43,9 +43,11 @@ pub mod scaling;
 mod table;
 mod tangential;
 mod tree;
+#[cfg(test)]
+pub(crate) mod turning_ring;
 mod wavenumber;
 
 pub use error::FitError;
 pub use fit::{FitOptions, FitTimes, fit, fit_timed, fit_unless_stopped};
-pub use model::{FitStatistics, Modes, RationalModel};
+pub use model::{Direction, FitStatistics, Modes, RationalModel};
 pub use tangential::{TangentialModel, lateral_tangential_model, tangential_model};

@@ -79,6 +79,44 @@ pub struct Modes<'a> {
     pub constant: f64,
 }
 
+/// Least residue of a wave of both directions in one of them, as a part of that in the other.
+pub const LEAST_SHARE: f64 = 0.1;
+
+/// Direction of a wave round the tyre, seen by its material.
+///
+/// Elements count against the rotation. A wave exp(i n theta' + i w t), n and w > 0 and theta' rising with the elements,
+/// has crests that run to smaller elements.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Direction {
+    /// With the rotation, to smaller elements: H_n = E_n + i O_n on the upper imaginary axis.
+    Forwards,
+    /// Against the rotation, to larger elements: H_-n = E_n - i O_n there.
+    Backwards,
+}
+
+impl Direction {
+    /// Both, forwards first.
+    pub const BOTH: [Self; 2] = [Self::Forwards, Self::Backwards];
+
+    /// The other one.
+    pub fn opposite(self) -> Self {
+        match self {
+            Self::Forwards => Self::Backwards,
+            Self::Backwards => Self::Forwards,
+        }
+    }
+
+    /// E + i O, or E - i O.
+    pub fn of(self, even: Complex64, odd: Complex64) -> Complex64 {
+        let turned = Complex64::new(-odd.im, odd.re);
+        match self {
+            Self::Forwards => even + turned,
+            Self::Backwards => even - turned,
+        }
+    }
+}
+
 impl Modes<'_> {
     /// How often a pole counts in a sum of real parts: twice where it stands for a pair.
     pub fn multiplicity(&self, index: usize) -> f64 {
@@ -93,6 +131,24 @@ impl Modes<'_> {
     /// Odd part O_n(s) \[m/N\].
     pub fn evaluate_odd(&self, s: Complex64) -> Complex64 {
         if self.odd.is_empty() { Complex64::ZERO } else { evaluate(self.poles, self.odd, 0.0, s) }
+    }
+
+    /// Value at s of the waves of one direction: H_n(s), or H_-n(s) \[m/N\].
+    pub fn evaluate_wave(&self, direction: Direction, s: Complex64) -> Complex64 {
+        direction.of(self.evaluate(s), self.evaluate_odd(s))
+    }
+
+    /// Residue at a stored pole of the waves of one direction: R + i Q of H_n, or R - i Q of H_-n, with the residues R
+    /// of E_n and Q of O_n. A resonance of one direction has none in the other \[m/(N s)\].
+    pub fn residue(&self, direction: Direction, index: usize) -> Complex64 {
+        direction.of(self.residues[index], self.odd.get(index).copied().unwrap_or_default())
+    }
+
+    /// Tells whether a stored pole is a wave of a direction: at rest of both, of a tyre that turns where its residue is
+    /// at least [`LEAST_SHARE`] of that in the other direction.
+    pub fn belongs_to(&self, direction: Direction, index: usize) -> bool {
+        let [own, other] = [direction, direction.opposite()].map(|direction| self.residue(direction, index).norm());
+        own >= LEAST_SHARE * other
     }
 }
 
@@ -171,11 +227,16 @@ impl RationalModel {
             model.poles.push(&entry.poles);
             model.driven_residues.extend_from_slice(&entry.residues[0]);
             model.bottom_residues.extend_from_slice(&entry.residues[1]);
-            for (residues, odd) in model.odd_residues.iter_mut().zip(&entry.odd) {
+            for (residues, odd) in model.odd_residues.iter_mut().zip(&entry.odd).filter(|(_, odd)| !odd.is_empty()) {
+                // Waves before it that are like their mirror images.
+                residues.resize(model.poles.stored() - odd.len(), Complex64::ZERO);
                 residues.extend_from_slice(odd);
             }
             model.constants.push(entry.constants);
             model.statistics.push(entry.statistics);
+        }
+        for residues in model.odd_residues.iter_mut().filter(|residues| !residues.is_empty()) {
+            residues.resize(model.poles.stored(), Complex64::ZERO);
         }
         model
     }
@@ -188,7 +249,7 @@ pub struct Entry {
     pub poles: Vec<Complex64>,
     /// R of the driven and of the innermost face.
     pub residues: [Vec<Complex64>; 2],
-    /// R of their odd parts; empty at rest.
+    /// R of their odd parts; empty where these are 0: at rest, of n = 0 and of n = N/2.
     pub odd: [Vec<Complex64>; 2],
     /// Constants of both.
     pub constants: [f64; 2],

@@ -1,7 +1,10 @@
 //! Passivity of a model: Re(s H(s)) >= 0 on the axis, within the band and beyond it.
+//!
+//! Of a tyre that turns for both waves: H_n = E + i O and H_-n = E - i O, Re(s H_+-n)/|s| = -Im E -+ Re O at s = i w.
 
 use num_complex::Complex64;
 
+use super::ladder::Ladder;
 use super::sampled::{Candidate, Sampled};
 use crate::numeric::rational::PartialFractions;
 
@@ -13,20 +16,22 @@ const MENDING_ROUNDS: usize = 8;
 /// determines it. Only what stays within the tolerance is taken.
 pub fn passive(sampled: &Sampled<'_>, mut candidate: Candidate) -> Candidate {
     let tolerance = sampled.target.tolerance;
-    let mut samples = sampled.samples(true);
+    let mut samples = sampled.samples();
     for _ in 0..MENDING_ROUNDS {
         let models = &candidate.models;
-        let (least, s) = least_power(sampled, &models[0]);
+        let (least, s) = least_power(sampled, models);
         if least >= 0.0 {
             break;
         }
+        let offends = powers(&values(models, s)).map(|power| power < 0.0);
         for s in [s * 0.93, s, s * 1.07] {
+            let mut values = values(models, s);
+            let square = square(&values);
             samples.points.push(s);
-            samples.point_weights.push(sampled.point_weight(models[0].evaluate(s)));
-            for (face, (response, model)) in samples.responses.iter_mut().zip(models).enumerate() {
-                let value = model.evaluate(s);
-                let margin = -0.5 * tolerance * sampled.local_scale(value);
-                response.push(if face == 0 { Complex64::new(value.re, margin) } else { value });
+            samples.point_weights.push(sampled.point_weight(square));
+            without_energy(&mut values, offends, -0.5 * tolerance * sampled.local_scale(square));
+            for (response, value) in samples.responses.iter_mut().zip(values) {
+                response.push(value);
             }
         }
         match sampled.candidate(&samples, candidate.poles.clone()) {
@@ -37,17 +42,52 @@ pub fn passive(sampled: &Sampled<'_>, mut candidate: Candidate) -> Candidate {
     candidate
 }
 
-/// Smallest Re(s H)/|s|, relative to the local scale of the errors, on every eighth rung and beyond the band, and
-/// where.
-pub fn least_power(sampled: &Sampled<'_>, model: &PartialFractions) -> (f64, Complex64) {
-    let checked = &sampled.ladder.checked;
-    let values = model.evaluate_all(&sampled.ladder.checked_parts);
-    checked
-        .iter()
-        .enumerate()
-        .map(|(k, &s)| {
-            let value = values.get(k);
-            (-value.im / sampled.local_scale(value), s)
-        })
-        .fold((f64::INFINITY, Complex64::ZERO), |least, next| if next.0 < least.0 { next } else { least })
+/// Values of the models at s, one after the other.
+fn values(models: &[PartialFractions], s: Complex64) -> Vec<Complex64> {
+    models.iter().map(|model| model.evaluate(s)).collect()
+}
+
+/// O of the driven face.
+fn odd(values: &[Complex64]) -> Complex64 {
+    values.get(2).copied().unwrap_or_default()
+}
+
+/// Mean of |H_n|^2 and |H_-n|^2 of the driven face.
+fn square(values: &[Complex64]) -> f64 {
+    values[0].norm_sqr() + odd(values).norm_sqr()
+}
+
+/// Re(s H_n)/|s| and Re(s H_-n)/|s| of the driven face on the axis.
+fn powers(values: &[Complex64]) -> [f64; 2] {
+    let (even, odd) = (values[0], odd(values));
+    [-even.im - odd.re, -even.im + odd.re]
+}
+
+/// Gives the waves of the driven face that offend the imaginary part `margin`; their real parts stay.
+fn without_energy(values: &mut [Complex64], offends: [bool; 2], margin: f64) {
+    if values.len() <= 2 {
+        values[0].im = margin;
+        return;
+    }
+    // H_n and H_-n.
+    let [forwards, backwards] = powers(values).map(|power| -power);
+    let asked = |imaginary: f64, offends: bool| if offends { margin } else { imaginary };
+    let [forwards, backwards] = [asked(forwards, offends[0]), asked(backwards, offends[1])];
+    values[0].im = 0.5 * (forwards + backwards);
+    values[2].re = 0.5 * (forwards - backwards);
+}
+
+/// Smallest Re(s H)/|s| of both waves, relative to the local scale of the errors, on every eighth rung and beyond the
+/// band, and where.
+pub fn least_power(sampled: &Sampled<'_>, models: &[PartialFractions]) -> (f64, Complex64) {
+    let Ladder { checked, checked_parts, .. } = sampled.ladder;
+    let even = models[0].evaluate_all(checked_parts);
+    let odd = models.get(2).map(|model| model.evaluate_all(checked_parts));
+    let powers = checked.iter().enumerate().map(|(k, &s)| {
+        let value = even.get(k);
+        let odd = odd.as_ref().map_or(Complex64::ZERO, |odd| odd.get(k));
+        let least = -value.im - odd.re.abs();
+        (least / sampled.local_scale(value.norm_sqr() + odd.norm_sqr()), s)
+    });
+    powers.fold((f64::INFINITY, Complex64::ZERO), |least, next| if next.0 < least.0 { next } else { least })
 }

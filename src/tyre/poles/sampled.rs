@@ -6,6 +6,11 @@
 //! Errors of the driven face are relative to its *local scale*, |H_n(s)| but no less than 0.003 of its largest value
 //! over the band, and for the carcass under a bedding no less than the whole tyre's at rest; those of the belt to the
 //! largest |D_n|.
+//!
+//! Of a tyre that turns both faces have an even and an odd part, E and O, with H_n = E + i O and H_-n = E - i O. The
+//! error of a face is then the worse of both waves', |dE + i dO| or |dE - i dO|, and |H_n| is the mean of both,
+//! sqrt(|E|^2 + |O|^2) = sqrt((|H_n|^2 + |H_-n|^2)/2). Squares of the parts' errors add up to the mean square of the
+//! waves', so that both parts have the same weight in a fit.
 
 use num_complex::Complex64;
 
@@ -23,6 +28,8 @@ use crate::tyre::influence::FaceValues;
 const LEAST_SCALE: f64 = 3e-3;
 /// Rungs that join the grid in one round.
 const MOST_JOINING: usize = 12;
+/// Parts of the faces: E of the driven and of the innermost one, then O likewise.
+const PARTS: usize = 4;
 
 /// Target of the fit of a wavenumber.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,13 +61,15 @@ pub struct Sampled<'a> {
     pub target: &'a Target,
     /// Samples by rung: driven and innermost face.
     values: Vec<Option<[Complex64; 2]>>,
+    /// Odd parts, likewise; empty as long as all of them are 0.
+    odd: Vec<[Complex64; 2]>,
     /// Rungs of the axis that fits may use, rising.
     pub grid: Vec<usize>,
     /// Rungs of the axis that only check, rising.
     pub fresh: Vec<usize>,
     /// Further fresh rungs, where a model has a peak that is narrower than the samples are apart.
     probes: Vec<usize>,
-    /// Largest |H_n| and |D_n| so far.
+    /// Largest |H_n| and |D_n| so far, each the mean of both waves.
     pub scales: [f64; 2],
     pub evaluations: u64,
 }
@@ -69,6 +78,7 @@ pub struct Sampled<'a> {
 #[derive(Clone, Debug)]
 pub struct Candidate {
     pub poles: Vec<Complex64>,
+    /// E of the driven and of the innermost face; of a wave that differs from its mirror image O of both, too.
     pub models: Vec<PartialFractions>,
     pub errors: Errors,
 }
@@ -103,6 +113,20 @@ fn fitted_real() -> impl Iterator<Item = usize> {
     REAL.skip(1).step_by(2)
 }
 
+/// The larger one of |E + i O|^2 and |E - i O|^2.
+fn largest_square(even: Complex64, odd: Complex64) -> f64 {
+    even.norm_sqr() + odd.norm_sqr() + 2.0 * (even * odd.conj()).im.abs()
+}
+
+/// Residue of a pole in a face, the larger one of both waves.
+pub fn largest_residue(models: &[PartialFractions], face: usize, index: usize) -> f64 {
+    let even = models[face].residues[index];
+    match models.get(face + 2) {
+        Some(odd) => largest_square(even, odd.residues[index]).sqrt(),
+        None => even.norm(),
+    }
+}
+
 impl<'a> Sampled<'a> {
     /// Samples a grid of rungs and the real axis.
     pub fn new(ladder: &'a Ladder, target: &'a Target, grid: Vec<usize>, sample: &mut Sample<'_>) -> Self {
@@ -110,6 +134,7 @@ impl<'a> Sampled<'a> {
             ladder,
             target,
             values: vec![None; REAL.end],
+            odd: Vec::new(),
             grid,
             fresh: Vec::new(),
             probes: Vec::new(),
@@ -120,14 +145,25 @@ impl<'a> Sampled<'a> {
         sampled
     }
 
-    /// Samples of the imaginary axis.
-    fn on_axis(&self) -> impl Iterator<Item = &[Complex64; 2]> {
-        self.values[..REAL.start].iter().flatten()
+    /// Squares of a face's samples on the imaginary axis.
+    fn on_axis(&self, face: usize) -> impl Iterator<Item = f64> {
+        self.values[..REAL.start].iter().enumerate().filter_map(move |(rung, value)| {
+            value.map(|value| value[face].norm_sqr() + self.odd(rung)[face].norm_sqr())
+        })
     }
 
     /// Tells whether the belt moves more than a share of its scale anywhere.
     pub fn bottom_exceeds(&self, share: f64) -> bool {
-        self.on_axis().any(|value| value[1].norm_sqr() > (share * self.scales[1]).powi(2))
+        self.on_axis(1).any(|square| square > (share * self.scales[1]).powi(2))
+    }
+
+    /// Tells whether the odd parts of a face are more than a share of its scale anywhere.
+    pub fn odd_exceeds(&self, face: usize, share: f64) -> bool {
+        let exceeds = |rung: &usize| {
+            let scale = if face == 0 { self.local_scale(self.square(*rung)) } else { self.scales[1] };
+            self.odd(*rung)[face].norm_sqr() > (share * scale).powi(2)
+        };
+        !self.odd.is_empty() && (0..REAL.end).filter(|&rung| self.values[rung].is_some()).any(|rung| exceeds(&rung))
     }
 
     /// Brings `fresh` up to date with the grid and evaluates what is missing.
@@ -147,9 +183,12 @@ impl<'a> Sampled<'a> {
         for (rung, faces) in wanted.into_iter().zip(values) {
             self.evaluations += faces.evaluations;
             self.values[rung] = Some([faces.driven, faces.bottom]);
+            if faces.odd != [Complex64::ZERO; 2] {
+                self.odd.resize(REAL.end, [Complex64::ZERO; 2]);
+                self.odd[rung] = faces.odd;
+            }
         }
-        let largest =
-            |face: usize| self.on_axis().fold(0.0_f64, |scale, value| scale.max(value[face].norm_sqr())).sqrt();
+        let largest = |face: usize| self.on_axis(face).fold(0.0_f64, f64::max).sqrt();
         let given = self.target.bottom_scale;
         self.scales = [largest(0), if given > 0.0 { given } else { largest(1) }];
     }
@@ -158,37 +197,67 @@ impl<'a> Sampled<'a> {
         self.values[rung].unwrap_or_default()
     }
 
-    /// The samples that fits may use. The belt only has a say in the poles where it is not negligible.
-    pub fn samples(&self, with_bottom: bool) -> Samples {
+    /// Odd parts of both faces.
+    fn odd(&self, rung: usize) -> [Complex64; 2] {
+        self.odd.get(rung).copied().unwrap_or_default()
+    }
+
+    /// Mean of |H_n|^2 and |H_-n|^2 of the driven face.
+    fn square(&self, rung: usize) -> f64 {
+        self.value(rung)[0].norm_sqr() + self.odd(rung)[0].norm_sqr()
+    }
+
+    /// Parts that are there: two of a wave like its mirror image, else four.
+    fn parts(&self) -> usize {
+        if self.odd.is_empty() { PARTS / 2 } else { PARTS }
+    }
+
+    /// The samples that fits may use, of all parts.
+    pub fn samples(&self) -> Samples {
+        self.samples_of(|_| true)
+    }
+
+    /// The same of chosen parts, the driven face's E among them: the belt and the odd parts only have a say in the poles
+    /// where they are not negligible.
+    pub fn samples_of(&self, chosen: impl Fn(usize) -> bool) -> Samples {
         let rungs: Vec<usize> = self.grid.iter().copied().chain(fitted_real()).collect();
-        let response = |face: usize| rungs.iter().map(|&rung| self.value(rung)[face]).collect();
-        let responses: Vec<Vec<Complex64>> = (0..if with_bottom { 2 } else { 1 }).map(response).collect();
-        let scales = &self.scales[..responses.len()];
+        let value = |part: usize, rung: usize| if part < 2 { self.value(rung)[part] } else { self.odd(rung)[part - 2] };
+        let parts: Vec<usize> = (0..self.parts()).filter(|&part| chosen(part)).collect();
+        let response = |&part: &usize| rungs.iter().map(|&rung| value(part, rung)).collect();
         Samples {
-            weights: scales.iter().map(|scale| scale.max(f64::MIN_POSITIVE).recip()).collect(),
-            point_weights: responses[0].iter().map(|&value| self.point_weight(value)).collect(),
+            weights: parts.iter().map(|part| self.scales[part % 2].max(f64::MIN_POSITIVE).recip()).collect(),
+            point_weights: rungs.iter().map(|&rung| self.point_weight(self.square(rung))).collect(),
             points: rungs.iter().map(|&rung| self.ladder.points[rung]).collect(),
-            responses,
+            responses: parts.iter().map(response).collect(),
         }
     }
 
-    /// The best model over given poles.
+    /// The best model over given poles; `samples` of all parts.
     pub fn candidate(&self, samples: &Samples, poles: Vec<Complex64>) -> Result<Candidate, RationalError> {
-        let models = residues(samples, &poles, self.target.constant)?;
+        let mut models = residues(samples, &poles, self.target.constant)?;
+        if self.target.constant && models.len() > 2 {
+            // Odd parts have none.
+            let odd = Samples {
+                responses: samples.responses[2..].to_vec(),
+                weights: samples.weights[2..].to_vec(),
+                ..samples.clone()
+            };
+            models.splice(2.., residues(&odd, &poles, false)?);
+        }
         let errors = self.errors(&models);
         Ok(Candidate { poles, models, errors })
     }
 
-    /// Returns the scale of errors of the driven face where its value is `value`.
-    pub fn local_scale(&self, value: Complex64) -> f64 {
+    /// Returns the scale of errors of the driven face where the mean of |H_n|^2 and |H_-n|^2 is `square`.
+    pub fn local_scale(&self, square: f64) -> f64 {
         let largest = self.scales[0];
-        let scale = value.norm_sqr().sqrt().max(LEAST_SCALE * largest).min(largest);
+        let scale = square.sqrt().max(LEAST_SCALE * largest).min(largest);
         scale.max(self.target.least_scale).max(f64::MIN_POSITIVE)
     }
 
-    /// How much more an error counts where the driven face's value is `value` than where it is largest.
-    pub fn point_weight(&self, value: Complex64) -> f64 {
-        self.scales[0].max(f64::MIN_POSITIVE) / self.local_scale(value)
+    /// How much more an error counts where the mean of |H_n|^2 and |H_-n|^2 is `square` than where it is largest.
+    pub fn point_weight(&self, square: f64) -> f64 {
+        self.scales[0].max(f64::MIN_POSITIVE) / self.local_scale(square)
     }
 
     /// Errors of both faces at rungs, in their order.
@@ -196,10 +265,12 @@ impl<'a> Sampled<'a> {
         let points = Parts::new(rungs.iter().map(|&rung| self.ladder.points[rung]), 1.0);
         let modelled: Vec<Parts> = models.iter().map(|model| model.evaluate_all(&points)).collect();
         let at = |(k, &rung): (usize, &usize)| {
-            let values = self.value(rung);
-            let scales = [self.local_scale(values[0]), self.scales[1].max(f64::MIN_POSITIVE)];
+            let (values, odd) = (self.value(rung), self.odd(rung));
+            let scales = [self.local_scale(self.square(rung)), self.scales[1].max(f64::MIN_POSITIVE)];
             std::array::from_fn(|face| {
-                let error = (modelled[face].get(k) - values[face]).norm_sqr().sqrt() / scales[face];
+                let of_even = modelled[face].get(k) - values[face];
+                let of_odd = modelled.get(face + 2).map_or(Complex64::ZERO, |odds| odds.get(k) - odd[face]);
+                let error = largest_square(of_even, of_odd).sqrt() / scales[face];
                 // Not a number would lose every comparison and pass for no error.
                 if error.is_finite() { error } else { f64::INFINITY }
             })
@@ -263,9 +334,10 @@ impl<'a> Sampled<'a> {
         let mut sampled: Vec<usize> = self.grid.iter().chain(&self.fresh).copied().collect();
         sampled.sort_unstable();
         let before = self.probes.len();
-        for (pole, residue) in poles.iter().zip(&models[0].residues).filter(|(pole, _)| is_pair(**pole)) {
-            let scale = self.local_scale(models[0].evaluate(Complex64::new(0.0, pole.im)));
-            let height = residue.norm() / (pole.re.abs() * scale);
+        for (index, pole) in poles.iter().enumerate().filter(|(_, pole)| is_pair(**pole)) {
+            let s = Complex64::new(0.0, pole.im);
+            let at = |part: usize| models.get(part).map_or(0.0, |model| model.evaluate(s).norm_sqr());
+            let height = largest_residue(models, 0, index) / (pole.re.abs() * self.local_scale(at(0) + at(2)));
             let rung = self.ladder.points[..REAL.start].partition_point(|s| s.im < pole.im).min(RUNGS);
             let next = sampled.partition_point(|&other| other < rung);
             let at = |index: usize| sampled.get(index).map_or(0.0, |&other| self.ladder.points[other].im);

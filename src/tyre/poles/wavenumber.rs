@@ -18,7 +18,7 @@ use super::error::{FitError, RefusalReason};
 use super::ladder::{Ladder, REAL, RUNGS};
 use super::model::{Entry, FitStatistics};
 use super::passivity::{least_power, passive};
-use super::sampled::{Candidate, Sample, Sampled, Target};
+use super::sampled::{Candidate, Sample, Sampled, Target, largest_residue};
 use crate::numeric::rational::partial_fractions::{fold_conjugates, order, sort, stabilise};
 use crate::numeric::rational::vector_fitting::{Elimination, relocate};
 use crate::numeric::rational::{RationalError, aaa};
@@ -43,6 +43,8 @@ const ROUNDS: usize = 120;
 const PRODUCTS_FROM: f64 = 1e-6;
 /// The belt has a say in the poles from this many tolerances on.
 const BELT_FROM: f64 = 1e4;
+/// The odd parts of a tyre that turns have a say in the poles from this many tolerances on.
+const ODD_FROM: f64 = 1.0;
 
 /// Where a fit starts: poles of a neighbour and the rungs it ended with.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -124,8 +126,13 @@ impl Attempt<'_> {
         // Poles that follow the driven face alone follow the belt to about a hundredth; a belt that hardly moves needs
         // no more.
         let with_bottom = self.sampled.bottom_exceeds((BELT_FROM * self.target.tolerance).min(0.05));
-        let samples = self.sampled.samples(true);
-        let pole_samples = if with_bottom { &samples } else { &self.sampled.samples(false) };
+        let odd_from = ODD_FROM * self.target.tolerance;
+        let with_odd = [self.sampled.odd_exceeds(0, odd_from), with_bottom && self.sampled.odd_exceeds(1, odd_from)];
+        let chosen = [true, with_bottom, with_odd[0], with_odd[1]];
+        let samples = self.sampled.samples();
+        let some = (samples.responses.len() > chosen.iter().filter(|&&chosen| chosen).count())
+            .then(|| self.sampled.samples_of(|part| chosen[part]));
+        let pole_samples = some.as_ref().unwrap_or(&samples);
         let mut poles = relocate(pole_samples, poles, self.target.constant, elimination)?;
         self.bound(&mut poles);
         self.relocations += 1;
@@ -179,7 +186,7 @@ impl Attempt<'_> {
             }
             if candidate.errors.largest() <= tolerance {
                 let candidate = passive(&self.sampled, candidate);
-                let (least, s) = least_power(&self.sampled, &candidate.models[0]);
+                let (least, s) = least_power(&self.sampled, &candidate.models);
                 if least >= -tolerance {
                     return Ok(candidate);
                 }
@@ -241,7 +248,7 @@ impl Attempt<'_> {
     /// The pole that contributes least, if it is not the only one.
     fn least(&self, Candidate { poles, models, .. }: &Candidate) -> Option<usize> {
         let share = |index: usize| {
-            let size = |face: usize| models[face].residues[index].norm() / self.sampled.scales[face];
+            let size = |face: usize| largest_residue(models, face, index) / self.sampled.scales[face];
             size(0).max(size(1)) / poles[index].re.abs()
         };
         (0..poles.len()).min_by(|&i, &j| share(i).total_cmp(&share(j))).filter(|_| poles.len() > 1)
@@ -268,7 +275,7 @@ impl Attempt<'_> {
             fewer.clone_from(&candidate.poles);
             if candidate.errors.largest() <= self.target.tolerance {
                 let candidate = passive(&self.sampled, candidate);
-                if least_power(&self.sampled, &candidate.models[0]).0 >= -self.target.tolerance {
+                if least_power(&self.sampled, &candidate.models).0 >= -self.target.tolerance {
                     return Some(candidate);
                 }
             }
@@ -277,7 +284,7 @@ impl Attempt<'_> {
     }
 
     fn finish(&self, Candidate { poles, models, errors }: Candidate) -> Fitted {
-        let passivity = least_power(&self.sampled, &models[0]).0;
+        let passivity = least_power(&self.sampled, &models).0;
         let statistics = FitStatistics {
             order: order(&poles),
             samples: self.sampled.grid.len() + REAL.len() / 2,
@@ -290,11 +297,12 @@ impl Attempt<'_> {
             passivity,
         };
         let mut models = models.into_iter();
-        let (driven, bottom) = (models.next().unwrap_or_default(), models.next().unwrap_or_default());
+        let mut next = || models.next().unwrap_or_default();
+        let [driven, bottom, odd_driven, odd_bottom] = [next(), next(), next(), next()];
         let entry = Entry {
             poles,
             residues: [driven.residues, bottom.residues],
-            odd: Default::default(),
+            odd: [odd_driven.residues, odd_bottom.residues],
             constants: [driven.constant, bottom.constant],
             statistics,
         };
@@ -312,3 +320,7 @@ fn new_pole(s: Complex64, lowest: f64) -> Complex64 {
         Complex64::new(-frequency, 0.0)
     }
 }
+
+#[cfg(test)]
+#[path = "rotating_tests.rs"]
+mod tests;

@@ -1,0 +1,96 @@
+//! Rotation of a curved tyre: its growth and the hoop stress of its layers, steady in the tyre's own frame.
+//!
+//! Layers that turn with Omega are held together by one growth w_0 that they share: each bears of the centrifugal load
+//! what its own hoop stiffness is worth, and the foundation the rest:
+//!
+//! ```text
+//! w_0 = Omega^2 (sum rho_j h_j r_j^2 + m_s R_i^2)/(sum Q_tt,j(0) h_j/r_j + k_n(0) R_i),
+//! S_j = T_theta,j/h_j + Q_tt,j(0) w_0/r_j,
+//! ```
+//!
+//! r_j mid radii, Q_tt(0) the hoop modulus at s = 0 of strains held across, m_s the mass of the sidewalls per area of
+//! the inner face, R_i its radius. Within 1.3 % of the statics of the layers in full. Small motion about this state has
+//! the accelerations (circumferential, lateral, outward)
+//!
+//! ```text
+//! (s^2 - Omega^2) v + 2 Omega s w,   s^2 q,   (s^2 - Omega^2) w - 2 Omega s v,
+//! ```
+//!
+//! of the sidewalls' mass, too. Left out: the radial prestress of the layers that hang on the belt, at most 1.1 % of C
+//! at 110 km/h and 5.8 % at 250 km/h.
+
+use num_complex::Complex64;
+
+use super::curved::CurvedStack;
+use super::elasticity::ElasticityAt;
+use super::material;
+use crate::scene::{Layer, Tyre};
+
+/// Steady rotation of a curved stack; none by default.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Rotation {
+    /// Angular velocity Omega, positive towards the waves exp(i n theta) of growing theta \[rad/s\].
+    pub angular_velocity: f64,
+    /// Growth w_0 of the radius \[m\].
+    pub growth: f64,
+}
+
+/// Growth w_0 of a tyre's radius by its rotation \[m\]; 0 at rest and of a flat one.
+pub fn growth(tyre: &Tyre) -> f64 {
+    if tyre.curvature { CurvedStack::new(tyre).rotation.growth } else { 0.0 }
+}
+
+impl Rotation {
+    /// Rotation whose tension the layers' own already holds: no growth adds to it.
+    pub fn of_given_tension(angular_velocity: f64) -> Self {
+        Self { angular_velocity, growth: 0.0 }
+    }
+
+    /// Rotation of a stack with the growth that it takes.
+    pub fn new(stack: &CurvedStack, angular_velocity: f64) -> Self {
+        if angular_velocity == 0.0 {
+            return Self::default();
+        }
+        let inner = stack.inner_radius();
+        let mut from = inner;
+        let (mut load, mut stiffness) = (stack.sidewall_mass * inner * inner, 0.0);
+        for layer in &stack.layers {
+            let middle = from + 0.5 * layer.thickness;
+            load += layer.material.density * layer.thickness * middle * middle;
+            stiffness += hoop_modulus(layer) * layer.thickness / middle;
+            from += layer.thickness;
+        }
+        let [_, normal] = material::foundation_stiffness(&stack.foundation, Complex64::ZERO);
+        stiffness += normal.re * inner;
+        Self { angular_velocity, growth: angular_velocity * angular_velocity * load / stiffness }
+    }
+
+    /// Tells whether it turns.
+    pub fn turns(&self) -> bool {
+        self.angular_velocity != 0.0
+    }
+
+    /// Prestress S, S_y \[Pa\] of a layer whose inner face has the radius `from` \[m\].
+    pub fn prestress(&self, layer: &Layer, from: f64) -> [f64; 2] {
+        let [hoop, across] = layer.tension.map(|tension| tension / layer.thickness);
+        if !self.turns() {
+            return [hoop, across];
+        }
+        [hoop + hoop_modulus(layer) * self.growth / (from + 0.5 * layer.thickness), across]
+    }
+
+    /// rho Omega^2: what the rotation takes off the stiffness against circumferential and outward motion \[Pa/m^2\].
+    pub(super) fn softening(&self, density: f64) -> f64 {
+        density * self.angular_velocity * self.angular_velocity
+    }
+
+    /// 2 Omega rho s, of the Coriolis force \[Pa/m^2\]; also of a mass per area \[N/m^3\].
+    pub(super) fn coriolis(&self, density: f64, s: Complex64) -> Complex64 {
+        s * (2.0 * self.angular_velocity * density)
+    }
+}
+
+/// Q_tt at s = 0 \[Pa\].
+fn hoop_modulus(layer: &Layer) -> f64 {
+    ElasticityAt::new(layer, Complex64::ZERO).plane[0].re
+}

@@ -236,10 +236,12 @@ impl VibrationObserver {
         }
     }
 
-    /// Velocities for unit force of some fields at all wavenumbers and frequencies.
+    /// Velocities for unit force of some fields at all wavenumbers and frequencies, of a tyre that turns by even and odd
+    /// parts.
     fn evaluations(&self, fields: usize) -> u64 {
         let layout = self.accumulator.layout();
-        (fields * (layout.elements / 2 + 1) * layout.channels() * layout.bins()) as u64
+        let parts = if self.tyre.turns() { 2 } else { 1 };
+        (parts * fields * (layout.elements / 2 + 1) * layout.channels() * layout.bins()) as u64
     }
 
     /// Takes in a step, and the power put in \[W\].
@@ -323,7 +325,7 @@ fn check_memory(
     let map = if vibration.map { 3.0 * 16.0 * 1024.0 * layout.wavenumbers() as f64 } else { 0.0 };
     // The powers are there a second time when they are looked at. What is there before is in the plan's sum.
     let at_the_end = map + 8.0 * (layout.bins() * layout.row()) as f64;
-    let needed = point_bytes(layout, fields, vibration) + at_the_end;
+    let needed = point_bytes(layout, fields, vibration, plan.decisions.tyre.turns()) + at_the_end;
     let limit = plan.scene.numerics.memory_limit;
     if at_the_end + planned_memory(plan) <= 1e9 * limit {
         return Ok(());

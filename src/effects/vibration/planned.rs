@@ -144,6 +144,10 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
         (None, true) => 2.0 * fields + 1.0,
         (None, false) => fields + 1.0,
     };
+    // Even and odd parts of the waves of a tyre that turns.
+    let turns = plan.decisions.tyre.turns();
+    let parts = if turns { 2.0 } else { 1.0 };
+    let times = parts * times;
     let poles = match &segments.cells {
         None => 0.5 * amounts.poles,
         Some(cells) => add_models(amounts, plan, cells.heard.len()),
@@ -160,16 +164,17 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
     }
     let evaluations = times * wavenumbers(scene) * bins * layout.components() as f64;
     amounts.count(Counter::VibrationEvaluations, evaluations);
-    let held = point_bytes(&layout, wanted, vibration);
+    let held = point_bytes(&layout, wanted, vibration, turns);
     amounts.hold("forces and spectra of segments", VIBRATION_RESERVE * held);
     if let Some(CellSegments { power, .. }) = &segments.cells {
         let [waves, ..] = plan.expected_waves(amounts.expected.columns);
         let of_stages = (power.stages() * power.stages() * power.bins()) as f64;
-        amounts.add(Stage::Vibration, Unit::VibrationPole, 0.5 * amounts.poles * of_stages, Place::Before);
-        amounts.count(Counter::VibrationEvaluations, waves * of_stages);
+        amounts.add(Stage::Vibration, Unit::VibrationPole, parts * 0.5 * amounts.poles * of_stages, Place::Before);
+        amounts.count(Counter::VibrationEvaluations, parts * waves * of_stages);
         // One field's table after the other, unless places want them all.
-        let double = if at_places { fields } else { 1.0 } * VelocityTable::bytes(&layout);
-        let tables = fields * HeardVelocity::bytes(&layout) + double + HeardPower::bytes(power, waves);
+        let double = if at_places { fields } else { 1.0 } * VelocityTable::bytes(&layout, turns);
+        let of_power = HeardPower::bytes(power, waves, turns);
+        let tables = fields * HeardVelocity::bytes(&layout, turns) + double + of_power;
         amounts.hold("transfers of the cells' waves", tables);
         amounts.hold("forces and spectra of the power", VibrationAccumulator::bytes(power, 0));
     }

@@ -121,7 +121,7 @@ impl Plan {
     /// Waves that a window of so many columns is expected to need, the multiply-adds of their transforms, there and
     /// back, for an instant, and the forces that are remembered of all waves at one stage of their steps. They are not
     /// listed: there may be more than a machine can hold.
-    pub(super) fn expected_waves(&self, columns: f64) -> [f64; 3] {
+    pub(crate) fn expected_waves(&self, columns: f64) -> [f64; 3] {
         let grid = self.cell_grid();
         let (waves, cells) = (grid.waves(), columns * grid.across as f64);
         let mut expected = [0.0; 3];
@@ -144,14 +144,14 @@ impl Plan {
     }
 
     /// The largest lateral number of the waves that carry the past.
-    pub(super) fn last_lateral_number(&self) -> usize {
+    pub(crate) fn last_lateral_number(&self) -> usize {
         let grid = self.cell_grid();
         let highest = TAU / grid.length().min(grid.pitch());
         self.cell_truncation().lateral_terms.unwrap_or((highest / grid.waves().ky(1)) as usize)
     }
 
     /// Poles that one of them is expected to have, conjugates counted.
-    pub(super) fn expected_poles_of_wave(&self) -> f64 {
+    pub(crate) fn expected_poles_of_wave(&self) -> f64 {
         POLES[0] - POLES[1] * (self.fit.tolerance / 1e-5).log10()
     }
 

@@ -36,7 +36,7 @@ pub(super) struct CellContact<'a> {
 
 impl ZoneMaker for CellContact<'_> {
     fn at_rest(&mut self) -> Result<(StaticContact, f64), RunError> {
-        Ok((self.resting.under(&self.plan.scene.rolling.axle)?, 1.0))
+        Ok((self.resting.under(&self.plan.decisions.axle)?, 1.0))
     }
 
     fn make(&self, window: Window<'_>, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Made, RunError> {
@@ -49,7 +49,7 @@ impl ZoneMaker for CellContact<'_> {
         }
         let numerics = &plan.scene.numerics;
         let instant = self.instant(columns, meter)?;
-        let followed = plan.decisions.vibration.is_some();
+        let followed = plan.decisions.takes_models;
         let waves = match numerics.history {
             History::Direct if !followed => Vec::new(),
             _ => self.carried(columns, meter, warnings)?,

@@ -1,5 +1,7 @@
 //! Pasts of cells of a tyre that turns.
 
+use std::f64::consts::TAU;
+
 use num_complex::Complex64;
 
 use super::direct::DirectPast;
@@ -8,7 +10,7 @@ use super::wave_transform::WaveTransform;
 use crate::counters::Meter;
 use crate::scene::{DEFAULT, Scene, Tyre};
 use crate::time_rule::TimeRule;
-use crate::tyre::influence::{CellGrid, CellSums, CellTruncation, CellWave, WaveBand};
+use crate::tyre::influence::{CellGrid, CellSums, CellTruncation, CellWave, FaceValues, WaveBand};
 use crate::tyre::poles::cells::{CellFitOptions, CellModel, fit_cells};
 
 const COLUMNS: usize = 9;
@@ -92,31 +94,31 @@ fn direct_sums_of_a_turning_tyre_are_a_calculation_in_the_frequency_domain() {
     let sums = sums(&tyre, rule);
     let rows = sums.waves(WaveBand::WHOLE);
     let mut direct = DirectPast::new(&sums, &rows, transform(&sums), rule, TIME_STEP, lags);
-    let (own, points, radius) = ((4, 1), 512, 0.95_f64);
+    let (own, points, radius) = ((4, 1), 160, 0.85_f64);
     // One impulse, seen by cells before and behind it, as the sum over signed waves on a circle of its own.
     let grid = sums.grid();
-    let response = |s: Complex64, distance: i64, j: usize| {
-        let at = sums.at(s);
+    let waves: Vec<(usize, usize, &CellWave)> =
+        rows.iter().flat_map(|row| row.waves.iter().enumerate().map(|(n, wave)| (row.m, n, wave))).collect();
+    let response = |values: &[FaceValues], distance: i64, j: usize| {
         let mut sum = Complex64::ZERO;
-        for row in &rows {
-            let shapes = grid.shape(row.m, j) * grid.shape(row.m, own.1);
-            for n in 1 - ELEMENTS as i64 / 2..=ELEMENTS as i64 / 2 {
-                let wave: &CellWave = &row.waves[n.unsigned_abs() as usize];
-                let mut values = Vec::new();
-                sums.values(wave, [&at], &mut values);
-                let signed = values[0].driven + Complex64::new(0.0, n.signum() as f64) * values[0].odd[0];
-                sum +=
-                    shapes * signed * Complex64::cis(std::f64::consts::TAU * (n * distance) as f64 / ELEMENTS as f64);
-            }
+        for (&(m, n, _), value) in waves.iter().zip(values) {
+            let shapes = grid.shape(m, j) * grid.shape(m, own.1);
+            let turn = Complex64::cis(TAU * (n as i64 * distance) as f64 / ELEMENTS as f64);
+            let odd = Complex64::i() * value.odd[0];
+            // The last wave has one sign alone, and no odd part.
+            let mirror = if n == 0 || 2 * n == ELEMENTS { Complex64::ZERO } else { turn.conj() * (value.driven - odd) };
+            sum += shapes * (turn * (value.driven + odd) + mirror);
         }
         sum
     };
     let others = [(6, 3), (2, 3)];
     let on_circle: Vec<(Complex64, [Complex64; 2])> = (0..points)
         .map(|k| {
-            let zeta = Complex64::from_polar(radius, -std::f64::consts::TAU * k as f64 / points as f64);
+            let zeta = Complex64::from_polar(radius, -TAU * k as f64 / points as f64);
             let s = rule.symbol(zeta) / TIME_STEP;
-            (zeta, others.map(|(element, j)| response(s, element - own.0, j)))
+            let (at, mut values) = (sums.at(s), Vec::new());
+            waves.iter().for_each(|(.., wave)| sums.values(wave, [&at], &mut values));
+            (zeta, others.map(|(element, j)| response(&values, element - own.0, j)))
         })
         .collect();
     let weights = |place: usize, lag: i32| {

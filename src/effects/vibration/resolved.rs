@@ -57,7 +57,7 @@ impl ResolvedForces {
         let evaluations = parts * count * layout.stages() * layout.stages() * layout.bins();
         meter.count(Counter::VibrationEvaluations, evaluations as u64);
         let cells = beyond.columns * beyond.across;
-        let beyond = CellProduct::new(beyond.columns, beyond.across, &beyond.toeplitz, &beyond.hankel);
+        let beyond = CellProduct::whole(beyond.columns, &beyond);
         Some(Self {
             heard: LateralForces::new(&grid, segments.heard.clone()),
             carried: LateralForces::new(&grid, numbers),

@@ -61,13 +61,6 @@ pub struct CarriedWaves {
     pub model: CellModel,
 }
 
-impl CarriedWaves {
-    /// Their values at a real s, wave by wave \[m/N\].
-    pub fn values(&self, s: Complex64) -> Vec<f64> {
-        (0..self.model.len()).map(|wave| self.model.modes(wave).evaluate(s).re).collect()
-    }
-}
-
 /// Forms of the power of all carried waves, by n = 0..=N/2.
 pub struct HeardPower(Vec<Forms>);
 

@@ -139,7 +139,11 @@ impl<const PARTS: usize> PoleRows<PARTS> {
     /// q of a vector of poles.
     #[inline(always)]
     fn ratios<S: Simd>(odd: &[S::f64s], vector: usize) -> Number<S, PARTS> {
-        std::array::from_fn(|part| odd[part * (GROUP / S::F64_LANES) + vector])
+        let mut ratios = [odd[vector]; PARTS];
+        for part in 1..PARTS {
+            ratios[part] = odd[part * (GROUP / S::F64_LANES) + vector];
+        }
+        ratios
     }
 }
 
@@ -374,10 +378,10 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
                 let one = self.take_in::<PARTS>(vector, one, one_states, left);
                 let other = self.take_in::<PARTS>(vector, other, other_states, other_left);
                 if TURNS {
-                    let ratios = [0, 1].map(|pole| {
-                        PoleRows::<PARTS>::ratios::<S>(&odd[(TOGETHER * number + pole) * of_odd..][..of_odd], vector)
-                    });
-                    self.foretell_both(vector, [one, other], ratios);
+                    let (one_odd, other_odd) = odd[TOGETHER * number * of_odd..][..TOGETHER * of_odd].split_at(of_odd);
+                    let one_odd = PoleRows::<PARTS>::ratios::<S>(one_odd, vector);
+                    let other_odd = PoleRows::<PARTS>::ratios::<S>(other_odd, vector);
+                    self.foretell_both(vector, [one, other], [one_odd, other_odd]);
                 } else {
                     self.foretell(vector, one, other);
                 }
@@ -503,15 +507,17 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
                 both[2 * pole] = R::foretell_both(simd, maps, &odd[pole], re);
                 both[2 * pole + 1] = R::foretell_both(simd, maps, &odd[pole], im);
             }
+            // No closures over vectors: each would be a call.
+            let [re, im, other_re, other_im] = &both;
             for stage in 0..R::STAGES {
-                let [[re, from_re], [im, from_im], [other_re, other_from_re], [other_im, other_from_im]] =
-                    both.map(|parts| parts.map(|instants| instants[stage]));
                 let out = &mut step[2 * stage * vectors + vector];
-                let odd = simd.add_f64s(from_im, other_from_im);
-                *out = simd.add_f64s(*out, simd.sub_f64s(simd.add_f64s(re, other_re), odd));
+                let even = simd.add_f64s(re[0][stage], other_re[0][stage]);
+                let odd = simd.add_f64s(im[1][stage], other_im[1][stage]);
+                *out = simd.add_f64s(*out, simd.sub_f64s(even, odd));
                 let out = &mut step[(2 * stage + 1) * vectors + vector];
-                let odd = simd.add_f64s(from_re, other_from_re);
-                *out = simd.add_f64s(*out, simd.add_f64s(simd.add_f64s(im, other_im), odd));
+                let even = simd.add_f64s(im[0][stage], other_im[0][stage]);
+                let odd = simd.add_f64s(re[1][stage], other_re[1][stage]);
+                *out = simd.add_f64s(*out, simd.add_f64s(even, odd));
             }
         }
     }

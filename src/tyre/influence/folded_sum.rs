@@ -319,8 +319,7 @@ mod tests {
 
     /// Bytes of its series; those of the layers are few.
     fn bytes(at: &SumAt) -> usize {
-        let curvature =
-            at.curvature.as_ref().map_or(0, |change| change.even.capacity() * size_of_val(&change.even[0]));
+        let curvature = at.curvature.as_ref().map_or(0, |change| change.even.capacity() * size_of_val(&change.even[0]));
         let tail = at.tail.as_ref().map_or(0, HalfSpaceTailAt::heap_bytes);
         size_of_val(at) + curvature + tail
     }

@@ -326,7 +326,8 @@ impl LayerModes {
             }
         };
         let coriolis = turns.then(|| {
-            let exchange = by_fields(products.values.nrows(), |a, b| [0.0, 0.0, products.values_r[(a, b)], 0.0, 0.0, 0.0]);
+            let exchange =
+                by_fields(products.values.nrows(), |a, b| [0.0, 0.0, products.values_r[(a, b)], 0.0, 0.0, 0.0]);
             let modal = vectors.transpose() * exchange.submatrix(6, 6, modes, modes) * vectors;
             let (coupled, inner) = (coupling(&exchange), &modal * &following);
             let own = (following.transpose() * &coupled, following.transpose() * &inner);
@@ -450,12 +451,7 @@ where
 
 /// c_j = inertia m_j + sum of left_p g_pj.
 #[inline(always)]
-fn force<T: ComplexField>(
-    vectors: &[[[f64; BLOCK]; 6]],
-    inertia: T,
-    left: &[T; MOST_PARTS],
-    j: usize,
-) -> [T; 6] {
+fn force<T: ComplexField>(vectors: &[[[f64; BLOCK]; 6]], inertia: T, left: &[T; MOST_PARTS], j: usize) -> [T; 6] {
     let mut c = [inertia; 6];
     for row in 0..6 {
         let mut sum = inertia * vectors[0][row][j];

@@ -99,7 +99,7 @@ impl TurningRing {
         (model, tangential)
     }
 
-    /// Displacements of all elements at the ends of the steps over the last of many periods of the same forces, field by
+    /// Displacements of all elements at the ends of the steps over the last of many periods of the same forces, by
     /// field, and the mean power that they put in over it.
     fn rolled(&self, layout: &SegmentLayout, forces: &[f64]) -> ([Vec<Vec<f64>>; 3], f64) {
         let SegmentLayout { rule, substeps, .. } = *layout;

@@ -231,6 +231,12 @@ impl ActiveSet {
         Ok(Residuals::of(d, forces, &self.surface.displacement))
     }
 
+    /// Begins with other forces.
+    #[cfg(test)]
+    pub(super) fn start_from(&mut self, forces: &[f64]) -> Result<(), StateError> {
+        self.surface.start_from(forces)
+    }
+
     /// The set found by the last search, by column.
     pub fn active(&self) -> &[bool] {
         &self.active

@@ -22,6 +22,8 @@ mod modes;
 mod near;
 mod state;
 pub(super) mod transfer;
+#[cfg(test)]
+mod turning_tests;
 pub(super) mod wavenumber_group;
 
 pub use direct::{DirectHistory, LagKernel};

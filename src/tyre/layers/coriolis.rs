@@ -71,7 +71,7 @@ pub(super) struct Modes<'a> {
     /// Gam_jk.
     pub modal: &'a Mat<f64>,
     /// g_j of each part of the stiffness, in rows.
-    pub parts: Vec<Mat<f64>>,
+    pub parts: Vec<&'a Mat<f64>>,
     /// Number of modes that waves of the largest s resonate with.
     pub low: usize,
 }
@@ -114,7 +114,7 @@ impl CoriolisModes {
             }
             block
         });
-        let part = |pulling: &Mat<f64>| {
+        let part = |pulling: &&Mat<f64>| {
             upper(|one, other| {
                 let term = |j: usize| h[j][one] * pulling[(j, other)] + pulling[(j, one)] * h[j][other];
                 -(0..count).map(|j| term(j) / squares[j]).sum::<f64>()

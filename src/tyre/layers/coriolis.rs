@@ -71,7 +71,7 @@ pub(super) struct Modes<'a> {
     /// Gam_jk.
     pub modal: &'a Mat<f64>,
     /// g_j of each part of the stiffness, in rows.
-    pub parts: Vec<Mat<f64>>,
+    pub parts: Vec<&'a Mat<f64>>,
     /// Number of modes that waves of the largest s resonate with.
     pub low: usize,
 }
@@ -93,7 +93,8 @@ impl CoriolisModes {
         }
         let row = |matrix: &Mat<f64>, j: usize| -> Vector { std::array::from_fn(|row| matrix[(j, row)]) };
         let (m, h): (Vec<Vector>, Vec<Vector>) = (0..count).map(|j| (row(moving, j), row(pulls, j))).unzip();
-        let residues = Residues { squares: &apart, m: &m, h: &h, modal };
+        let rows = (0..count).map(|j| modal.col_as_slice(j)).collect();
+        let residues = Residues { squares: &apart, m: &m, h: &h, modal, rows };
         let mut constant = faces;
         let mut found: Vec<Pole> = (0..count).map(|a| residues.pole(a, &mut constant)).collect();
         // As many as fill blocks; where the gap is widest, the high modes begin.
@@ -114,7 +115,7 @@ impl CoriolisModes {
             }
             block
         });
-        let part = |pulling: &Mat<f64>| {
+        let part = |pulling: &&Mat<f64>| {
             upper(|one, other| {
                 let term = |j: usize| h[j][one] * pulling[(j, other)] + pulling[(j, one)] * h[j][other];
                 -(0..count).map(|j| term(j) / squares[j]).sum::<f64>()
@@ -181,12 +182,14 @@ struct Residues<'a> {
     m: &'a [Vector],
     h: &'a [Vector],
     modal: &'a Mat<f64>,
+    /// Rows of `modal`, which is symmetric.
+    rows: Vec<&'a [f64]>,
 }
 
 impl Residues<'_> {
     /// The pole of the mode a; adds to A_0 what does not depend on x.
     fn pole(&self, a: usize, constant: &mut Entries) -> Pole {
-        let Self { squares, m, h, modal } = *self;
+        let Self { squares, m, h, modal, ref rows } = *self;
         let (count, square) = (squares.len(), squares[a]);
         // Of A: - (1 - y) U + (1 - y)^2 W.
         let mut u = h[a];
@@ -198,37 +201,39 @@ impl Residues<'_> {
         for k in 0..ENTRIES {
             constant[k] += w[k] - u[k];
         }
-        // Of B, by powers of 1/(lambda_a + x): F_j = own_j/(lambda_a + x) + F_j0 + F_j1 (lambda_a + x) + ...
-        let mut powers = [[0.0; ENTRIES]; 3];
-        for j in 0..count {
-            let own = m[a].map(|m| m * square * modal[(j, a)]);
-            let (mut rest, mut slope) = (h[j], [0.0; 6]);
-            for k in 0..count {
-                let coupling = modal[(j, k)];
-                add(&mut rest, -coupling, &m[k]);
-                if k != a {
-                    let apart = squares[k] - square;
-                    add(&mut rest, coupling * squares[k] / apart, &m[k]);
-                    add(&mut slope, -coupling * squares[k] / (apart * apart), &m[k]);
-                }
+        // Of B, by powers of 1/(lambda_a + x): F_j = own_j/(lambda_a + x) + rest_j + slope_j (lambda_a + x) + ..., with
+        // own_j = lambda_a Gam_ja m_a and rest_j = h_j + sum_k Gam_jk weight_k m_k. The other modes divide by lambda_j -
+        // lambda_a; what they add is summed before it is multiplied.
+        let weight = |k: usize| if k == a { -1.0 } else { square / (squares[k] - square) };
+        let (mut rest, mut slope) = (h[a], [0.0; 6]);
+        let (mut others, mut coupled, mut sum, mut sum_of_squares) = ([0.0; 6], vec![0.0; count], 0.0, 0.0);
+        for k in 0..count {
+            let coupling = modal[(a, k)];
+            add(&mut rest, coupling * weight(k), &m[k]);
+            if k == a {
+                continue;
             }
-            let (square_of_own, cross) = (scaled(&twice_symmetric(&own, &own), 0.5), twice_symmetric(&own, &rest));
-            if j == a {
-                let whole = scaled(&twice_symmetric(&rest, &rest), 0.5);
-                let bend = twice_symmetric(&own, &slope);
-                for k in 0..ENTRIES {
-                    powers[0][k] += whole[k] + bend[k];
-                    powers[1][k] += cross[k];
-                    powers[2][k] += square_of_own[k];
-                }
-            } else {
-                let over = (squares[j] - square).recip();
-                for k in 0..ENTRIES {
-                    powers[0][k] += over * (cross[k] - over * square_of_own[k]);
-                    powers[1][k] += over * square_of_own[k];
-                }
-            }
+            let over = (squares[k] - square).recip();
+            add(&mut slope, -coupling * squares[k] * over * over, &m[k]);
+            let share = coupling * over;
+            add(&mut others, share, &h[k]);
+            coupled.iter_mut().zip(rows[k]).for_each(|(sum, coupling)| *sum += share * coupling);
+            sum += share * coupling;
+            sum_of_squares += share * share;
         }
+        for (k, coupled) in coupled.into_iter().enumerate() {
+            add(&mut others, coupled * weight(k), &m[k]);
+        }
+        let own = m[a].map(|m| m * square * modal[(a, a)]);
+        let moved = scaled(&twice_symmetric(&m[a], &m[a]), 0.5 * square * square);
+        let (whole, bend) = (twice_symmetric(&rest, &rest), twice_symmetric(&own, &slope));
+        let (pulled, cross) = (twice_symmetric(&m[a], &others), twice_symmetric(&own, &rest));
+        let mut powers = [[0.0; ENTRIES]; 3];
+        for k in 0..ENTRIES {
+            powers[0][k] = 0.5 * whole[k] + bend[k] + square * pulled[k] - sum_of_squares * moved[k];
+            powers[1][k] = cross[k] + sum * moved[k];
+        }
+        powers[2] = scaled(&twice_symmetric(&own, &own), 0.5);
         let [first, second, third] = powers;
         let over = square.recip();
         let mut linear = u;

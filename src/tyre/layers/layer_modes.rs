@@ -41,8 +41,6 @@ pub(super) struct LayerModes {
     coriolis: Option<Box<CoriolisModes>>,
     /// Share of the prestress that acts as inertia, where the tyre turns \[Pa/m^2\].
     mean: f64,
-    /// rho Omega^2 \[Pa/m^2\].
-    softening: f64,
 }
 
 /// A part of the stiffness that does not follow the modulus.
@@ -192,12 +190,12 @@ impl LayerWave<'_> {
         tension.into_iter().chain(cords).collect()
     }
 
-    /// Mean of the prestress over the layer, as an inertia \[Pa/m^2\].
+    /// Mean of the prestress over the layer, as an inertia of V and w \[Pa/m^2\].
     fn mean_prestress(&self, products: &RadialProducts) -> f64 {
-        let Self { n, ky, prestress: [along, across], .. } = *self;
+        let Self { n, ky, prestress: [along, across], softening, .. } = *self;
         // Of a displacement that is constant across the layer.
         let sum = |matrix: &Mat<f64>| -> f64 { (0..2).map(|a| (0..2).map(|b| matrix[(a, b)]).sum::<f64>()).sum() };
-        along * n * n * sum(&products.values_over_r) / sum(&products.values_r) + across * ky * ky
+        along * n * n * sum(&products.values_over_r) / sum(&products.values_r) + across * ky * ky - softening
     }
 
     /// G: the prestress, less what rotation takes off.
@@ -264,7 +262,6 @@ impl LayerModes {
             coupled: Vec::new(),
             coriolis: None,
             mean: 0.0,
-            softening: 0.0,
         })
     }
 
@@ -286,7 +283,6 @@ impl LayerModes {
                 coupled: Vec::new(),
                 coriolis: None,
                 mean: 0.0,
-                softening: 0.0,
             });
         }
         let held = stiffness.submatrix(6, 6, modes, modes).self_adjoint_eigen(Side::Lower).ok()?;
@@ -357,12 +353,9 @@ impl LayerModes {
                     outer_products(f, g, range.clone()).map(|values| values.map(|x| 2.0 * x))
                 };
                 for (_, pulling, _) in &parts {
-                    let third = match &tense {
-                        Some(tense) => twice(&moving, tense),
-                        None => outer_products(pulling, pulling, range.clone()),
-                    };
-                    sets.extend([twice(&moving, pulling), third]);
+                    sets.extend([twice(&moving, pulling), outer_products(pulling, pulling, range.clone())]);
                 }
+                sets.extend(tense.iter().map(|tense| twice(&moving, tense)));
                 Terms::Products(sets)
             };
             Block {
@@ -381,17 +374,12 @@ impl LayerModes {
             let own = (following.transpose() * &coupled, following.transpose() * &inner);
             let squares: Vec<f64> = squares.iter().copied().collect();
             let pulls = coupled + inner;
-            // The softening counts as inertia of V and w there.
-            let pull = |(part, pulling, _): &(Part, Mat<f64>, Vec<f64>)| match part.cords {
-                None => pulling + &moving * faer::Scale(wave.softening),
-                Some(_) => pulling.clone(),
-            };
             let of = Modes {
                 squares: &squares,
                 moving: &moving,
                 pulls: &pulls,
                 modal: &modal,
-                parts: parts.iter().map(pull).collect(),
+                parts: parts.iter().map(|(_, pulling, _)| pulling).collect(),
                 low: squares.iter().filter(|&&square| square < wave.shear_waves).count(),
             };
             Box::new(CoriolisModes::new(reduced(&exchange, &own.0, Some(&own.1)), &of))
@@ -399,7 +387,6 @@ impl LayerModes {
         Some(Self {
             coriolis,
             mean,
-            softening: wave.softening,
             blocks: (0..modes).step_by(BLOCK).map(block).collect(),
             faces: [stiff, heavy],
             coupled: pairs,
@@ -420,8 +407,7 @@ impl LayerModes {
         let entries = self.entries(values);
         let Some(modes) = &self.coriolis else { return [blocks_of(entries), blocks_of(entries)] };
         let left = self.left(values);
-        // V and w alone are coupled, which the rotation softens.
-        let inertia = values.inertia + left[0] * (self.mean - self.softening);
+        let inertia = values.inertia + left[0] * self.mean;
         let both = modes.both_ways(entries, [values.coriolis, inertia], values.shear, &left);
         let [forwards, backwards] = both;
         [blocks_of(forwards), blocks_of(backwards)]
@@ -463,14 +449,14 @@ impl LayerModes {
     fn entries<T: ComplexField>(&self, values: &LayerValues<T>) -> [T; ENTRIES] {
         let left = self.left(values);
         let mut values = *values;
-        let mut third = left[0];
+        let mut coupled = left[0];
         if self.coriolis.is_some() {
             values.inertia = values.inertia + left[0] * self.mean;
-            third = values.inertia * values.inertia * values.shear.reciprocal();
+            coupled = values.inertia * values.inertia * left[0] * values.shear.reciprocal();
         }
         let (values, inertia) = (&values, values.inertia);
         let mut entries = self.held(values, &left);
-        let factors = [inertia * inertia, inertia * left[0], left[0] * third];
+        let factors = [inertia * inertia, inertia * left[0], left[0] * left[0], coupled];
         for (index, block) in self.blocks.iter().enumerate() {
             let inverse = block.inverse(values, &left);
             match &block.terms {

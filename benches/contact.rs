@@ -37,6 +37,7 @@ fn weights(lags: usize) -> Weights {
     };
     Weights {
         values: (0..rows * lags).map(|i| value(i / lags, i % lags)).collect(),
+        odd: Vec::new(),
         lags,
         at_rest: (0..rows).map(|n| 10.0 / (1.0 + n as f64)).collect(),
         evaluations: 0,
@@ -101,7 +102,7 @@ fn pulse_weights(model: &RationalModel, rule: TimeRule, time_step: f64, lags: us
         }
     }
     let at_rest = model.at_rest(Field::Surface).expect("the surface is fitted");
-    Weights { values, lags, at_rest, evaluations: 0 }
+    Weights { values, odd: Vec::new(), lags, at_rest, evaluations: 0 }
 }
 
 /// The history by poles, its instants taken one by one or in blocks, and by the direct sum over the default memory; the

@@ -60,7 +60,7 @@
 //!
 //! The data's way is also the order of the modules; each knows only what lies before it:
 //! [`scene`] -> [`tyre`] and [`road`] -> [`contact`] -> [`response`] -> [`sound`] -> [`results`] -> [`plan`] ->
-//! [`effects`] -> [`run`] -> [`study`] -> [`report`] -> [`performance`] -> `python`.
+//! [`effects`] -> [`planning`] -> [`run`] -> [`study`] -> [`report`] -> [`performance`] -> `python`.
 //!
 //! [`numeric`], [`counters`] and [`storage`], which keeps states and caches in files, know no physics and serve all of
 //! them; [`half_space`], the contact of rough surfaces on an elastic half-space, knows no tyre and serves the road's
@@ -79,6 +79,7 @@ pub mod half_space;
 pub mod numeric;
 pub mod performance;
 pub mod plan;
+pub mod planning;
 #[cfg(feature = "python")]
 mod python;
 pub mod radiation;

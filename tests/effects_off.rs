@@ -13,7 +13,7 @@ use tyrewave::plan::Plan;
 use tyrewave::results::profile_table::cost_table;
 use tyrewave::results::summary::Cost;
 use tyrewave::run::Simulation;
-use tyrewave::test_models::{scene, scene_text};
+use tyrewave::test_models::{add, scene, scene_text};
 
 #[global_allocator]
 static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
@@ -30,9 +30,13 @@ struct Count {
     lines: usize,
 }
 
-fn count(road: &str, more: &str) -> Count {
+fn text(road: &str, more: &str) -> String {
     let rolling = "speed_kmh = 80.0\nwarm_up = 0.05\nduration = 0.1\naxle = { load = 3400 }";
-    let loaded = scene(&scene_text(64, road, rolling, "history = \"modal\"\npole_tolerance = 1e-3", more));
+    scene_text(64, road, rolling, "history = \"modal\"\npole_tolerance = 1e-3", more)
+}
+
+fn count(text: &str) -> Count {
+    let loaded = scene(text);
     // The plan says in words what is off, and a run keeps a copy of them; what follows does not know of it.
     let plan = Plan::new(&loaded.scene);
     let region = Region::new(ALLOCATOR);
@@ -60,16 +64,17 @@ const MADE: &str = "kind = \"made\"\nseed = 3";
 #[test]
 fn an_effect_that_is_off_does_and_allocates_what_the_scene_without_it_does() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    let count = |road, more: &str| {
+    let count_text = |text: &str| {
         // The first time a model is fitted, a cache of this test's own may be written.
-        pool.install(|| count(road, more));
-        pool.install(|| count(road, more))
+        pool.install(|| count(text));
+        pool.install(|| count(text))
     };
+    let count = |road, more: &str| count_text(&text(road, more));
     // Scene, effect off, effect on (where the scene can have it): off is nothing, and on is something.
     let cases = [
         (SMOOTH, "[effects]\ntexture = \"off\"", None),
         (SMOOTH, "[effects]\ntexture = \"auto\"", None),
-        (MADE, "[effects]\ncentrifugal_tension = \"off\"", Some("[effects]\ncentrifugal_tension = \"on\"")),
+        (MADE, "[effects]\nrotation = \"off\"", None),
         (MADE, "[effects]\nradiation = \"off\"", None),
         (MADE, "[effects]\nfriction = \"off\"", None),
         (MADE, "[contact]\nslice_coupling = \"local\"", Some("[contact]\nslice_coupling = \"implicit\"")),
@@ -88,6 +93,13 @@ fn an_effect_that_is_off_does_and_allocates_what_the_scene_without_it_does() {
     // Without texture across, a rough road is as cheap as one column of it: no slice law, fewer allocations.
     let level = count(MADE, "[effects]\ntexture = \"off\"");
     assert!(level.bytes < rough.bytes, "{} bytes, {} with texture", level.bytes, rough.bytes);
+    // A curved tyre that is held has no odd parts: fewer products of its past, less memory.
+    let [held, turning] = ["off", "auto"].map(|switch| {
+        let text = text(MADE, &format!("[effects]\nrotation = \"{switch}\""));
+        count_text(&add(&text, "tyre", "curvature = true"))
+    });
+    let history = |count: &Count| count.work[Stage::History as usize].multiply_adds;
+    assert!(history(&held) < history(&turning) && held.bytes < turning.bytes, "{held:?}\n{turning:?}");
     // A smooth road has no slices' work; its profile has fewer lines than that of the same search on a rough one.
     assert!(smooth.lines <= count(MADE, "[contact]\nslice_coupling = \"explicit\"").lines);
 }

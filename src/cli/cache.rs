@@ -1,7 +1,7 @@
 //! `tyrewave cache`: what is kept on disk for the next run.
 
 use clap::{Args, Subcommand};
-use tyrewave::plan::kept_transfers::KeptReceiver;
+use tyrewave::effects::sound::KeptReceiver;
 use tyrewave::results::table::{Report, row, words};
 use tyrewave::storage::{Cache, Cached};
 use tyrewave::tyre::poles::RationalModel;

@@ -2,8 +2,8 @@
 
 use clap::Args;
 use tyrewave::plan::Plan;
+use tyrewave::planning::foreseen;
 use tyrewave::results::table::{Report, row, words};
-use tyrewave::run::foreseen;
 use tyrewave::run::prepare::checked;
 use tyrewave::scene::Setting;
 

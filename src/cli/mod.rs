@@ -43,6 +43,7 @@ mod sweep;
 mod sweep_tables;
 mod sweep_tasks;
 mod tyre;
+mod tyre_rolling;
 mod tyre_views;
 
 use std::process::ExitCode;

@@ -2,9 +2,9 @@
 
 use clap::Args;
 use tyrewave::plan::{Amounts, Forecast, Plan, bytes, process_memory};
+use tyrewave::planning::foreseen;
 use tyrewave::report::{decision_table, plan_record};
 use tyrewave::results::table::{Report, aligned, grouped, row, words};
-use tyrewave::run::foreseen;
 use tyrewave::run::prepare::checked;
 use tyrewave::scene::LoadedScene;
 use tyrewave::study::calibration::{calibrate, calibrated};

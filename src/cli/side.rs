@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use clap::Args;
 use tyrewave::counters::Meter;
-use tyrewave::plan::settled;
+use tyrewave::planning::settled;
 use tyrewave::results::summary::{Cost, Summary};
 use tyrewave::results::table::Report;
 use tyrewave::results::{PlotError, ResultFiles, ResultsFolder};

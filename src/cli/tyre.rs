@@ -8,6 +8,7 @@ use tyrewave::report::tyre::{UnderLoad, tyre_record};
 use tyrewave::results::table::Report;
 use tyrewave::run::{Progress, RunError};
 use tyrewave::study::loads::{Standing, rolling};
+use tyrewave::study::rolling_waves::rolling_waves;
 use tyrewave::tyre::influence::mobility::{driving_point, frequencies};
 use tyrewave::tyre::modes::{modes, radial_compliance};
 
@@ -16,13 +17,16 @@ use super::error::CliError;
 use super::mobility::to_csv as mobility_csv;
 use super::options::positive;
 use super::side::Place;
-use super::tyre_views as views;
+use super::{tyre_rolling, tyre_views as views};
 
 const EXAMPLES: &str = "\
 Modes: how waves of n periods round the tyre and of the lateral number m ring freely, by frequency, damping (of the \
 critical one) and motion: radial (by a quarter at least), else what is most, circumferential (for n = 0: torsion) or \
 lateral. They are poles of the \
 tread surface's compliance; m are the lowest that a centred load excites. The tyre stands still.
+
+Rolling: with --rolling also the waves of the tyre that turns at the scene's speed, with its rotation and against it \
+(radial, lowest m), and critical speeds: of the belt, of the tread, and that up to which a turning tyre is stable.
 
 Loads: deflection, stiffness and length of the patch on a smooth road, the tyre standing; --rolling adds the mean \
 length at the scene's speed, from a short run for each load. Lengths are those of whole elements, L/N, and grow by \
@@ -36,7 +40,8 @@ may be named, on which the default scene rolls.
 
 Results: tyre.json (all numbers, SI units), modes.csv, loads.csv, mobility.csv; dispersion.svg (modes over n), \
 compliance.svg (radial compliance over n and frequency, modes in grey), load_deflection.svg, patch_length.svg, \
-mobility.svg, mobility_phase.svg.
+mobility.svg, mobility_phase.svg; with --rolling rolling_waves.csv and rolling_waves.svg, whose line n V/L is what \
+stands beside the axle.
 
 Examples:
   tyrewave tyre scenes/default.toml
@@ -73,7 +78,7 @@ pub struct TyreArguments {
     /// Loads: kg, or newtons as 3400N.
     #[arg(long, value_name = "LOADS", value_delimiter = ',', default_value = "300,350,400", value_parser = load)]
     loads: Vec<Load>,
-    /// Also roll the tyre under each load on a smooth road (seconds each).
+    /// Also roll the tyre under each load on a smooth road (seconds each), and look at waves as it turns.
     #[arg(long)]
     rolling: bool,
     /// Sides of the square patches of the mobility, in mm.
@@ -142,6 +147,8 @@ impl TyreArguments {
 
         let stop = context.interrupt.flag();
         let lengths = if rolls { Some(rolling(&scene, &newtons, stop, &mut progress)?) } else { None };
+        let turning = rolls.then(|| side.meter.time(Stage::Influence, || rolling_waves(&scene, largest_n, highest)));
+        let turning = turning.transpose().map_err(|error| CliError::Failed(error.to_string()))?;
         drop(progress);
         let under: Vec<UnderLoad> = loads
             .into_iter()
@@ -164,11 +171,19 @@ impl TyreArguments {
         for (name, quantity) in [("mobility.svg", LEVEL), ("mobility_phase.svg", views::PHASE)] {
             side.picture(name, mobility_plot(&mobility, &title, &names, quantity).to_svg())?;
         }
+        if let Some(turning) = &turning {
+            let picture = tyre_rolling::picture(turning, &title, tyre.circumference, highest);
+            side.picture("rolling_waves.svg", picture.to_svg())?;
+            side.file("rolling_waves.csv", tyre_rolling::to_csv(turning));
+        }
         side.file("modes.csv", views::modes_csv(&found));
         side.file("loads.csv", views::loads_csv(&under));
         side.file("mobility.csv", mobility_csv(&mobility, &patch));
         let element = tyre.circumference / scene.numerics.elements as f64;
-        let answer = tyre_record(&title, element, &found, &under, &mobility);
+        let mut answer = tyre_record(&title, element, &found, &under, &mobility);
+        if let Some(turning) = &turning {
+            answer["rolling"] = tyre_rolling::to_json(turning);
+        }
         side.json("tyre.json", &answer);
         side.settings = json!({
             "scene": side.settings,
@@ -183,6 +198,9 @@ impl TyreArguments {
         let mut report = Report::default();
         report.text(format!("{title}\n\n"));
         report.append(views::modes_report(&found, largest_n));
+        if let Some(turning) = &turning {
+            report.append(tyre_rolling::report(turning));
+        }
         report.append(views::loads_report(&under, element));
         report.append(views::mobility_report(&in_table, &names));
         report.text("\n");

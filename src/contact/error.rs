@@ -36,6 +36,15 @@ pub enum ContactError {
         /// Largest eigenvalue \[m/N\].
         largest: f64,
     },
+    /// The skew part of the first weight G0 of a tyre that turns is too large beside the symmetric one.
+    #[error(
+        "the tyre turns too far in a step: the odd part of its instantaneous influence is {skewness:.2} of the even one; \
+         choose more elements or substeps, or a lower speed"
+    )]
+    TooSkew {
+        /// Largest ratio of both over the wavenumbers.
+        skewness: f64,
+    },
     /// A force or displacement stopped being a number.
     #[error("the solution stopped being finite at step {step} (t = {time:.6} s)")]
     NotFinite {

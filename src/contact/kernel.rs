@@ -1,5 +1,9 @@
 //! From influence functions to what the points in contact feel of each other within a step: the first weight G0.
 //!
+//! Of a tyre that turns with Om, w_(n,0) = H_n(s) = E_n + i O_n at a real s, and G0 is real and not symmetric: its
+//! symmetric part is that of the E_n, its skew part that of the O_n. By the energies of the motion |O_n| <= (2 Om/s) E_n,
+//! so that the symmetric part is positive definite and G0 has one solution of every contact.
+//!
 //! Tread laws:
 //! - `elastic`: influence functions of the tread surface;
 //! - `uncoupled`: the same history, but within a step each point only feels itself (the diagonal of G0, scaled for an
@@ -15,12 +19,18 @@ use super::static_contact::{StaticContact, matched};
 use crate::numeric::Ring;
 use crate::scene::Tread;
 
+/// Largest |O_n|/E_n of a first weight: each correction of the forces leaves less than this part of the skew part's share,
+/// see [`complementarity`](super::complementarity). A tyre has some thousandths.
+const MOST_SKEW: f64 = 0.25;
+
 /// Influence between the points in contact within a step.
 #[derive(Clone, Debug)]
 pub struct ContactKernel {
     law: Tread,
-    /// G0 of the element j further on, j = 0..N (periodic) \[m/N\]; springs not included.
+    /// G0 of the element j further on, j = 0..N (periodic) \[m/N\], its symmetric part; springs not included.
     pub instant: Vec<f64>,
+    /// Its skew part, likewise; empty at rest.
+    pub odd: Vec<f64>,
     /// Spring compliance per element \[m/N\]; 0 without springs.
     pub spring: f64,
     /// Factor of the influence functions, of G0 and of the history alike.
@@ -28,13 +38,15 @@ pub struct ContactKernel {
 }
 
 impl ContactKernel {
-    /// From the first weights w_(n,0), n = 0..=N/2 \[m/N\], of N elements, before the bedding scales them.
+    /// From the first weights w_(n,0), n = 0..=N/2 \[m/N\], of N elements, before the bedding scales them: those of
+    /// the even and of the odd parts, the latter empty at rest.
     ///
     /// # Errors
-    /// [`ContactError::NotPositive`] unless all eigenvalues of the circulant G0 are positive.
+    /// [`ContactError::NotPositive`] unless all eigenvalues of the circulant G0 are positive, of a tyre that turns those
+    /// of its symmetric part; [`ContactError::TooSkew`] if the others are not small beside them.
     pub fn new(
         law: Tread,
-        first_weights: &[f64],
+        [first_weights, odd_weights]: [&[f64]; 2],
         elements: usize,
         EqualBedding { scale, spring }: EqualBedding,
     ) -> Result<Self, ContactError> {
@@ -43,8 +55,18 @@ impl ContactKernel {
         if !(smallest > 0.0 && largest.is_finite()) {
             return Err(ContactError::NotPositive { smallest, largest });
         }
-        let instant = Ring::new(elements).elements_of(|n| scale * first_weights[n]).to_vec();
-        Ok(Self { law, instant, spring, scale })
+        let mut ring = Ring::new(elements);
+        let instant = ring.elements_of(|n| scale * first_weights[n]).to_vec();
+        let mut odd = Vec::new();
+        if !odd_weights.is_empty() {
+            let of_even = |(even, odd): (&f64, &f64)| odd.abs() / (even + spring / (scale * elements as f64));
+            let skewness = first_weights.iter().zip(odd_weights).map(of_even).fold(0.0, f64::max);
+            if !(skewness < MOST_SKEW) {
+                return Err(ContactError::TooSkew { skewness });
+            }
+            odd = ring.odd_elements_of(|n| scale * odd_weights[n]).to_vec();
+        }
+        Ok(Self { law, instant, odd, spring, scale })
     }
 
     /// Tells whether points feel each other within a step.
@@ -52,7 +74,8 @@ impl ContactKernel {
         self.law != Tread::Uncoupled
     }
 
-    /// Returns the influence within a step on the element j further on, j = 0..N \[m/N\], springs included.
+    /// Returns the influence within a step on the element j further on, j = 0..N \[m/N\], springs included; of a tyre
+    /// that turns the symmetric part.
     pub(crate) fn within_a_step(&self) -> Vec<f64> {
         let mut influence = self.instant.clone();
         influence[0] += self.spring;
@@ -62,9 +85,15 @@ impl ContactKernel {
         influence
     }
 
+    /// Returns its skew part; nothing at rest, and where points do not feel each other.
+    pub(crate) fn odd_within_a_step(&self) -> &[f64] {
+        if self.is_coupled() { &self.odd } else { &[] }
+    }
+
     /// Returns the addition to G0_ii \[m/N\] for points that do not feel each other within a step to have the static
     /// force `wanted` at its indentation, from the static influence: at rest all steps but the last are history, so the
-    /// influence is the static one less G0, and G0_ii and the addition on its diagonal.
+    /// influence is the static one less G0, and G0_ii and the addition on its diagonal. Of a tyre that turns the skew
+    /// part of G0 is left out: the force is even in it.
     ///
     /// # Errors
     /// As [`matched`].

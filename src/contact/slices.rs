@@ -30,7 +30,7 @@ impl SliceZone {
     ) -> Self {
         let mut within_a_step = kernel.within_a_step();
         within_a_step.truncate(columns);
-        let search = Search::new(within_a_step, kernel.is_coupled(), slices, numerics);
+        let search = Search::new(within_a_step, kernel.odd_within_a_step(), kernel.is_coupled(), slices, numerics);
         Self { kernel, history, search }
     }
 }

@@ -8,6 +8,10 @@
 //! turns of w round zero along that circle (argument principle), for two radii: refused and marginal. The circle is
 //! followed in steps that turn w by less than 0.8 rad.
 //!
+//! w is real at real zeta and conjugate at conjugate zeta, so that half a circle says it all. Of a tyre that turns the
+//! waves forwards and backwards are conjugate to each other there: on the lower half the one is what the other is on the
+//! upper, both have as many zeros, and these are found from the upper halves of both.
+//!
 //! An A-stable quadrature of a passive tyre has no such zero: it maps the disk into Re s > 0, where Re(s H) > 0. There
 //! delta(zeta) w_n(zeta), with the same delta for all wavenumbers, is positive real, which a compression to the
 //! elements of the patch keeps: the patch alone is stable, too. Runge-Kutta rules mix their stages and have this proof
@@ -21,7 +25,7 @@ use super::history::transfer::{Transfer, first_weight};
 use crate::numeric::in_parallel;
 use crate::time_rule::{Rates, TimeRule};
 use crate::tyre::influence::Field;
-use crate::tyre::poles::RationalModel;
+use crate::tyre::poles::{Direction, RationalModel};
 
 /// A force that grows by more than a tenth a step is refused: 1/1.1.
 pub(crate) const UNSTABLE: f64 = 0.909;
@@ -70,10 +74,13 @@ impl Stability {
             let mut modes = model.modes(n, field)?;
             modes.constant += spring;
             let first = first_weight(&modes, rule, time_step);
-            let w = Transfer::new(modes, rule, time_step);
+            let w = Transfer::new(modes, Direction::Forwards, rule, time_step);
             // Just inside -1: the trapezoidal symbol is infinite there.
             let end = w.at(Complex64::new(-1.0 + 1e-9, 0.0)).norm().powf(1.0 / rule.stages() as f64);
-            Some((circles.each_ref().map(|circle| smallest_zero(&w, circle)), end / first, first))
+            let backwards =
+                (!modes.odd.is_empty()).then(|| Transfer::new(modes, Direction::Backwards, rule, time_step));
+            let zero = |circle| smallest_zero(&w, backwards.as_ref(), circle);
+            Some((circles.each_ref().map(zero), end / first, first))
         });
         let found: Vec<_> = found.into_iter().collect::<Option<_>>()?;
         let zero = |which: usize| {
@@ -125,21 +132,24 @@ impl WindingCircle {
     }
 }
 
-/// The zero of smallest modulus inside a circle, if the winding number says that there is one.
-fn smallest_zero(w: &Transfer<'_>, circle: &WindingCircle) -> Option<Complex64> {
+/// The zero of smallest modulus inside a circle, if the winding number says that there is one; of the waves forwards
+/// and, if they differ, `backwards`.
+fn smallest_zero(w: &Transfer<'_>, backwards: Option<&Transfer<'_>>, circle: &WindingCircle) -> Option<Complex64> {
     // Undecided is no zero: only what is sure is refused.
-    if half_turns(w, circle)? == 0 {
+    if zeros(w, backwards, circle)? == 0 {
         return None;
     }
     let radius = circle.radius;
     let mut best: Option<Complex64> = None;
-    for ring in 1..=6 {
-        for step in 0..=6 {
-            let start = Complex64::from_polar(radius * f64::from(ring) / 6.5, PI * f64::from(step) / 6.0);
-            if let Some(zero) = newton(w, start).filter(|zero| zero.norm() < radius)
-                && best.is_none_or(|best| zero.norm() < best.norm())
-            {
-                best = Some(zero);
+    for w in std::iter::once(w).chain(backwards) {
+        for ring in 1..=6 {
+            for step in 0..=6 {
+                let start = Complex64::from_polar(radius * f64::from(ring) / 6.5, PI * f64::from(step) / 6.0);
+                if let Some(zero) = newton(w, start).filter(|zero| zero.norm() < radius)
+                    && best.is_none_or(|best| zero.norm() < best.norm())
+                {
+                    best = Some(zero);
+                }
             }
         }
     }
@@ -147,11 +157,21 @@ fn smallest_zero(w: &Transfer<'_>, circle: &WindingCircle) -> Option<Complex64> 
     best.or(Some(Complex64::new(-radius, 0.0)))
 }
 
-/// Zeros inside a circle of radius r: half turns of w along its upper half, from the real w(r) to the real w(-r).
+/// Zeros inside a circle of radius r: half turns of w along its upper half, from the real w(r) to the real w(-r), or of
+/// the waves forwards and backwards together by whole turns.
+fn zeros(w: &Transfer<'_>, backwards: Option<&Transfer<'_>>, circle: &WindingCircle) -> Option<i64> {
+    let turned = upper_half(w, circle)?;
+    match backwards {
+        None => Some((turned / PI).round() as i64),
+        Some(backwards) => Some((0.5 * (turned + upper_half(backwards, circle)?) / PI).round() as i64),
+    }
+}
+
+/// By how much w turns along the upper half of a circle \[rad\].
 ///
 /// `None` where w is not finite or its argument changes on every scale: where w is smaller than its own rounding error,
 /// its argument says nothing.
-fn half_turns(w: &Transfer<'_>, circle: &WindingCircle) -> Option<i64> {
+fn upper_half(w: &Transfer<'_>, circle: &WindingCircle) -> Option<f64> {
     let on_circle = |angle: f64| Complex64::from_polar(circle.radius, angle);
     let mut known = circle.points.iter().map(|&(angle, rates)| (angle, w.with_rates(rates, on_circle(angle))));
     let (mut turned, mut last, mut halvings) = (0.0, known.next()?, MOST_HALVINGS);
@@ -159,7 +179,7 @@ fn half_turns(w: &Transfer<'_>, circle: &WindingCircle) -> Option<i64> {
         turned += turn(&|angle| w.at(on_circle(angle)), last, next, &mut halvings)?;
         last = next;
     }
-    Some((turned / PI).round() as i64)
+    Some(turned)
 }
 
 /// Intervals that may be halved on one circle.
@@ -205,6 +225,43 @@ fn newton(w: &Transfer<'_>, start: Complex64) -> Option<Complex64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tyre::poles::turning_ring;
+
+    /// Turns of w round zero along a whole circle, by many points.
+    fn whole_turns(w: &Transfer<'_>, radius: f64) -> i64 {
+        const POINTS: u32 = 200_000;
+        let at = |k: u32| w.at(Complex64::from_polar(radius, 2.0 * PI * f64::from(k) / f64::from(POINTS)));
+        let turned: f64 = (0..POINTS).map(|k| (at(k + 1) / at(k)).arg()).sum();
+        (turned / (2.0 * PI)).round() as i64
+    }
+
+    #[test]
+    fn zeros_of_waves_in_either_direction_are_those_of_the_whole_circle() {
+        let model = turning_ring::model(16, -220.0);
+        let mut found = 0;
+        for rule in [TimeRule::FirstOrderHold, TimeRule::Bdf2, TimeRule::Sdirk2] {
+            let time_step = 4e-4;
+            for n in [0, 1, 2, 5, 8] {
+                let modes = model.modes(n, Field::Surface).unwrap();
+                let [forwards, backwards] = Direction::BOTH.map(|way| Transfer::new(modes, way, rule, time_step));
+                // Of waves that differ, both halves are needed.
+                let zeta = Complex64::from_polar(0.7, 1.1);
+                assert!(
+                    (forwards.at(zeta.conj()) - backwards.at(zeta).conj()).norm() < 1e-12 * forwards.at(zeta).norm()
+                );
+                for radius in [UNSTABLE, MARGINAL] {
+                    let whole = [&forwards, &backwards].map(|w| whole_turns(w, radius));
+                    let circle = WindingCircle::new(radius, rule);
+                    let counted = zeros(&forwards, Some(&backwards), &circle).unwrap();
+                    assert_eq!(whole, [counted; 2], "{rule:?}, n = {n}, {radius}");
+                    found += counted;
+                }
+            }
+            let stability = Stability::of(&model, Field::Surface, rule, time_step, 0.0).unwrap();
+            assert_eq!(stability.unstable.is_some(), rule == TimeRule::FirstOrderHold, "{rule:?}: {stability:?}");
+        }
+        assert!(found > 5, "{found}");
+    }
 
     #[test]
     fn a_function_without_a_sure_argument_is_undecided_in_bounded_work() {

@@ -27,6 +27,24 @@ pub struct Channel {
     pub read: Read,
 }
 
+impl Channel {
+    /// Channel that another one differs from by what it states: written at the end; with a `read`, a number a step.
+    pub const BASE: Self = Self {
+        name: "",
+        unit: "",
+        meaning: "",
+        row: RowShape::One,
+        when: When::EveryStep,
+        wanted: |_| true,
+        read: Read::Written,
+    };
+
+    /// Tells whether it is written at the end of a run, not row by row.
+    pub fn is_written_at_the_end(&self) -> bool {
+        matches!(self.read, Read::Written)
+    }
+}
+
 /// Numbers of a row.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
 pub enum RowShape {
@@ -47,8 +65,6 @@ pub enum When {
     EveryStep,
     /// Those at `outputs.cells_every`.
     CellsEvery,
-    /// None: the array is written at the end of a run.
-    AtEnd,
 }
 
 /// Reading of a row from a step.
@@ -157,7 +173,7 @@ impl Arrays {
         let every = plan.scene.outputs.cells_every.map(|time| (time / plan.time_step).round().max(1.0) as u64);
         let mut arrays =
             Self { open: Vec::new(), every: every.unwrap_or(u64::MAX), filled: Vec::new(), singles: Vec::new() };
-        let rows = |channel: &&Channel| channel.when != When::AtEnd && (channel.wanted)(plan);
+        let rows = |channel: &&Channel| !channel.is_written_at_the_end() && (channel.wanted)(plan);
         for channel in channels.filter(|channel| plan.scene.outputs.arrays && rows(channel)) {
             let length = match channel.row {
                 RowShape::One => 1,

@@ -5,13 +5,16 @@ use std::sync::atomic::AtomicBool;
 use super::channel::Channel;
 use super::error::RunError;
 use super::observer::Observer;
+use super::section::{Figure, LevelTable, ReportError, Section};
+use super::stored::Stored;
 use crate::contact::footprint::WindowShape;
 use crate::contact::geometry::Geometry;
 use crate::contact::static_contact::StaticContact;
 use crate::counters::{Meter, Progress};
-use crate::plan::Plan;
+use crate::plan::decisions::Row;
+use crate::plan::{Amounts, Choice, Plan};
 use crate::response::vibration::CarriedWaves;
-use crate::scene::LoadedScene;
+use crate::scene::{LoadedScene, Scene, SceneError};
 use crate::tyre::influence::CellInfluence;
 use crate::tyre::poles::RationalModel;
 
@@ -55,6 +58,8 @@ pub struct Begin<'a> {
     pub models: &'a mut TyreModels,
     /// True for a run whose results stay in memory: it draws nothing.
     pub in_memory: bool,
+    /// Tells the memory that a plan needs on one thread \[bytes\].
+    pub planned_memory: fn(&Plan) -> f64,
     /// Warnings that the user should act on.
     pub warnings: &'a mut Vec<String>,
     /// Flag that ends the work once it is set.
@@ -73,6 +78,58 @@ pub trait Effect: Sync {
     /// Arrays that it gives, beside the files of its end.
     fn channels(&self) -> &'static [Channel] {
         &[]
+    }
+
+    /// Rows of the plan's table, each with its decision and its switch.
+    fn rows(&self) -> &'static [Row] {
+        &[]
+    }
+
+    /// Tells whether it takes the models of the tyre that the contact makes, in a scene with every setting decided.
+    fn takes_models(&self, _scene: &Scene) -> bool {
+        false
+    }
+
+    /// Refuses wishes that a scene with every setting decided cannot give.
+    ///
+    /// # Errors
+    /// [`SceneError::Invalid`].
+    fn check(&self, _loaded: &LoadedScene, _scene: &Scene) -> Result<(), SceneError> {
+        Ok(())
+    }
+
+    /// Tells a setting that it has chosen for a plan.
+    fn choice(&self, _plan: &Plan) -> Option<Choice> {
+        None
+    }
+
+    /// Notes in a plan what the user's cache holds for it.
+    fn look_up(&self, _plan: &mut Plan) {}
+
+    /// Adds its work and memory to those of a plan; none where it is off.
+    fn add_amounts(&self, _plan: &Plan, _amounts: &mut Amounts) {}
+
+    /// Lists the results that a run of a plan will not give.
+    fn missing(&self, _plan: &Plan) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Tables of third octaves that it writes.
+    fn levels(&self) -> &'static [LevelTable] {
+        &[]
+    }
+
+    /// Tells its figures of a run whose folder is read again.
+    fn figures(&self, _stored: &Stored) -> Vec<Figure> {
+        Vec::new()
+    }
+
+    /// Shows its results of a run on a page that shows others beside.
+    ///
+    /// # Errors
+    /// [`ReportError`].
+    fn sections(&self, _stored: &Stored, _all: &[Stored]) -> Result<Vec<Section>, ReportError> {
+        Ok(Vec::new())
     }
 
     /// Begins an observer; `None` where the scene does not call for it, or, with a warning, where the run is too short.

@@ -1,12 +1,13 @@
 //! Effects of a run: each reads the steps that are done and makes results of them. What changes the problem itself, as
 //! rotation or friction, is physics and no effect.
 //!
-//! An effect is a folder and a line in [`EFFECTS`]. It states its arrays as [`Channel`]s, begins an [`Observer`] for a
-//! run that calls for it, and looks back at the end. An effect that is off has no observer, no array, no memory.
+//! An effect is a folder and a line in [`EFFECTS`]. It states its rows of the plan's table, its work and memory before
+//! a run, and its arrays as [`Channel`]s. It begins an [`Observer`] for a run that calls for it, looks back at the end,
+//! and shows its results as [`Section`]s of a page. An effect that is off has no observer, no array, no memory.
 //!
 //! - [`force`]: the total force, its spectrum and the patch's forces: every run has it;
-//! - [`cells`]: area, pressure and force across of a contact of cells;
 //! - [`resistance`]: rolling resistance by the power put in;
+//! - [`cells`]: area, pressure and force across of a contact of cells;
 //! - [`vibration`]: velocities of belt and tread;
 //! - [`sound`]: pressures at the receivers, levels and files to listen to.
 
@@ -17,19 +18,22 @@ mod error;
 pub mod force;
 mod observer;
 pub mod resistance;
+mod section;
 pub mod sound;
+pub mod stored;
 pub mod vibration;
 
 pub use channel::{Arrays, Channel, KeptArray, Numbers, Read, RowShape, When};
 pub use effect::{Begin, ContactFacts, Effect, TyreModels};
 pub use error::RunError;
 pub use observer::{End, Found, Observer, Step};
+pub use section::{Block, Figure, GREY, LevelTable, ReportError, Section};
 
 /// All effects, in the order of their work.
 pub static EFFECTS: [&dyn Effect; 5] = [
     &force::ForceEffect,
-    &cells::CellsEffect,
     &resistance::ResistanceEffect,
+    &cells::CellsEffect,
     &vibration::VibrationEffect,
     &sound::SoundEffect,
 ];
@@ -37,7 +41,7 @@ pub static EFFECTS: [&dyn Effect; 5] = [
 /// The channel of an array by its file's name without the ending; several maps may share one.
 pub fn channel(name: &str) -> Option<&'static Channel> {
     let exact = channels().find(|channel| channel.name == name);
-    exact.or_else(|| channels().find(|channel| channel.when == When::AtEnd && name.starts_with(channel.name)))
+    exact.or_else(|| channels().find(|channel| channel.is_written_at_the_end() && name.starts_with(channel.name)))
 }
 
 /// All arrays of all effects.

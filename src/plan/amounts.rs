@@ -10,21 +10,16 @@ use serde::Serialize;
 use crate::contact::complementarity::{ActiveSet, LocalSet, largest_memory};
 use crate::contact::history::ModalHistory;
 use crate::counters::{Counter, Stage};
-use crate::numeric::transform_multiply_adds;
+use crate::plan::Plan;
 use crate::plan::decisions::Decisions;
 use crate::plan::smooth_contact::Expected;
 use crate::plan::unit::Unit;
-use crate::plan::{Plan, SOUND_SEGMENT, Sound};
-use crate::radiation::SetUpCost;
-use crate::response::SpectrumAccumulator;
-use crate::response::pressure::{PressureModel, PressureStream, PressureTransfers};
-use crate::response::vibration::SegmentLayout;
 use crate::road::Lattice;
 use crate::road::ahead::CHUNK_ROWS;
 use crate::road::sources::made::{Sizes, TargetSpectrum};
 use crate::scene::{History, Road, Scene, SliceCoupling, Slices, Tread, Zone};
 use crate::tyre::influence::convolution_quadrature::Circle;
-use crate::tyre::influence::{InfluenceSum, SurfaceWaves, steep_bytes, wave_bytes, wave_count};
+use crate::tyre::influence::{InfluenceSum, steep_bytes, wave_bytes, wave_count};
 use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, thickness_limit};
 use crate::tyre::poles::expected_fit;
 
@@ -34,12 +29,6 @@ const THREAD_BYTES: f64 = 8e6;
 const TEXTURE_RESERVE: f64 = 1.6;
 /// Arrays of the streamed spectrum, in segments.
 const SPECTRUM_ARRAYS: f64 = 8.0;
-/// Memory of the sound's transfers over that of their numbers: what the allocator keeps of the files or equations that
-/// they come from (measured).
-const TRANSFER_RESERVE: f64 = 1.3;
-/// Memory of the sound's blocks over that of their arrays (measured).
-const SOUND_RESERVE: f64 = 1.15;
-
 /// Where work is done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -95,18 +84,12 @@ pub struct Amounts {
     pub result_bytes: f64,
 }
 
-impl Plan {
-    /// The work of each stage in units, and memory by what holds it.
-    pub fn amounts(&self) -> Amounts {
-        Amounts::of(self)
-    }
-}
-
 impl Amounts {
-    fn of(plan: &Plan) -> Self {
+    /// Counts the work and memory of the physics.
+    pub(crate) fn of_physics(plan: &Plan) -> Self {
         let scene = &plan.scene;
         let mut amounts = Self {
-            expected: Expected::of(scene, plan.standing(), plan.decisions.tyre.radius(), plan.element),
+            expected: plan.expected(),
             poles: 0.0,
             work: Vec::new(),
             counters: Vec::new(),
@@ -129,13 +112,6 @@ impl Amounts {
         if plan.decisions.zone == Zone::Slices {
             amounts.contact(scene, plan);
         }
-        if let Some(vibration) = &plan.decisions.vibration {
-            amounts.vibration(plan, vibration);
-        }
-        if let Some(sound) = plan.sound() {
-            amounts.sound(plan, &sound);
-        }
-        amounts.results(scene, plan);
         amounts
     }
 
@@ -152,19 +128,21 @@ impl Amounts {
         self.fit_memory_per_thread * threads as f64 + self.fit_memory
     }
 
-    pub(super) fn add(&mut self, stage: Stage, unit: Unit, amount: f64, place: Place) {
+    /// Adds work of a stage.
+    pub(crate) fn add(&mut self, stage: Stage, unit: Unit, amount: f64, place: Place) {
         self.work.push(Amount { stage, unit, amount, place });
     }
 
     /// Adds to what a counter is expected to say.
-    pub(super) fn count(&mut self, counter: Counter, amount: f64) {
+    pub(crate) fn count(&mut self, counter: Counter, amount: f64) {
         match self.counters.iter_mut().find(|known| known.0 == counter) {
             Some(known) => known.1 += amount,
             None => self.counters.push((counter, amount)),
         }
     }
 
-    pub(super) fn hold(&mut self, what: &'static str, bytes: f64) {
+    /// Adds memory.
+    pub(crate) fn hold(&mut self, what: &'static str, bytes: f64) {
         self.memory.push((what, bytes));
     }
 
@@ -207,7 +185,8 @@ impl Amounts {
         self.count(Counter::Poles, self.poles);
         let Expected { columns, .. } = self.expected;
         let (rule, steps) = (numerics.time_rule, plan.steps as f64);
-        let work = ModalHistory::expected(rule, numerics.elements, self.poles, columns as usize);
+        let turns = plan.decisions.tyre.turns();
+        let work = ModalHistory::expected(rule, numerics.elements, self.poles, columns as usize, turns);
         let stages = rule.nodes().len() as f64;
         self.add(Stage::Influence, Unit::Pole, self.poles * stages, Place::Before);
         self.add(Stage::History, Unit::PoleMultiplyAdd, steps * work.poles, Place::Behind);
@@ -278,9 +257,10 @@ impl Amounts {
             return;
         }
         let point = if smooth { Unit::SmoothPoint } else { Unit::RoughPoint };
+        let turns = plan.decisions.tyre.turns();
         let search = match plan.decisions.slice_coupling {
-            SliceCoupling::Explicit => ActiveSet::expected(points, columns, smooth),
-            _ => LocalSet::expected(points, columns, smooth),
+            SliceCoupling::Explicit => ActiveSet::expected(points, columns, smooth, turns),
+            _ => LocalSet::expected(points, columns, smooth, turns),
         };
         self.add(Stage::ActiveSet, point, solutions * search.points, Place::March);
         self.add(Stage::ActiveSet, Unit::SearchMultiplyAdd, solutions * search.multiply_adds, Place::March);
@@ -289,49 +269,9 @@ impl Amounts {
         self.hold("factors", largest_memory(scene.numerics.cached_factors, columns as usize) as f64);
     }
 
-    /// Boundary elements that are not kept from earlier runs, and the way of every force to every receiver.
-    fn sound(&mut self, plan: &Plan, sound: &Sound) {
-        let Expected { columns, length, .. } = self.expected;
-        if let Some(SetUpCost { frequencies, cost, bytes_kept }) = sound.expected(plan, length) {
-            let stage = Stage::Radiation;
-            self.add(stage, Unit::RadiationOperation, cost.factor_operations, Place::BeforeOnAll);
-            let kernels = cost.far_evaluations + cost.near_evaluations;
-            self.add(stage, Unit::RadiationKernel, kernels, Place::BeforeOnAll);
-            self.count(Counter::RadiationKernels, kernels);
-            self.count(Counter::RadiationSolves, frequencies as f64);
-            self.fit_memory_per_thread = self.fit_memory_per_thread.max(cost.bytes as f64);
-            self.fit_memory_that_stays = bytes_kept as f64;
-            self.hold("transfers of the sound", TRANSFER_RESERVE * bytes_kept as f64);
-        }
-        let (cells, lateral) = (Sound::GRID.around, sound.lateral);
-        let waves = SurfaceWaves::expected_evaluations(cells / 2, lateral, 0.5 / plan.time_step);
-        self.add(Stage::Radiation, Unit::Evaluation, waves, Place::BeforeOnAll);
-        self.count(Counter::ComplianceEvaluations, waves);
-        let layout = SegmentLayout { columns: columns as usize, ..sound.layout };
-        let bins = (sound.radiation.fmax / layout.resolution()).ceil() as usize;
-        let points = sound.points();
-        let steps = plan.steps - plan.warm_up_steps;
-        let blocks = PressureStream::blocks(&layout, steps);
-        let together = PressureStream::together(&layout, bins, steps);
-        let passes = blocks.div_ceil(together.max(1) as u64);
-        let integrals = PressureModel::integrals(sound.radiation.air, lateral);
-        let [shared, each] = PressureTransfers::multiply_adds(&layout, bins, together, cells, integrals);
-        let products = shared * PressureStream::batches(points).0 as f64 + each * points as f64;
-        self.add(Stage::Sound, Unit::TransferMultiplyAdd, passes as f64 * products, Place::MarchOnAll);
-        let transforms = 0.5 * (layout.places() + points) as f64 * transform_multiply_adds(layout.length());
-        self.add(Stage::Sound, Unit::SoundMultiplyAdd, blocks as f64 * transforms, Place::MarchOnAll);
-        let blocks = PressureStream::bytes(&layout, bins, steps, points, [cells, integrals]);
-        self.hold("blocks of the sound", SOUND_RESERVE * blocks);
-        let spectra = SpectrumAccumulator::bytes(plan.time_step, SOUND_SEGMENT);
-        self.hold("spectra of the sound", points as f64 * spectra);
-        let samples = PressureStream::samples(&layout, steps) as usize;
-        let [kept, read] = sound.heard_samples(samples, plan.speed);
-        self.add(Stage::Response, Unit::PassedSample, read, Place::BeforeOnAll);
-        self.hold("pressures to listen to", 4.0 * kept);
-    }
-
-    fn results(&mut self, scene: &Scene, plan: &Plan) {
-        let (steps, outputs) = (plan.steps as f64, &scene.outputs);
+    /// Adds the arrays, spectra and pictures that every run writes.
+    pub(crate) fn add_results(&mut self, plan: &Plan) {
+        let (steps, outputs) = (plan.steps as f64, &plan.scene.outputs);
         if outputs.arrays {
             self.result_bytes = 8.0 * steps * (self.expected.columns + 3.0);
             self.add(Stage::Output, Unit::OutputByte, self.result_bytes, Place::March);
@@ -349,7 +289,8 @@ impl Amounts {
     }
 }
 
-pub(super) fn wavenumbers(scene: &Scene) -> f64 {
+/// Returns how many wavenumbers there are round the tyre.
+pub(crate) fn wavenumbers(scene: &Scene) -> f64 {
     (scene.numerics.elements / 2 + 1) as f64
 }
 

@@ -38,6 +38,8 @@ const POLES: [f64; 2] = [32.0, 5.0];
 /// Bytes of a pole, conjugates counted, and more of them for each stage of a step: its model, coefficients and states,
 /// and what making them takes (measured, N = 512 to 2048).
 const POLE_BYTES: [f64; 2] = [90.0, 130.0];
+/// Bytes of a pole's odd part, conjugates counted: its residue and the ratio of both.
+const ODD_POLE_BYTES: f64 = 16.0;
 /// Products in single precision that the search for an instant takes, with what goes with them (measured).
 const PRODUCTS: f64 = 16.0;
 
@@ -121,7 +123,7 @@ impl Plan {
     /// Waves that a window of so many columns is expected to need, the multiply-adds of their transforms, there and
     /// back, for an instant, and the forces that are remembered of all waves at one stage of their steps. They are not
     /// listed: there may be more than a machine can hold.
-    pub(super) fn expected_waves(&self, columns: f64) -> [f64; 3] {
+    pub(crate) fn expected_waves(&self, columns: f64) -> [f64; 3] {
         let grid = self.cell_grid();
         let (waves, cells) = (grid.waves(), columns * grid.across as f64);
         let mut expected = [0.0; 3];
@@ -144,14 +146,14 @@ impl Plan {
     }
 
     /// The largest lateral number of the waves that carry the past.
-    pub(super) fn last_lateral_number(&self) -> usize {
+    pub(crate) fn last_lateral_number(&self) -> usize {
         let grid = self.cell_grid();
         let highest = TAU / grid.length().min(grid.pitch());
         self.cell_truncation().lateral_terms.unwrap_or((highest / grid.waves().ky(1)) as usize)
     }
 
     /// Poles that one of them is expected to have, conjugates counted.
-    pub(super) fn expected_poles_of_wave(&self) -> f64 {
+    pub(crate) fn expected_poles_of_wave(&self) -> f64 {
         POLES[0] - POLES[1] * (self.fit.tolerance / 1e-5).log10()
     }
 
@@ -172,20 +174,22 @@ impl Amounts {
         let cells = self.expected.columns * plan.cell_grid().across as f64;
         let search = PRODUCTS * transform_multiply_adds(4 * cells as usize);
         let poles = plan.expected_poles_of_wave() * waves;
+        let turns = plan.decisions.tyre.turns();
+        let (odd_bytes, parts) = if turns { (ODD_POLE_BYTES, 2.0) } else { (0.0, 1.0) };
         self.add(Stage::Axle, Unit::SearchMultiplyAdd, 30.0 * search, Place::Before);
         self.add(Stage::Penetration, Unit::LevelColumn, instants * cells, Place::March);
         self.add(Stage::ActiveSet, Unit::TransformMultiplyAdd, instants * search, Place::March);
         self.add(Stage::History, Unit::TransformMultiplyAdd, instants * transforms, Place::March);
         self.count(Counter::Steps, steps);
         // Forces and displacements of two blocks, the first weights of their instants, and what is not yet forgotten.
-        let block = waves * STEPS as f64 * stages * (64.0 + 16.0 * stages) + 8.0 * stages * remembered;
-        let of_poles = (POLE_BYTES[0] + POLE_BYTES[1] * stages) * poles;
+        let block = waves * STEPS as f64 * stages * (64.0 + 16.0 * parts * stages) + 8.0 * stages * remembered;
+        let of_poles = (POLE_BYTES[0] + odd_bytes + POLE_BYTES[1] * stages) * poles;
         self.hold("poles, states and fields of the cells", of_poles + block + 8.0 * cells * 40.0);
         if scene.numerics.history == History::Direct {
             let sums = plan.lags as f64 * waves * stages * stages;
             self.add(Stage::Influence, Unit::Evaluation, 2.0 * sums, Place::BeforeOnAll);
-            self.add(Stage::History, Unit::DirectMultiplyAdd, 2.0 * steps * sums, Place::MarchOnAll);
-            self.hold("weights and forces of the past", 24.0 * sums);
+            self.add(Stage::History, Unit::DirectMultiplyAdd, 2.0 * parts * steps * sums, Place::MarchOnAll);
+            self.hold("weights and forces of the past", (16.0 + 8.0 * parts) * sums);
             return;
         }
         self.poles = poles;
@@ -195,7 +199,7 @@ impl Amounts {
         self.fit_memory_per_thread = expected_fit::BYTES;
         // Waves of odd and of even number.
         self.fit_memory = 2.0 * wave_bytes(&scene.tyre, scene.numerics.influence_tolerance);
-        let recursion = expected_multiply_adds(rule, STEPS, waves as usize, poles);
+        let recursion = expected_multiply_adds(rule, STEPS, waves as usize, poles, turns);
         self.add(Stage::History, Unit::PoleMultiplyAdd, steps * recursion, Place::Behind);
     }
 }

@@ -29,7 +29,7 @@ const MOST_FIXED: f64 = 1e6;
 ///
 /// # Errors
 /// [`SceneError::Invalid`] with the key that is to blame.
-pub(super) fn check(loaded: &LoadedScene, scene: &Scene) -> Result<(), SceneError> {
+pub(crate) fn check(loaded: &LoadedScene, scene: &Scene) -> Result<(), SceneError> {
     let Scene { tyre, numerics, .. } = scene;
     let Some((tread, place)) = tyre.layers.last().zip(tyre.layers.len().checked_sub(1)) else { return Ok(()) };
     let mut right = "a thicker outermost layer, or a smaller tyre".to_owned();

@@ -51,20 +51,14 @@ pub fn process_memory() -> f64 {
 }
 
 impl Plan {
-    /// Forecasts time and memory on this machine. `process`: memory of the process itself \[bytes\].
-    pub fn forecast(&self, costs: &UnitCosts, threads: usize, process: f64) -> Forecast {
-        Forecast::new(&self.amounts(), self.steps, costs, threads, process)
-    }
-
     /// Refuses a plan that needs more memory or time than the scene allows, and what cannot be simulated at all.
     ///
     /// # Errors
     /// [`SceneError::Invalid`] with a complaint that points into the scene.
-    pub fn check(&self, loaded: &LoadedScene) -> Result<(), SceneError> {
+    pub(crate) fn check_amounts(&self, loaded: &LoadedScene, amounts: &Amounts) -> Result<(), SceneError> {
         let numerics = &self.scene.numerics;
-        let amounts = self.amounts();
         let memory = amounts.memory_on(1);
-        let hours = Forecast::new(&amounts, self.steps, &UnitCosts::default(), 1, 0.0).core_seconds() / 3600.0;
+        let hours = Forecast::new(amounts, self.steps, &UnitCosts::default(), 1, 0.0).core_seconds() / 3600.0;
         let (rule, has_cells) = (numerics.time_rule, self.decisions.zone == Zone::Cells);
         let complaint = if has_cells && !rule.is_quadrature() {
             let wrong = format!("\"{}\" is no convolution quadrature, which cells carry their past by", rule.name());

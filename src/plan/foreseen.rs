@@ -1,6 +1,8 @@
 //! Knowledge of a plan about a run that will hardly give what it is asked for.
 
 use super::Plan;
+use crate::scene::{LoadedScene, SceneError};
+use crate::tyre::critical_speed::{TreadWave, limit_below, tread_wave};
 use crate::tyre::slowest_wave::{SlowestWave, slowest_wave_below};
 
 impl Plan {
@@ -9,11 +11,39 @@ impl Plan {
         self.outrun_waves().into_iter().collect()
     }
 
+    /// Checks that the turning tyre is stable at the plan's speed.
+    ///
+    /// # Errors
+    /// [`SceneError::Invalid`] with the speed up to which it is.
+    pub(crate) fn check_rotation(&self, loaded: &LoadedScene) -> Result<(), SceneError> {
+        let rolling = &self.decisions.tyre;
+        let Some(limit) = limit_below(rolling, self.speed).filter(|_| rolling.turns()) else { return Ok(()) };
+        let wrong = format!(
+            "a tyre that turns as fast has no stiffness left against its foundation: it is stable up to {:.0} km/h",
+            3.6 * limit
+        );
+        let right = "a lower speed, a stiffer foundation, or effects.rotation = \"off\"";
+        Err(loaded.complain("rolling.speed_kmh", wrong, right).into())
+    }
+
+    /// Tells of waves of the tread's surface that are slower than the tyre rolls.
+    pub(crate) fn outrun_tread(&self) -> Option<String> {
+        let rolling = &self.decisions.tyre;
+        let TreadWave { length, speed } =
+            tread_wave(rolling, rolling.turns()).filter(|wave| wave.speed < self.speed)?;
+        Some(format!(
+            "the tyre rolls faster than waves of its tread, {:.0} mm long, run ({:.0} km/h): the contact has no steady \
+             form; steps in time stay well-posed",
+            1e3 * length,
+            3.6 * speed
+        ))
+    }
+
     fn outrun_waves(&self) -> Option<String> {
         let rolling = &self.decisions.tyre;
         let SlowestWave { n, speed } = slowest_wave_below(rolling, self.speed)?;
-        let right = if *rolling == self.scene.tyre {
-            "effects.centrifugal_tension = \"auto\" makes waves faster, as tyres have it"
+        let right = if rolling.curvature && !rolling.turns() {
+            "effects.rotation = \"auto\" makes waves faster, as tyres have it"
         } else {
             "choose a lower speed"
         };
@@ -37,13 +67,26 @@ mod tests {
             let settings: Vec<Setting> = settings.iter().map(|text| Setting::parse(text).unwrap()).collect();
             Plan::of(&Scene::from_str_with(DEFAULT, "default", &settings).unwrap()).unwrap().warnings()
         };
-        assert!(warnings(&[]).is_empty() && warnings(&["rolling.speed_kmh=200"]).is_empty());
-        let told = warnings(&["rolling.speed_kmh=230"]);
+        let held = |speed| [speed, "effects.rotation=off"];
+        assert!(warnings(&[]).is_empty() && warnings(&held("rolling.speed_kmh=200")).is_empty());
+        let told = warnings(&held("rolling.speed_kmh=230"));
         assert!(told.len() == 1 && told[0].contains("has 212 km/h") && told[0].contains("= \"auto\""), "{told:?}");
-        // Tension by the tyre's own weight makes every wave faster than it rolls.
-        let auto = |speed| [speed, "effects.centrifugal_tension=auto"];
+        // Tension by its own mass makes every wave of a turning tyre faster than it rolls.
         for speed in ["rolling.speed_kmh=250", "rolling.speed_kmh=400"] {
-            assert!(warnings(&auto(speed)).is_empty(), "{:?}", warnings(&auto(speed)));
+            assert!(warnings(&[speed]).is_empty(), "{:?}", warnings(&[speed]));
         }
+    }
+
+    #[test]
+    fn a_speed_beyond_stability_is_refused_and_one_above_the_treads_waves_told() {
+        let of = |settings: &[&str]| {
+            let settings: Vec<Setting> = settings.iter().map(|text| Setting::parse(text).unwrap()).collect();
+            Plan::of(&Scene::from_str_with(DEFAULT, "default", &settings).unwrap())
+        };
+        let error = of(&["rolling.speed_kmh=440"]).unwrap_err().to_string();
+        assert!(error.contains("stable up to 431 km/h") && error.contains("rolling.speed_kmh"), "{error}");
+        assert!(of(&["rolling.speed_kmh=440", "effects.rotation=off"]).is_ok());
+        let told = |plan: Plan| plan.decisions.notes.iter().any(|note| note.contains("waves of its tread"));
+        assert!(told(of(&["rolling.speed_kmh=250"]).unwrap()) && !told(of(&[]).unwrap()));
     }
 }

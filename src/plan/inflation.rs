@@ -5,7 +5,7 @@ use crate::scene::Tyre;
 
 /// Tension of the innermost layer and stiffness of the foundation, each with what the sidewalls' arcs give; none for a
 /// tyre without them.
-pub(super) fn choices(tyre: &Tyre) -> Vec<Choice> {
+pub(crate) fn choices(tyre: &Tyre) -> Vec<Choice> {
     let (Some(carried), Some(innermost)) = (tyre.carried(), tyre.layers.first()) else { return Vec::new() };
     let [along, across] = innermost.tension;
     let across = if across > 0.0 { format!("{across:.3e}") } else { "0".to_owned() };

@@ -2,33 +2,30 @@
 //!
 //! 1. [`settle`]: what the scene leaves open, decided from its `fmax`, `preset` and `accuracy`: [`front`] is the table
 //!    of accuracy against time, [`resolution`] makes elements and steps of it;
-//! 2. [`decisions`]: which effects are on, off or reduced, and why; every later stage asks them;
+//! 2. [`decisions`]: physics and effects that are on, off or reduced, and why; every later stage asks them;
 //! 3. sizes: time step, steps, lags;
 //! 4. [`Amounts`]: work of each stage in units, memory by what holds it;
 //! 5. [`Forecast`]: both on this machine, from costs of the units ([`Unit`]) that were measured on it.
 //!
 //! The plan is data: it follows from the scene alone, without a look at any other file, can be printed as a table or as
-//! JSON, and the run takes its numbers from it.
+//! JSON, and the run takes its numbers from it. [`crate::planning`] makes it, since it asks the effects, too.
 
-mod amounts;
+pub(crate) mod amounts;
 pub(crate) mod cells;
 pub mod decisions;
-mod feasible;
+pub(crate) mod feasible;
 mod forecast;
 mod foreseen;
 pub mod front;
-mod inflation;
-pub mod kept_transfers;
+pub(crate) mod inflation;
 pub mod models;
 pub mod resolution;
 pub mod settle;
 mod smooth_contact;
-mod sound;
 #[cfg(test)]
 mod tests;
 mod unit;
 pub(crate) mod unit_record;
-mod vibration;
 
 pub use amounts::{Amounts, Place};
 pub use decisions::{Decision, Decisions};
@@ -38,32 +35,30 @@ pub use unit::{Unit, UnitCosts};
 use std::sync::OnceLock;
 
 use crate::contact::static_contact::StaticContact;
+use crate::response::vibration::{Across, SegmentLayout};
 use crate::road::{Lattice, RoadError};
-use crate::scene::{Axle, History, LoadedScene, Numerics, Scene, SceneError, Tread, Zone};
+use crate::scene::{Axle, History, Numerics, Scene, Tread, Zone};
 use crate::storage::Cache;
 use crate::tyre::influence::Field;
 use crate::tyre::poles::cache::key;
 use crate::tyre::poles::{FitOptions, RationalModel};
 use resolution::{Need, Resolution};
-pub use settle::{Choice, settled};
+pub use settle::Choice;
 pub use smooth_contact::Expected;
-pub use sound::{Heard, Sound};
-pub(crate) use sound::{SOUND_FADE, SOUND_SEGMENT};
-pub use vibration::{CellSegments, VibrationSegments};
 
 /// Segments of the averaged spectrum \[s\].
 pub(crate) const SEGMENT: f64 = 0.5;
 /// Part of the run that the force map shows, in contact lengths rolled.
 const LENGTHS_DRAWN: f64 = 6.0;
 /// Lowest frequency at which the flat plate's absolute levels are those of a tyre \[Hz\]; below, curvature counts.
-const PLATE_FROM: f64 = 400.0;
+pub(crate) const PLATE_FROM: f64 = 400.0;
 
 /// Plan of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// The scene, every setting decided.
     pub scene: Scene,
-    /// Which effects are simulated.
+    /// Decisions on the physics and the effects.
     pub decisions: Decisions,
     /// Settings that the scene left open, and what the sidewalls of its tyre give beside what is used.
     pub choices: Vec<Choice>,
@@ -119,29 +114,8 @@ impl Plan {
         span / self.time_step
     }
 
-    /// The plan of a loaded scene, what it leaves open decided; a fit expected where there is one.
-    ///
-    /// # Errors
-    /// As [`settled`]; a tyre whose sums over waves have no end, or too many terms.
-    pub fn of(loaded: &LoadedScene) -> Result<Self, SceneError> {
-        let (scene, mut choices) = settle::decide(loaded)?;
-        feasible::check(loaded, &scene)?;
-        choices.extend(inflation::choices(&scene.tyre));
-        let mut plan = Self::new(&scene);
-        choices.extend(plan.lateral_choices());
-        plan.choices = choices;
-        if !scene.tyre.curvature && (scene.numerics.accuracy.is_some() || scene.numerics.preset.is_some()) {
-            let note = format!(
-                "the stated accuracy is that of the numerical solution: the flat plate's absolute levels are \
-                 indicative below about {PLATE_FROM} Hz"
-            );
-            plan.decisions.notes.push(note);
-        }
-        Ok(plan)
-    }
-
-    /// The plan of a scene with every setting decided, a fit expected where there is one.
-    pub fn new(scene: &Scene) -> Self {
+    /// Makes the plan of a scene with every setting decided; nothing is expected of a cache.
+    pub(crate) fn decided(scene: &Scene, decisions: Decisions) -> Self {
         let Scene { tyre, rolling, numerics, contact, .. } = scene;
         let speed = rolling.speed();
         let element = tyre.circumference / numerics.elements as f64;
@@ -154,7 +128,7 @@ impl Plan {
         let field = contact_field(contact.tread);
         Self {
             scene: scene.clone(),
-            decisions: Decisions::new(scene),
+            decisions,
             choices: Vec::new(),
             speed,
             radius: tyre.radius(),
@@ -174,32 +148,46 @@ impl Plan {
         }
     }
 
-    /// With what the user's cache holds for it, the poles of the model and the frequencies of the radiation: amounts
-    /// and forecast know them then.
-    #[must_use]
-    pub fn with_kept_model(mut self) -> Self {
-        self.kept_poles = kept_poles(&self);
-        self.kept_frequencies = self.frequencies_on_disk();
-        self
-    }
-
     /// How the tyre stands on a smooth road.
     fn standing(&self) -> Option<StaticContact> {
-        *self.standing.get_or_init(|| smooth_contact::standing(&self.decisions.tyre, &self.scene.rolling.axle))
+        *self.standing.get_or_init(|| smooth_contact::standing(&self.decisions.tyre, &self.decisions.axle))
+    }
+
+    /// Returns the contact that is expected.
+    pub(crate) fn expected(&self) -> Expected {
+        Expected::of(&self.scene, self.standing(), self.decisions.tyre.radius(), self.element)
+    }
+
+    /// Lays out segments of so many revolutions, of forces that are even across; columns, phase and first position are
+    /// the run's to say.
+    pub(crate) fn segment_layout(&self, revolutions: usize) -> SegmentLayout {
+        let Scene { numerics, tyre, .. } = &self.scene;
+        SegmentLayout {
+            elements: numerics.elements,
+            substeps: numerics.substeps,
+            revolutions,
+            columns: 0,
+            across: Across::Even,
+            rule: numerics.time_rule,
+            time_step: self.time_step,
+            phase: 0,
+            first_position: 0.0,
+            circumference: tyre.circumference,
+        }
     }
 
     /// With how the tyre of another plan stands, where that is the same tyre under the same axle.
     #[must_use]
     pub(crate) fn standing_as(mut self, other: &Self) -> Self {
-        if self.decisions.tyre == other.decisions.tyre && self.scene.rolling.axle == other.scene.rolling.axle {
+        if self.decisions.tyre == other.decisions.tyre && self.decisions.axle == other.decisions.axle {
             self.standing = OnceLock::from(other.standing());
         }
         self
     }
 
-    /// Tells whether a fitted model is needed: by the recursion, or by the vibration.
+    /// Tells whether a fitted model is needed: by the recursion, or by an effect.
     pub(crate) fn needs_model(&self) -> bool {
-        let wanted = self.scene.numerics.history == History::Modal || self.decisions.vibration.is_some();
+        let wanted = self.scene.numerics.history == History::Modal || self.decisions.takes_models;
         wanted && self.decisions.zone == Zone::Slices
     }
 
@@ -248,9 +236,9 @@ pub fn fit_options(scene: &Scene, field: Field) -> FitOptions {
     }
 }
 
-/// Poles of the model that the user's cache holds for a plan; `None`: none is needed, there is none, or it cannot be
-/// used.
-fn kept_poles(plan: &Plan) -> Option<usize> {
+/// Counts the poles of the model that the user's cache holds for a plan; `None`: none is needed, there is none, or it
+/// cannot be used.
+pub(crate) fn kept_poles(plan: &Plan) -> Option<usize> {
     let key = key(&plan.decisions.tyre, &plan.fit).ok().filter(|_| plan.needs_model())?;
     let model: RationalModel = Cache::open().ok()?.load(&key).ok()??.ok()?;
     Some(model.order())

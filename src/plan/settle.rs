@@ -1,12 +1,11 @@
 //! Settings that a scene leaves open, decided: elements, steps, rule, history, tolerances and cells from `fmax`,
-//! `preset` and
-//! `accuracy`. What the scene gives stays as it is.
+//! `preset` and `accuracy`. What the scene gives stays as it is.
 
 use serde::Serialize;
 
 use super::front::FrontRow;
 use super::resolution::{Need, Resolution};
-use crate::scene::{Diagnostic, History, LoadedScene, Numerics, Road, Scene, SceneError, Switch, Zone, short};
+use crate::scene::{History, LoadedScene, Numerics, Road, Scene, SceneError, Switch, Zone, short};
 
 /// A setting that the scene left open or that has another source than the scene, and why it is what it is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -19,17 +18,11 @@ pub struct Choice {
     pub reason: String,
 }
 
-/// A loaded scene with every setting decided: what commands work with that do not follow a [`super::Plan`].
+/// Decides every setting of a scene; gives it, and the choices.
 ///
 /// # Errors
 /// [`SceneError::Invalid`] where wishes contradict each other, or given numbers cannot reach them.
-pub fn settled(loaded: LoadedScene) -> Result<LoadedScene, SceneError> {
-    let (scene, _) = decide(&loaded)?;
-    Ok(loaded.settled(scene))
-}
-
-/// The scene with every setting decided, and what was chosen in it.
-pub(super) fn decide(loaded: &LoadedScene) -> Result<(Scene, Vec<Choice>), SceneError> {
+pub(crate) fn decide(loaded: &LoadedScene) -> Result<(Scene, Vec<Choice>), SceneError> {
     let mut settling = Settling { loaded, scene: loaded.scene.clone(), choices: Vec::new() };
     let Numerics { fmax, preset, accuracy, .. } = loaded.scene.numerics;
     let row = match (preset, accuracy) {
@@ -55,7 +48,6 @@ pub(super) fn decide(loaded: &LoadedScene) -> Result<(Scene, Vec<Choice>), Scene
             }
         }
     }
-    check_elements(loaded, &settling.scene)?;
     Ok((settling.scene, settling.choices))
 }
 
@@ -185,19 +177,6 @@ impl Settling<'_> {
         let reason = format!("preset \"{}\": cells of at most {} mm along", row.preset.name(), millimetres(cell));
         self.choose("contact.cells_along", cells.to_string(), reason);
     }
-}
-
-/// Complains about elements whose vibration is wanted and that the tyre does not have.
-fn check_elements(loaded: &LoadedScene, scene: &Scene) -> Result<(), SceneError> {
-    let count = scene.numerics.elements;
-    let wanted = scene.outputs.vibration.iter().flat_map(|vibration| vibration.elements.iter().enumerate());
-    let complain = |(index, element): (usize, &usize)| {
-        let wrong = format!("the tyre has no element {element}: numerics.elements = {count}");
-        let right = format!("write a whole number from 0 to {}", count.saturating_sub(1));
-        loaded.complain(&format!("outputs.vibration.elements[{index}]"), wrong, right)
-    };
-    let diagnostics: Vec<Diagnostic> = wanted.filter(|(_, element)| **element >= count).map(complain).collect();
-    if diagnostics.is_empty() { Ok(()) } else { Err(SceneError::invalid(diagnostics, 0)) }
 }
 
 /// A length in mm, to a hundredth.

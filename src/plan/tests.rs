@@ -4,7 +4,7 @@ use super::*;
 use crate::counters::Stage;
 use crate::plan::front::FrontRow;
 use crate::scene::tests::{BASE, edited, listed};
-use crate::scene::{PLATE, Preset, Road, TimeRule};
+use crate::scene::{PLATE, Preset, Road, SceneError, TimeRule};
 use crate::test_models::replaced;
 
 fn planned(text: &str) -> Result<Plan, SceneError> {

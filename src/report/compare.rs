@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use serde_json::Value;
 
-use super::stored::{Spectrum, Stored};
+use crate::effects::stored::{Spectrum, Stored};
+use crate::effects::{EFFECTS, Figure};
 use crate::response::ThirdOctaveBand;
 use crate::results::plots::four_digits;
 use crate::results::table::{Report, Table, aligned, csv, words};
@@ -211,16 +212,15 @@ fn flatten(path: String, value: &Value, keys: &mut BTreeMap<String, String>) {
 }
 
 fn figures(all: &[Stored]) -> Vec<FigureComparison> {
-    let lists: Vec<Vec<(String, &'static str, f64)>> = all.iter().map(figures_of).collect();
+    let lists: Vec<Vec<Figure>> = all.iter().map(figures_of).collect();
     let mut names: Vec<(&str, &'static str)> = Vec::new();
-    for (name, unit, _) in lists.iter().flatten() {
+    for Figure { name, unit, .. } in lists.iter().flatten() {
         if !names.iter().any(|(known, _)| known == name) {
             names.push((name, unit));
         }
     }
-    let value = |list: &Vec<(String, &str, f64)>, wanted: &str| {
-        list.iter().find(|(name, ..)| name == wanted).map(|(_, _, value)| *value)
-    };
+    let value =
+        |list: &Vec<Figure>, wanted: &str| list.iter().find(|figure| figure.name == wanted).map(|figure| figure.value);
     let figure = |(name, unit): (&str, &'static str)| FigureComparison {
         name: name.to_owned(),
         unit,
@@ -229,33 +229,10 @@ fn figures(all: &[Stored]) -> Vec<FigureComparison> {
     names.into_iter().map(figure).collect()
 }
 
-/// Name, unit and value of what a run has found.
-pub(super) fn figures_of(stored: &Stored) -> Vec<(String, &'static str, f64)> {
-    let outcome = &stored.summary.outcome;
-    let mut figures: Vec<(String, &'static str, f64)> = Vec::new();
-    let mut add = |name: &str, unit: &'static str, value: Option<f64>| {
-        figures.extend(value.map(|value| (name.to_owned(), unit, value)));
-    };
-    add("mean force", "N", outcome.mean_force);
-    add("force variation, rms", "N", outcome.rms_force_variation);
-    add("contact length", "mm", outcome.mean_contact_length.map(|length| 1e3 * length));
-    add("indentation", "mm", outcome.indentation.map(|depth| 1e3 * depth));
-    add("rolling resistance", "", outcome.rolling_resistance.map(|resistance| resistance.coefficient));
-    add("contact area", "cm2", outcome.cells.map(|cells| 1e4 * cells.mean_area));
-    add("mean pressure", "kPa", outcome.cells.map(|cells| 1e-3 * cells.mean_pressure));
-    add("peak pressure, mean", "kPa", outcome.cells.map(|cells| 1e-3 * cells.mean_peak_pressure));
-    for field in stored.summary.vibration.iter().flat_map(|vibration| &vibration.fields) {
-        add(&format!("velocity of {}, rms", field.field), "m/s", Some(field.rms_velocity));
-    }
-    for heard in stored.summary.sound.iter().flat_map(|sound| &sound.receivers) {
-        let rated = heard.rated();
-        add(&format!("level at {}", rated.label()), "dB(A)", rated.level);
-        if rated.passed {
-            add(&format!("mean along the line at {}", heard.name), "dB(A)", Some(heard.level_a));
-        }
-    }
-    add("wall time", "s", Some(stored.summary.cost.wall_seconds));
-    figures
+/// Lists the figures of a run's effects, and its time.
+pub(super) fn figures_of(stored: &Stored) -> Vec<Figure> {
+    let figures = EFFECTS.into_iter().flat_map(|effect| effect.figures(stored));
+    figures.chain(Figure::of("wall time", "s", Some(stored.summary.cost.wall_seconds))).collect()
 }
 
 fn spectra(all: &[Stored]) -> Vec<SpectrumComparison> {

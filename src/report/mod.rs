@@ -5,7 +5,6 @@
 //! other programs. [`html`] is what pages are made of.
 
 pub mod compare;
-mod error;
 pub mod export;
 pub mod html;
 pub mod mobility;
@@ -16,13 +15,12 @@ pub mod radiation;
 pub mod road;
 mod sections;
 pub mod slices;
-pub mod stored;
-mod table;
+mod stored;
 pub mod tyre;
 
+pub use crate::effects::ReportError;
+pub use crate::effects::stored::{Stored, StoredArray, StoredError};
 pub use compare::Comparison;
-pub use error::ReportError;
 pub use page::{PAGE_HEAD, page};
 pub use plan::plan_record;
 pub use sections::decision_table;
-pub use stored::{Stored, StoredArray, StoredError};

@@ -3,15 +3,13 @@
 use maud::{Markup, html};
 
 use super::compare::{Comparison, SpectrumComparison};
-use super::error::ReportError;
 use super::html::{document, figure, table};
-use super::sections::{self, GREY};
-use super::stored::Stored;
+use super::sections;
+use crate::effects::stored::Stored;
+use crate::effects::{EFFECTS, GREY, ReportError, Section};
 use crate::response::BandLevel;
 use crate::results::PlotError;
 use crate::results::plots::{Axis, LinePlot, Series, ThirdOctavePlot};
-use crate::results::spectra::FORCE_LEVEL;
-use crate::results::vibration::VELOCITY_LEVEL;
 use crate::study::trial::level_changes;
 
 /// Beginning of every page.
@@ -24,15 +22,8 @@ pub const PAGE_HEAD: &str = "<!DOCTYPE html><html lang=\"en\"><head><meta name=\
 pub fn page(all: &[Stored]) -> Result<String, ReportError> {
     let title = all.iter().map(|stored| stored.summary.title.as_str()).collect::<Vec<_>>().join(" | ");
     let comparison = if all.len() > 1 { Some(comparison(all, &Comparison::of(all))?) } else { None };
-    let audio = all.iter().filter_map(|stored| stored.summary.sound.as_ref()).flat_map(|sound| &sound.receivers);
-    let scales = audio.filter_map(|receiver| receiver.audio.as_ref()).map(|audio| audio.full_scale);
-    // What is louder in one run than in another is so in the page.
-    let full_scale = scales.fold(0.0, f64::max);
-    let results = all
-        .iter()
-        .enumerate()
-        .map(|(index, stored)| result(index, stored, full_scale))
-        .collect::<Result<Vec<_>, _>>()?;
+    let results =
+        all.iter().enumerate().map(|(index, stored)| result(index, stored, all)).collect::<Result<Vec<_>, _>>()?;
     let content = html! {
         @if let Some(comparison) = comparison { (comparison) }
         @for result in &results { (result) }
@@ -46,26 +37,24 @@ fn section(index: usize, heading: &str, content: &Markup) -> Markup {
     html! { @if !content.0.is_empty() { section id=(id) { h2 { (heading) } (content) } } }
 }
 
-fn result(index: usize, stored: &Stored, full_scale: f64) -> Result<Markup, ReportError> {
-    let vibration = html! {
-        (sections::spectra(stored, VELOCITY_LEVEL, "Velocities, third octaves")?)
-        (sections::pictures(
-            stored,
-            "vibration_map_",
-            "waves round the tyre over frequency. White: the tyre's own waves"
-        )?)
-    };
-    let parts = [
+fn result(index: usize, stored: &Stored, all: &[Stored]) -> Result<Markup, ReportError> {
+    let mut parts = vec![
         ("Warnings", sections::warnings(stored)),
         ("Plan", sections::plan(stored)),
         ("Road", sections::road(stored)?),
-        ("Contact", sections::contact(stored)?),
-        ("Force spectrum", sections::spectra(stored, FORCE_LEVEL, "Contact force, third octaves")?),
-        ("Vibration", vibration),
-        ("Sound", sections::sound(stored, full_scale)?),
-        ("Cost", sections::cost(stored)),
-        ("To run it again", sections::repeat(stored)?),
     ];
+    let mut add = |heading: &'static str, content: Markup| match parts.iter_mut().find(|(other, _)| *other == heading) {
+        Some((_, before)) => before.0.push_str(&content.0),
+        None => parts.push((heading, content)),
+    };
+    for effect in EFFECTS {
+        for Section { heading, blocks } in effect.sections(stored, all)? {
+            add(heading, sections::blocks(&blocks));
+        }
+    }
+    add("Contact", sections::residuals(stored));
+    add("Cost", sections::cost(stored));
+    add("To run it again", sections::repeat(stored)?);
     Ok(html! {
         article {
             header {

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use crate::plan::{Amounts, Forecast, Plan};
-use crate::run::foreseen;
+use crate::planning::foreseen;
 use crate::scene::{LoadedScene, SceneError};
 
 /// Writes a plan as JSON: effects and choices with their reasons, sizes, work, memory and forecast.

@@ -1,90 +1,16 @@
-//! A results folder, read again.
+//! Reading of a results folder: its summary, its scene and plan, and the third octaves of its effects.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde_json::Value;
-use thiserror::Error;
 
-use super::table::Table;
+use crate::effects::stored::{Spectrum, Stored, StoredError, file, read_text};
+use crate::effects::{EFFECTS, Effect, LevelTable};
 use crate::plan::Plan;
-use crate::plan::front::FrontRow;
 use crate::response::{BandLevel, ThirdOctaveBand};
-use crate::results::sound::{SOUND_FILE, SOUND_LEVEL};
-use crate::results::spectra::{FORCE_LEVEL, SPECTRA_FILE};
+use crate::results::read_table::Table;
 use crate::results::summary::{FORMAT, FORMAT_VERSION, SUMMARY_FILE, Summary};
-use crate::results::vibration::{VELOCITY_LEVEL, VIBRATION_FILE};
-use crate::scene::{LoadedScene, SceneError};
-use crate::storage::array::{Array, ArrayError};
-use crate::storage::flat_folder;
-use crate::storage::input::{self, InputError, TABLE_BYTES};
-
-/// Why a folder cannot be reported on.
-#[derive(Debug, Error)]
-pub enum StoredError {
-    /// A file that cannot be read.
-    #[error("cannot read {}: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// Error of the system.
-        source: std::io::Error,
-    },
-    /// A file that is not what its name says.
-    #[error("{}: {reason}", path.display())]
-    Content {
-        /// The file.
-        path: PathBuf,
-        /// Fault of the file.
-        reason: String,
-    },
-    /// Settings that this version of the program does not take.
-    #[error("the settings in {}: {source}", path.display())]
-    Settings {
-        /// The summary.
-        path: PathBuf,
-        /// Faults of the settings.
-        source: Box<SceneError>,
-    },
-}
-
-/// Third-octave levels of one signal.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Spectrum {
-    /// Quantity of the levels, reference included: [`FORCE_LEVEL`], [`VELOCITY_LEVEL`] or [`SOUND_LEVEL`].
-    pub quantity: &'static str,
-    /// Which signal; empty where there is one of the quantity.
-    pub name: String,
-    /// The levels, bands rising.
-    pub levels: Vec<BandLevel>,
-    /// The frequency \[Hz\] from which on it is known how far off valid levels may be, and how far that is \[dB\].
-    pub error: Option<(f64, f64)>,
-}
-
-/// An array that a run has written.
-#[derive(Clone, Debug, PartialEq)]
-pub struct StoredArray {
-    /// Its lengths.
-    pub shape: Vec<usize>,
-    /// Its numbers, row by row.
-    pub values: Vec<f64>,
-}
-
-/// Results that a finished or interrupted run has left.
-#[derive(Clone, Debug)]
-pub struct Stored {
-    /// The folder.
-    pub folder: PathBuf,
-    /// Its summary.
-    pub summary: Summary,
-    /// The scene as it was run.
-    pub loaded: LoadedScene,
-    /// Plan of the run, with its reasons.
-    pub plan: Plan,
-    /// All third octaves: forces, velocities, sound.
-    pub spectra: Vec<Spectrum>,
-    /// True if the file of a measured road comes from the caller: the folder's own word on it is not taken.
-    pub(super) knows_road: bool,
-}
+use crate::scene::LoadedScene;
 
 impl Stored {
     /// Reads a results folder of `tyrewave run`: summary and tables; arrays and pictures are read when they are asked
@@ -123,91 +49,15 @@ impl Stored {
         Ok(stored)
     }
 
-    /// With the file of the measured road, where a caller knows it: it is not among the results.
-    #[must_use]
-    pub fn with_road(mut self, file: Option<&Path>) -> Self {
-        if let (Some(own), Some(file)) = (self.plan.scene.road.file_mut(), file) {
-            file.clone_into(own);
-            self.knows_road = true;
-        }
-        self
-    }
-
-    /// The third octaves of a signal, by their quantity and its name.
-    pub fn spectrum(&self, quantity: &str, name: &str) -> Option<&Spectrum> {
-        self.spectra.iter().find(|spectrum| spectrum.quantity == quantity && spectrum.name == name)
-    }
-
-    /// The run's name: its folder's.
-    pub fn name(&self) -> String {
-        self.folder.file_name().unwrap_or(self.folder.as_os_str()).to_string_lossy().into_owned()
-    }
-
-    /// A text file of the folder; `None` where the run has not written it.
-    ///
-    /// # Errors
-    /// [`StoredError::Read`], also of one that is too large or no text.
-    pub fn text(&self, name: &str) -> Result<Option<String>, StoredError> {
-        file(&self.folder, name)?.map(|path| read_text(&path)).transpose()
-    }
-
-    /// The bytes of a file of the folder.
-    ///
-    /// # Errors
-    /// As [`Self::text`].
-    pub fn bytes(&self, name: &str) -> Result<Vec<u8>, StoredError> {
-        let path = file(&self.folder, name)?.unwrap_or_else(|| self.folder.join(name));
-        input::read(&path, TABLE_BYTES).map_err(reading(&path))
-    }
-
-    /// A column of numbers from an array of the folder; `None` where the run has not written it.
-    ///
-    /// # Errors
-    /// [`StoredError::Content`] of a file that holds no such column.
-    pub fn column(&self, name: &str) -> Result<Option<Vec<f64>>, StoredError> {
-        Ok(self.array(name)?.map(|array| array.values))
-    }
-
-    /// An array of the folder; `None` where the run has not written it.
-    ///
-    /// # Errors
-    /// [`StoredError::Content`] of a file that holds none.
-    pub fn array(&self, name: &str) -> Result<Option<StoredArray>, StoredError> {
-        let Some(path) = file(&self.folder, name)? else { return Ok(None) };
-        let read = || {
-            let array = Array::open(&path)?;
-            let shape = array.shape().iter().map(|&length| length as usize).collect();
-            Ok(StoredArray { shape, values: array.into_values()? })
-        };
-        let array: Result<StoredArray, ArrayError> = read();
-        array.map(Some).map_err(|error| StoredError::Content { path, reason: error.to_string() })
-    }
-
-    /// A table of the folder; `None` where the run has not written it.
-    ///
-    /// # Errors
-    /// [`StoredError`].
-    pub(super) fn table(&self, name: &str) -> Result<Option<Table>, StoredError> {
-        let Some(text) = self.text(name)? else { return Ok(None) };
-        let wrong = |error| StoredError::Content { path: self.folder.join(name), reason: format!("no table: {error}") };
-        Table::parse(&text).map(Some).map_err(wrong)
-    }
-
     fn read_spectra(&self) -> Result<Vec<Spectrum>, StoredError> {
-        let stated = FrontRow::stated_error(&self.plan.scene.numerics);
-        let sound = self.summary.sound.as_ref().map(|sound| sound.error.of_bands());
-        let tables = [
-            (SPECTRA_FILE, FORCE_LEVEL, "level_db_re_1n", stated),
-            (VIBRATION_FILE, VELOCITY_LEVEL, "level_db_re_1m_s", None),
-            (SOUND_FILE, SOUND_LEVEL, "level_db_a", sound),
-        ];
         let mut all = Vec::new();
-        for (file, quantity, column, error) in tables {
+        for LevelTable { file, quantity, column, error } in EFFECTS.into_iter().flat_map(Effect::levels) {
             let Some(table) = self.table(file)? else { continue };
             let spectra = levels(&table, column).ok_or_else(|| StoredError::Content {
                 path: self.folder.join(file),
                 reason: format!("no table of third octaves with a column {column}"),
             })?;
+            let error = error(self);
             all.extend(spectra.into_iter().map(|(name, levels)| Spectrum { quantity, name, levels, error }));
         }
         Ok(all)
@@ -225,19 +75,6 @@ fn levels(table: &Table, column: &str) -> Option<Vec<(String, Vec<BandLevel>)>> 
     };
     let spectra = table.signals().into_iter();
     spectra.map(|(name, rows)| Some((name, rows.map(band).collect::<Option<_>>()?))).collect()
-}
-
-/// The path of a file of the folder; `None` where there is none.
-fn file(folder: &Path, name: &str) -> Result<Option<PathBuf>, StoredError> {
-    flat_folder::file(folder, name).map_err(|source| StoredError::Read { path: folder.join(name), source })
-}
-
-fn read_text(path: &Path) -> Result<String, StoredError> {
-    input::read_text(path, TABLE_BYTES).map_err(reading(path))
-}
-
-fn reading(path: &Path) -> impl FnOnce(InputError) -> StoredError {
-    |error| StoredError::Read { path: path.to_owned(), source: error.into() }
 }
 
 #[cfg(test)]

@@ -4,7 +4,8 @@
 //! the state of an unfinished run beside it, [`mod@unfinished`] finds it again; [`npy`] streams arrays while the run
 //! goes on, [`arrays`] checks them when it goes on again; [`summary`], [`spectra`], [`vibration`] and [`plots`] are
 //! written at its end, into the folder or, by [`files`], into memory; [`profile_table`] is for the terminal,
-//! [`mod@table`] says how tables look, [`mod@trace`] is the timeline of a run. [`cost`] says what it took.
+//! [`mod@table`] says how tables look, [`read_table`] reads those of a folder again, [`mod@trace`] is the timeline of a
+//! run. [`cost`] says what it took.
 
 pub mod arrays;
 pub mod checkpoint;
@@ -17,6 +18,7 @@ pub mod npy;
 mod placing;
 pub mod plots;
 pub mod profile_table;
+pub mod read_table;
 pub mod sound;
 pub mod spectra;
 pub mod summary;

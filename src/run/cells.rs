@@ -21,7 +21,7 @@ use crate::run::zone_maker::{Made, Window, ZoneMaker};
 use crate::scene::{Axle, History, LoadedScene, SceneError, Tyre};
 use crate::storage::Cache;
 use crate::storage::cache::key;
-use crate::tyre::influence::{CellGrid, CellInfluence, CellRow, CellSums, WaveBand};
+use crate::tyre::influence::{CellGrid, CellInfluence, CellRow, CellSums, WaveBand, WaveValues};
 use crate::tyre::poles::cells::{CellModel, fit_cells};
 
 /// Ingredients of contact over cells.
@@ -36,7 +36,7 @@ pub(super) struct CellContact<'a> {
 
 impl ZoneMaker for CellContact<'_> {
     fn at_rest(&mut self) -> Result<(StaticContact, f64), RunError> {
-        Ok((self.resting.under(&self.plan.scene.rolling.axle)?, 1.0))
+        Ok((self.resting.under(&self.plan.decisions.axle)?, 1.0))
     }
 
     fn make(&self, window: Window<'_>, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Made, RunError> {
@@ -49,7 +49,7 @@ impl ZoneMaker for CellContact<'_> {
         }
         let numerics = &plan.scene.numerics;
         let instant = self.instant(columns, meter)?;
-        let followed = plan.decisions.vibration.is_some();
+        let followed = plan.decisions.takes_models;
         let waves = match numerics.history {
             History::Direct if !followed => Vec::new(),
             _ => self.carried(columns, meter, warnings)?,
@@ -145,20 +145,9 @@ impl<'a> CellContact<'a> {
     fn beyond(&self, mut all: CellInfluence, carried: &[CarriedWaves]) -> Result<CellInfluence, ContactError> {
         let Plan { scene, time_step, .. } = self.plan;
         let rate = scene.numerics.time_rule.first_rate(*time_step).ok_or(ContactError::NoSuchField)?;
-        let values: Vec<Vec<f64>> = carried.iter().map(|waves| waves.values(rate.into())).collect();
-        let known = carried.iter().zip(&values).flat_map(|(waves, values)| {
-            let mut rest = values.as_slice();
-            waves.rows.iter().map(move |row| {
-                let (of_row, others) = rest.split_at(row.waves.len());
-                rest = others;
-                (waves.part, row, of_row)
-            })
-        });
-        let of_waves = self.sums.instant_of_waves(all.columns, known);
-        let parts = [(&mut all.toeplitz, &of_waves.toeplitz), (&mut all.hankel, &of_waves.hankel)];
-        for (all, of_waves) in parts {
-            all.iter_mut().zip(of_waves).for_each(|(all, of_waves)| *all -= of_waves);
-        }
+        let values: Vec<WaveValues> = carried.iter().map(|waves| waves.model.values(rate)).collect();
+        let known = carried.iter().zip(&values).map(|(waves, values)| (waves.part, waves.rows.as_slice(), values));
+        all -= &self.sums.instant_of_waves(all.columns, known);
         Ok(all)
     }
 

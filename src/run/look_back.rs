@@ -44,7 +44,7 @@ pub(crate) fn summary(
         steps,
         time_step: run.time_step(),
         simulated_time: steps as f64 * run.time_step(),
-        indentation: Some(prepared.axle.indentation(steps)),
+        indentation: Some(run.indentation(steps)),
         load,
         ..found.outcome
     };

@@ -26,13 +26,3 @@ pub use crate::effects::RunError;
 pub use in_memory::{RunInMemory, run_in_memory};
 pub use simulation::{Results, Setup, Simulation};
 pub use to_folder::{RunOptions, RunReport, resume, run};
-
-use crate::effects::sound;
-use crate::plan::Plan;
-
-/// Lists the results that a run of a plan will not give, known without running it: the user should act on them.
-pub fn foreseen(plan: &Plan) -> Vec<String> {
-    let mut warnings = plan.warnings();
-    warnings.extend(sound::unheard(plan));
-    warnings
-}

@@ -71,10 +71,12 @@ impl Past<'_> {
             ));
         }
         meter.time(Stage::Influence, || {
-            let first: Vec<f64> = (0..=numerics.elements / 2).map(|n| weights.of(n)[0]).collect();
+            let wavenumbers = 0..=numerics.elements / 2;
+            let first: Vec<f64> = wavenumbers.clone().map(|n| weights.of(n)[0]).collect();
+            let odd: Vec<f64> = wavenumbers.filter_map(|n| weights.odd_of(n).first().copied()).collect();
             let lags = LagKernel::new(&weights, numerics.elements, self.columns, numerics.substeps);
             let history = DirectHistory::new(lags, self.columns, numerics.substeps);
-            Ok((self.kernel(&first)?, Box::new(history) as Box<dyn PastForces>, None))
+            Ok((self.kernel([&first, &odd])?, Box::new(history) as Box<dyn PastForces>, None))
         })
     }
 
@@ -88,10 +90,13 @@ impl Past<'_> {
         let model = planned_model(self.loaded, self.plan, right, self.stop, meter, warnings)?;
         meter.count(Counter::Poles, model.order() as u64);
         meter.time(Stage::Influence, || self.check_rule(&model, warnings))?;
-        let (first, history) = ModalHistory::first_weights(&model, self.plan.field, rule, time_step)
-            .zip(ModalHistory::new(&model, self.plan.field, rule, time_step, self.columns))
+        let field = self.plan.field;
+        let history = ModalHistory::new(&model, field, rule, time_step, self.columns);
+        let (first, odd) = ModalHistory::first_weights(&model, field, rule, time_step)
+            .zip(ModalHistory::odd_first_weights(&model, field, rule, time_step))
             .ok_or(ContactError::NoSuchField)?;
-        Ok((self.kernel(&first)?, Box::new(history), Some(model)))
+        let kernel = self.kernel([&first, &odd])?;
+        Ok((kernel, Box::new(history.ok_or(ContactError::NoSuchField)?), Some(model)))
     }
 
     /// Refuses a time rule whose inverse is unstable for this tyre and time step; warns of one that rings.
@@ -121,7 +126,7 @@ impl Past<'_> {
         Ok(())
     }
 
-    fn kernel(&self, first_weights: &[f64]) -> Result<ContactKernel, ContactError> {
+    fn kernel(&self, first_weights: [&[f64]; 2]) -> Result<ContactKernel, ContactError> {
         let elements = self.plan.scene.numerics.elements;
         ContactKernel::new(self.plan.decisions.tread, first_weights, elements, self.bedding)
     }

@@ -57,14 +57,14 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     let (at_rest, scale) = meter.time(Stage::Axle, || zone.at_rest())?;
 
     // What the tyre can meet of the plane z = 0; higher texture past the end is not known and counts as no road.
-    let chord = Geometry::half_chord(*radius, deepest(&scene.rolling.axle, at_rest.indentation));
+    let chord = Geometry::half_chord(*radius, deepest(&plan.decisions.axle, at_rest.indentation));
     let (surface, start) = meter.time(Stage::Road, || open_road(loaded, plan, chord))?;
     warnings.extend(surface.report().notes.iter().filter(|note| note.is_warning()).map(ToString::to_string));
     warnings.extend(zone.doubt(&surface));
     let excited = surface.report().highest_frequency(plan.speed);
     warnings.extend(excited.and_then(|highest| unexcited(plan, highest)));
 
-    let reach = window_reach(&scene.rolling.axle, at_rest.indentation, surface.highest(), *radius, plan.element);
+    let reach = window_reach(&plan.decisions.axle, at_rest.indentation, surface.highest(), *radius, plan.element);
     let (numerics, around) = (&scene.numerics, plan.decisions.tyre.circumference);
     let told = Geometry::new(around, numerics.elements, numerics.substeps, start, plan.reach * reach);
     let margin = plan.window_margin(told.columns);
@@ -78,7 +78,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
 
     let window = Window { told, margin, columns, surface: &surface, at_rest };
     let Made { march, form, moving, local_compliance, models } = zone.make(window, meter, &mut warnings)?;
-    let axle = match scene.rolling.axle {
+    let axle = match plan.decisions.axle {
         Axle::Indentation { indentation, .. } => AxleHeight::Fixed { indentation, ramp: plan.ramp_steps() },
         Axle::Load { load, .. } | Axle::Mass { load, .. } => {
             let control = || LoadControl::new(load, at_rest, plan.warm_up_steps);
@@ -120,6 +120,6 @@ pub fn checked(loaded: &LoadedScene) -> Result<Plan, RunError> {
     loaded.check_time_domain()?;
     let plan = Plan::of(loaded)?.with_kept_model();
     plan.check(loaded)?;
-    open_road(loaded, &plan, 0.5 * plan.amounts().expected.points * plan.element)?;
+    open_road(loaded, &plan, 0.5 * plan.expected().points * plan.element)?;
     Ok(plan)
 }

@@ -134,7 +134,18 @@ impl Simulation {
         progress.stage(Stage::Influence);
         let mut prepared = prepare(loaded, plan, stop, &mut meter)?;
         let Prepared { contact, models, warnings, .. } = &mut prepared;
-        let mut begin = Begin { loaded, plan, contact, models, in_memory, warnings, stop, progress, meter: &mut meter };
+        let mut begin = Begin {
+            loaded,
+            plan,
+            contact,
+            models,
+            in_memory,
+            planned_memory: |plan| plan.amounts().memory_on(1),
+            warnings,
+            stop,
+            progress,
+            meter: &mut meter,
+        };
         let mut observers = Vec::new();
         for effect in EFFECTS.into_iter().filter(|effect| !without.contains(&effect.name())) {
             observers.extend(effect.begin(&mut begin)?.map(|observer| (effect.name(), observer)));
@@ -199,6 +210,11 @@ impl Simulation {
     /// Number of the next step; the number of all steps after the last.
     pub fn next_step(&self) -> u64 {
         self.next_step
+    }
+
+    /// Indentation of the tyre at rest at a step \[m\]: without what a turning tyre grows by.
+    pub(crate) fn indentation(&self, step: u64) -> f64 {
+        self.prepared.axle.indentation(step) - self.plan.decisions.growth
     }
 
     /// Does a step and says what it gave; `None` after the last. With more than one thread the road is made behind,
@@ -406,7 +422,7 @@ impl Simulation {
             number,
             time: number as f64 * plan.time_step,
             counts: number >= plan.warm_up_steps,
-            indentation,
+            indentation: indentation - plan.decisions.growth,
             total_force: result.total_force,
             power: None,
             contact_length: result.extent as f64 * plan.element,

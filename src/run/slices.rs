@@ -16,7 +16,7 @@ use crate::road::slices::{CELL_LENGTH, SliceBuilder, SliceError};
 use crate::road::{Lattice, RoadSurface};
 use crate::run::past::Past;
 use crate::run::zone_maker::{Made, Window, ZoneMaker};
-use crate::scene::{Axle, History, LoadedScene, Scene, SceneError, SliceCoupling, Slices};
+use crate::scene::{Axle, History, LoadedScene, SceneError, SliceCoupling, Slices};
 use crate::tyre::influence::{Field, InfluenceSum};
 
 /// Ingredients of contact over slices.
@@ -40,7 +40,7 @@ impl<'a> SliceContact<'a> {
 
 impl ZoneMaker for SliceContact<'_> {
     fn at_rest(&mut self) -> Result<(StaticContact, f64), RunError> {
-        let (at_rest, bedding) = static_contact(&self.plan.scene, &self.sum, self.plan.field)?;
+        let (at_rest, bedding) = static_contact(self.plan, &self.sum)?;
         self.bedding = bedding;
         Ok((at_rest, bedding.scale))
     }
@@ -85,7 +85,7 @@ impl ZoneMaker for SliceContact<'_> {
             form: SliceForm::Curves(builder),
             moving,
             local_compliance,
-            models: TyreModels { poles: model.filter(|_| plan.decisions.vibration.is_some()), waves: None },
+            models: TyreModels { poles: model.filter(|_| plan.decisions.takes_models), waves: None },
         })
     }
 }
@@ -116,17 +116,18 @@ pub fn slice_builder(law: Slices, lattice: Lattice) -> Result<SliceBuilder, Slic
     .with_lines(lattice.along)
 }
 
-/// Static contact under the scene's axle, and what a bedding makes of the influence functions: nothing for the other
+/// Static contact under the axle, and what a bedding makes of the influence functions: nothing for the other
 /// laws.
-fn static_contact(scene: &Scene, sum: &InfluenceSum, field: Field) -> Result<(StaticContact, EqualBedding), RunError> {
+fn static_contact(plan: &Plan, sum: &InfluenceSum) -> Result<(StaticContact, EqualBedding), RunError> {
+    let Plan { scene, field, .. } = plan;
     let circumference = scene.tyre.circumference;
     let row = sum.static_row(Field::Surface);
     let elastic = StaticTyre { influence: &row, circumference };
-    let on = |tyre: &StaticTyre<'_>| tyre.under(&scene.rolling.axle);
-    if field != Field::UnderTread {
+    let on = |tyre: &StaticTyre<'_>| tyre.under(&plan.decisions.axle);
+    if *field != Field::UnderTread {
         return Ok((on(&elastic)?, EqualBedding::NONE));
     }
-    let mut carcass = sum.static_row(field);
+    let mut carcass = sum.static_row(*field);
     let bedding = match scene.contact.bedding_stiffness {
         Some(stiffness) => {
             let spring = 1.0 / (stiffness * sum.projection().element * scene.tyre.contact_width);

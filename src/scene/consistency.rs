@@ -13,7 +13,7 @@ pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
     let scene = Scene::read(table)?;
     load(&scene, table)?;
     cells(&scene, table)?;
-    let effects = [texture(&scene, table), centrifugal_tension(&scene, table), vibration_effects(&scene, table)];
+    let effects = [texture(&scene, table), rotation(&scene, table), vibration_effects(&scene, table)];
     effects.into_iter().collect::<Option<()>>()?;
     vibration(&scene, table)?;
     receiver_names(&scene, table)?;
@@ -138,11 +138,11 @@ fn texture(scene: &Scene, table: &Table<'_>) -> Option<()> {
     }
 }
 
-fn centrifugal_tension(scene: &Scene, table: &Table<'_>) -> Option<()> {
-    if scene.effects.centrifugal_tension == Switch::Auto && !scene.tyre.is_tense_along() {
-        let wrong = "no layer carries tension along the circumference: there is nothing to compare m'' V^2 with";
-        let right = "\"on\" or \"off\", or a layer with tension";
-        return table.complain("effects.centrifugal_tension", Problem::new(wrong, right));
+fn rotation(scene: &Scene, table: &Table<'_>) -> Option<()> {
+    if scene.effects.rotation == Switch::On && !scene.tyre.curvature {
+        let wrong = "a flat plate does not turn";
+        let right = "\"auto\" or \"off\", or a tyre with curvature = true";
+        return table.complain("effects.rotation", Problem::new(wrong, right));
     }
     Some(())
 }

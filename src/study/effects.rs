@@ -11,7 +11,8 @@ use std::sync::atomic::AtomicBool;
 
 use crate::contact::local_compliance::{DOUBTS, formula_for};
 use crate::counters::Progress;
-use crate::plan::decisions::{ROWS, Row};
+use crate::plan::decisions::Row;
+use crate::planning::rows;
 use crate::response::BandLevel;
 use crate::results::summary::RollingResistance;
 use crate::results::table::{csv, optional, row};
@@ -33,8 +34,7 @@ pub type Effect = &'static Row;
 
 /// All of them; contact over cells, which is compared with slices as a whole, is the last.
 pub fn effects() -> Vec<Effect> {
-    let (cells, others): (Vec<_>, Vec<_>) =
-        ROWS.iter().filter(|row| row.switch.is_some()).partition(|row| is_cells(row));
+    let (cells, others): (Vec<_>, Vec<_>) = rows().filter(|row| row.switch.is_some()).partition(|row| is_cells(row));
     others.into_iter().chain(cells).collect()
 }
 

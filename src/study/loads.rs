@@ -81,7 +81,7 @@ pub fn rolling(
     let mut smooth = scene.clone();
     smooth.numerics.forget_wishes();
     (smooth.road, smooth.contact) = (Road::Smooth, Contact::default());
-    smooth.effects = Effects { centrifugal_tension: scene.effects.centrifugal_tension, ..Effects::default() };
+    smooth.effects = Effects { rotation: scene.effects.rotation, ..Effects::default() };
     (smooth.outputs.vibration, smooth.rolling.start) = (None, None);
     smooth.rolling.warm_up = smooth.rolling.warm_up.max(SETTLING);
     smooth.rolling.duration = AVERAGED;

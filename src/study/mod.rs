@@ -4,7 +4,8 @@
 //! - [`effects`]: what each effect is worth; [`rules`]: time rules side by side;
 //! - [`fit_tyre`]: a tyre identified from measured mobilities;
 //! - [`sweep`]: a scene at many speeds, loads and roads;
-//! - [`loads`]: a tyre under given loads, standing and rolling;
+//! - [`loads`]: a tyre under given loads, standing and rolling; [`rolling_waves`]: its waves and critical speeds as it
+//!   turns;
 //! - [`slices`]: slices of a road by both laws;
 //! - [`radiation`]: how a tyre radiates that stands on a road;
 //! - [`calibration`]: what units of work cost on this machine, for forecasts.
@@ -17,6 +18,7 @@ pub mod effects;
 pub mod fit_tyre;
 pub mod loads;
 pub mod radiation;
+pub mod rolling_waves;
 pub mod rules;
 pub mod slices;
 pub mod sweep;

@@ -9,9 +9,9 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::effects::sound::WAVES;
+use crate::effects::sound::{Sound, WAVES};
 use crate::numeric::{double, in_parallel};
-use crate::plan::{Plan, Sound};
+use crate::plan::Plan;
 use crate::radiation::{Block, Body, Cost, RadiationError, Resolution, Transfer, TransferProblem};
 use crate::response::pressure::{PressureModel, PressureShares, SurfaceGreen};
 use crate::response::vibration::SegmentLayout;

@@ -222,7 +222,7 @@ impl<'a> Trials<'a> {
         let seconds = begin.elapsed().as_secs_f64();
         let rolled = plan.steps as f64 * plan.time_step;
         self.done += self.shared.as_ref().map_or(rolled, |shared| shared.seconds);
-        let indentation = run.prepared.axle.indentation(plan.steps - 1);
+        let indentation = run.indentation(plan.steps - 1);
         look(&run);
         let results = run.finish();
         let spectrum = results.spectrum.as_ref();

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::plate_tyre;
 use crate::scene::{Law, Sides};
-use crate::tyre::influence::{CellGrid, CellInfluence, CellSums, CellTruncation};
+use crate::tyre::influence::{CellGrid, CellInfluence, CellSums, CellTruncation, OddInfluence};
 
 /// Circumference of the tyre \[m\].
 const CIRCUMFERENCE: f64 = 1.95;
@@ -34,6 +34,21 @@ pub fn instant_cells(columns: usize, across: usize, elements: usize, time_step: 
     let rate = 3.41 / time_step;
     let grid = CellGrid::new(&tyre, elements, across);
     CellSums::new(&tyre, grid, CellTruncation::default(), 1e-8, rate).instant(rate, columns)
+}
+
+/// The same of a tyre that turns, made up: waves of even part E have the odd part `skew` sin(k dx) E.
+pub fn turning_cells(columns: usize, across: usize, elements: usize, time_step: f64, skew: f64) -> CellInfluence {
+    let CellInfluence { mut toeplitz, mut hankel, .. } = instant_cells(columns + 1, across, elements, time_step);
+    let odd = |each: usize, values: &mut Vec<f64>| -> Vec<f64> {
+        let value = |place: usize| values[place];
+        // sin(k dx) is the difference of two neighbours, at distance 0 of the same.
+        let at = |place: usize| if place < each { 0.0 } else { value(place + each) - value(place - each) };
+        let odd = (0..columns * each).map(|place| 0.5 * skew * at(place)).collect();
+        values.truncate(columns * each);
+        odd
+    };
+    let odd = OddInfluence { toeplitz: odd(across, &mut toeplitz), hankel: odd(2 * across - 1, &mut hankel) };
+    CellInfluence { columns, across, toeplitz, hankel, odd: Some(odd) }
 }
 
 /// A road of random waves under a round tyre.

@@ -22,6 +22,10 @@
 //! Forces of a wavenumber are complex: their real and imaginary parts drive two real systems with the same
 //! conjugate-symmetric poles, so that a pair is stored once and u = 2 Re b. An *instant* is a time at which forces are
 //! solved for: a step, or a stage of a Runge-Kutta rule.
+//!
+//! Of a tyre that turns, H_n = E_n + i O_n, the odd part O_n has the same poles and residues of its own: R' = q R. Its
+//! displacements are Re(q b) over the states of E_n, [`Recursion::foretell_both`], and go from one system to the other:
+//! Re u = E Re F - O Im F, Im u = E Im F + O Re F.
 
 #![expect(clippy::needless_range_loop, reason = "an iterator over vectors costs a call wherever it is not inlined")]
 
@@ -89,6 +93,24 @@ pub trait Recursion: Copy + Send + Sync {
 
     /// Goes through a step without forces; gives Re b at its instants.
     fn foretell<S: Simd, const P: usize>(simd: S, maps: &StepMaps<S, P>, state: &mut State<S, P>) -> Instants<S>;
+
+    /// A of an odd part at every instant, from q: on the state that [`Self::foretell_both`] takes it from.
+    #[inline(always)]
+    fn odd_outputs<S: Simd, const P: usize>(_: S, _: &StepMaps<S, P>, q: Number<S, P>) -> [Number<S, P>; MOST_STAGES] {
+        [q; MOST_STAGES]
+    }
+
+    /// As [`Self::foretell`]; gives Re b, then Re(q b).
+    #[inline(always)]
+    fn foretell_both<S: Simd, const P: usize>(
+        simd: S,
+        maps: &StepMaps<S, P>,
+        odd: &[Number<S, P>; MOST_STAGES],
+        state: &mut State<S, P>,
+    ) -> [Instants<S>; 2] {
+        let even = Self::foretell(simd, maps, state);
+        [even, [real_part(simd, odd[0], state.end); MOST_STAGES]]
+    }
 
     /// Goes through so many steps without forces.
     #[inline(always)]
@@ -183,6 +205,17 @@ impl Recursion for Trapezoidal {
         state.end = times(simd, maps.whole, state.end);
         [now; MOST_STAGES]
     }
+
+    #[inline(always)]
+    fn foretell_both<S: Simd, const P: usize>(
+        simd: S,
+        maps: &StepMaps<S, P>,
+        odd: &[Number<S, P>; MOST_STAGES],
+        state: &mut State<S, P>,
+    ) -> [Instants<S>; 2] {
+        let now = real_part(simd, odd[0], state.end);
+        [Self::foretell(simd, maps, state), [now; MOST_STAGES]]
+    }
 }
 
 /// b_i = g base_i + w F_i, base_i a sum of b at the step's beginning and of the stages before; with one stage
@@ -232,6 +265,36 @@ impl<const COUNT: usize> Recursion for Stages<COUNT> {
         state.end = times(simd, maps.whole, state.end);
         displaced[COUNT - 1] = state.end[0];
         displaced
+    }
+
+    /// q A of the stages on the step's beginning; q on its end.
+    #[inline(always)]
+    fn odd_outputs<S: Simd, const P: usize>(
+        simd: S,
+        maps: &StepMaps<S, P>,
+        q: Number<S, P>,
+    ) -> [Number<S, P>; MOST_STAGES] {
+        let mut outputs = [q; MOST_STAGES];
+        for stage in 0..COUNT - 1 {
+            outputs[stage] = times(simd, q, maps.outputs[stage]);
+        }
+        outputs
+    }
+
+    #[inline(always)]
+    fn foretell_both<S: Simd, const P: usize>(
+        simd: S,
+        maps: &StepMaps<S, P>,
+        odd: &[Number<S, P>; MOST_STAGES],
+        state: &mut State<S, P>,
+    ) -> [Instants<S>; 2] {
+        let mut displaced = [state.end[0]; MOST_STAGES];
+        for stage in 0..COUNT - 1 {
+            displaced[stage] = real_part(simd, odd[stage], state.end);
+        }
+        let even = Self::foretell(simd, maps, state);
+        displaced[COUNT - 1] = real_part(simd, odd[COUNT - 1], state.end);
+        [even, displaced]
     }
 
     /// R to the power of the steps, by squares, on both states.

@@ -7,8 +7,10 @@
 //!   on the elements;
 //! - [`poles`]: from influence functions to rational models, poles and residues for each n: what a run takes;
 //! - [`views`]: what there is to see of both;
-//! - [`modes`]: resonances of single waves, poles of C; [`slowest_wave`]: up to which speed a tyre rolls steadily.
+//! - [`modes`]: resonances of single waves, poles of C; [`slowest_wave`]: up to which speed a tyre rolls steadily;
+//!   [`critical_speed`]: up to which it is stable, and the speed of its tread's waves.
 
+pub mod critical_speed;
 pub mod influence;
 pub mod layers;
 pub mod modes;

@@ -1,6 +1,6 @@
 //! Arrays of a run: each is a channel of an effect, and holds what it says.
 
-use tyrewave::effects::{When, channel, channels};
+use tyrewave::effects::{channel, channels};
 use tyrewave::test_models::{CIRCUMFERENCE, scene_text};
 
 use crate::common::run;
@@ -45,7 +45,7 @@ fn channels_have_names_of_their_own_and_every_array_of_a_run_is_one() {
     for file in &files {
         assert!(channel(file).is_some(), "{file}.npy is no channel");
     }
-    let wanted = channels().filter(|channel| channel.when != When::AtEnd && channel.name != "axle");
+    let wanted = channels().filter(|channel| !channel.is_written_at_the_end() && channel.name != "axle");
     for channel in wanted {
         assert!(files.contains(&channel.name), "{}.npy is missing", channel.name);
         assert!(!channel.unit.is_empty() && !channel.meaning.is_empty());

@@ -150,12 +150,12 @@ fn plans_count_what_cells_need_and_refuse_what_does_not_fit() {
     let memory = |keys: &str| plan(keys).0.amounts().memory_on(1);
     let (none, one) = (plan("").0, memory("segment = 0.2"));
     let without = Plan::of(&scene(&cells(512, 6, ROUGH, 2.0, "", ""))).unwrap().amounts().memory_on(1);
-    assert!(none.decisions.vibration.is_some() && one > without, "{one} {without}");
+    assert!(none.vibration().is_some() && one > without, "{one} {without}");
     let fine = memory("segment = 0.2\nlateral_tolerance = 1e-6");
     assert!(fine > 1.02 * one, "{fine} {one}: more waves take more memory");
     let segments = |keys: &str| {
         let (plan, _) = plan(keys);
-        let vibration = plan.decisions.vibration.clone().unwrap();
+        let vibration = plan.vibration().unwrap();
         plan.vibration_segments(&vibration, 20).unwrap().cells.unwrap()
     };
     // Odd waves of a plate, as far as the sums of the scene go; all of them put in power.

@@ -249,7 +249,8 @@ fn patch_on_a_half_space(n: usize, elements: usize) -> (f64, [f64; 2]) {
     let required = RoughRoad::new(3).required(n, n, elements, 0);
     let unit = |i: usize, j: usize| love::displacement(i as f64 * dx, j as f64 * dy, dx, dy) / (MODULUS * dx * dy);
     let toeplitz = (0..n * n).map(|place| unit(place / n, place % n)).collect();
-    let influence = CellInfluence { columns: n, across: n, toeplitz, hankel: vec![0.0; n * (2 * n - 1)] };
+    let hankel = vec![0.0; n * (2 * n - 1)];
+    let influence = CellInfluence { columns: n, across: n, toeplitz, hankel, odd: None };
     let mut search = CellSearch::new(InstantCells::new(influence), 1e-8);
     let mut forces = vec![0.0; n * n];
     let begin = Instant::now();

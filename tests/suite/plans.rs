@@ -28,10 +28,7 @@ fn scenes() -> Vec<(&'static str, LoadedScene)> {
         ("level", of(made, MODAL, "[effects]\ntexture = \"off\"")),
         ("uncoupled", of(made, MODAL, "[contact]\ntread = \"uncoupled\"")),
         ("implicit", of(made, MODAL, "[contact]\nslice_coupling = \"implicit\"")),
-        (
-            "vibration",
-            of(made, MODAL, "[effects]\ncentrifugal_tension = \"on\"\n[outputs.vibration]\ntangential = true"),
-        ),
+        ("vibration", of(made, MODAL, "[outputs.vibration]\ntangential = true")),
     ]
 }
 
@@ -80,7 +77,7 @@ fn what_is_off_has_no_work_in_the_plan() {
         assert_eq!(factors, name != "uncoupled", "{name}");
         assert_eq!(has(Stage::Transforms), !name.starts_with("direct"), "{name}");
         let effects: Vec<_> = plan.decisions.rows.iter().map(|row| row.effect).collect();
-        for effect in ["centrifugal tension", "texture across the width", "tread coupling", "radiation", "friction"] {
+        for effect in ["rotation of the tyre", "texture across the width", "tread coupling", "radiation", "friction"] {
             assert!(effects.contains(&effect), "{effects:?}");
         }
         assert!(plan.decisions.rows.iter().all(|row| !row.reason.is_empty()), "{name}");
@@ -124,7 +121,7 @@ fn the_plan_is_a_table_and_json_and_measures_this_machine_once() {
     let cache = folder.path().join("cache");
     let (code, text) = tyrewave(&cache, &["plan", path]);
     assert_eq!(code, Some(0), "{text}");
-    for expected in ["centrifugal tension", "not there yet", "convolve the force history", "memory"] {
+    for expected in ["rotation of the tyre", "not there yet", "convolve the force history", "memory"] {
         assert!(text.contains(expected), "{text}");
     }
     let record = std::fs::read(cache.join("calibration.json")).unwrap();
@@ -158,7 +155,7 @@ const CASES: [Case; 10] = [
         "everything",
         PLATE,
         &[SHORT, IMPLICIT, MASS],
-        "[effects]\ncentrifugal_tension = \"on\"\n[outputs.vibration]\ntangential = true\npoints = [0.3, -0.3]\n\
+        "[outputs.vibration]\ntangential = true\npoints = [0.3, -0.3]\n\
          elements = [5]\nmap = true\n",
     ),
 ];

@@ -48,7 +48,7 @@ fn smooth_road(
     let time_step = CIRCUMFERENCE / elements as f64 / (speed * substeps as f64);
     let geometry = Geometry::new(CIRCUMFERENCE, elements, substeps, 0.0, 0.11);
     let first = ModalHistory::first_weights(model, Field::Surface, rule, time_step).unwrap();
-    let kernel = ContactKernel::new(Tread::Elastic, &first, elements, EqualBedding::NONE)?;
+    let kernel = ContactKernel::new(Tread::Elastic, [&first, &[]], elements, EqualBedding::NONE)?;
     let history = ModalHistory::new(model, Field::Surface, rule, time_step, model.elements).unwrap();
     let mut march = March::new(geometry, kernel, SliceLaw::Explicit, Box::new(history), &numerics, time_step);
     let axle = AxleHeight::Fixed { indentation: 0.012, ramp: 0.05 / time_step };
@@ -161,7 +161,7 @@ fn own(model: &RationalModel, s: Complex64) -> Complex64 {
 /// Displacements of element 0 at all stages of all steps under a force on it given stage by stage.
 fn driven(model: &RationalModel, rule: TimeRule, time_step: f64, force: impl Fn(f64) -> f64, steps: usize) -> Vec<f64> {
     let first = ModalHistory::first_weights(model, Field::Surface, rule, time_step).unwrap();
-    let kernel = ContactKernel::new(Tread::Elastic, &first, model.elements, EqualBedding::NONE).unwrap();
+    let kernel = ContactKernel::new(Tread::Elastic, [&first, &[]], model.elements, EqualBedding::NONE).unwrap();
     let mut history = ModalHistory::new(model, Field::Surface, rule, time_step, model.elements).unwrap();
     let mut displacement = Vec::new();
     for step in 0..steps {

@@ -2,7 +2,8 @@
 //!
 //! By wave, u_l = sum_p W_p F_(l-p) with sum_p W_p zeta^p = H(Delta(zeta)/dt), for any quadrature: W_p is a number, or
 //! a matrix over the stages of a step (Lubich & Ostermann 1993, *Math. Comp.* 60, 105). H of a matrix is Lagrange's
-//! polynomial through its eigenvalues, which are the rule's rates.
+//! polynomial through its eigenvalues, which are the rule's rates. Of a tyre that turns H = E + i O at n >= 0, and W_p =
+//! W_p(E) + i W_p(O) with real weights each.
 
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -15,7 +16,7 @@ use crate::numeric::in_parallel;
 use crate::storage::state::StateError;
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::convolution_quadrature::Circle;
-use crate::tyre::influence::{CellRow, CellSums, CellSumsAt, CellWave};
+use crate::tyre::influence::{CellRow, CellSums, CellSumsAt, CellWave, FaceValues};
 
 /// Waves on the whole tyre and the forces of all steps that count.
 pub struct DirectPast {
@@ -24,6 +25,8 @@ pub struct DirectPast {
     lags: usize,
     /// W_p of each wave: wave by wave, lag by lag, row by row \[m/N\].
     weights: Vec<f64>,
+    /// Those of odd parts; empty at rest.
+    odd: Vec<f64>,
     /// Forces \[N\] of steps modulo the lags, stage by stage, wave by wave.
     forces: Vec<Complex64>,
     /// Number of this step.
@@ -49,33 +52,42 @@ impl DirectPast {
         lags: usize,
     ) -> Self {
         let (waves, stages) = (transform.waves(), rule.stages());
-        let weights = weights(sums, rows, rule, time_step, lags);
+        let [weights, odd] = weights(sums, rows, rule, time_step, lags);
         let forces = vec![Complex64::ZERO; lags * stages * waves];
-        Self { transform, stages, lags, weights, forces, step: 0, sum: vec![Complex64::ZERO; waves] }
+        Self { transform, stages, lags, weights, odd, forces, step: 0, sum: vec![Complex64::ZERO; waves] }
     }
 
     /// Returns the work of a step.
     pub fn work(&self) -> Work {
-        let products = self.weights.len() as u64;
+        let products = (self.weights.len() + self.odd.len()) as u64;
         Work { multiply_adds: 2 * products, bytes: 8 * 3 * products }
     }
 
     /// Adds what the past displaces at a stage of the step \[m\]; the stages of a step in their order, the forces of
     /// each known before the next.
     pub fn add_displacement(&mut self, stage: usize, first_element: i64, out: &mut [f64]) {
-        let Self { transform, stages, lags, weights, forces, step, sum } = self;
+        let Self { transform, stages, lags, weights, odd, forces, step, sum } = self;
         let (stages, waves) = (*stages, sum.len());
         let last = (*lags - 1).min(*step);
-        sum.par_iter_mut().enumerate().for_each(|(wave, sum)| {
-            let weights = &weights[wave * *lags * stages * stages..][..*lags * stages * stages];
-            *sum = Complex64::ZERO;
+        let of_wave = *lags * stages * stages;
+        // The sum of a wave with some of its weights.
+        let sum_of = |wave: usize, weights: &[f64]| {
+            let mut sum = Complex64::ZERO;
             for lag in 0..=last {
                 let row = (*step - lag) % *lags;
                 let known = if lag == 0 { stage } else { stages };
                 for earlier in 0..known {
                     let weight = weights[(lag * stages + stage) * stages + earlier];
-                    *sum += weight * forces[(row * stages + earlier) * waves + wave];
+                    sum += weight * forces[(row * stages + earlier) * waves + wave];
                 }
+            }
+            sum
+        };
+        sum.par_iter_mut().enumerate().for_each(|(wave, sum)| {
+            let own = wave * of_wave..(wave + 1) * of_wave;
+            *sum = sum_of(wave, &weights[own.clone()]);
+            if let Some(odd) = odd.get(own) {
+                *sum += Complex64::i() * sum_of(wave, odd);
             }
         });
         transform.add_inverse(sum, first_element, out);
@@ -108,8 +120,8 @@ impl DirectPast {
     }
 }
 
-/// W_p of all waves, p = 0..lags.
-fn weights(sums: &CellSums, rows: &[CellRow], rule: TimeRule, time_step: f64, lags: usize) -> Vec<f64> {
+/// W_p of the even and, of a tyre that turns, of the odd parts of all waves, p = 0..lags.
+fn weights(sums: &CellSums, rows: &[CellRow], rule: TimeRule, time_step: f64, lags: usize) -> [Vec<f64>; 2] {
     let stages = rule.stages();
     let circle = Circle::new(lags);
     let points: Vec<Complex64> = circle.points().collect();
@@ -117,10 +129,7 @@ fn weights(sums: &CellSums, rows: &[CellRow], rule: TimeRule, time_step: f64, la
     let at: Vec<CellSumsAt> =
         rates.iter().flat_map(|rates| rates.all().iter().map(|rate| sums.at(rate / time_step))).collect();
     let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(circle.length);
-    let of_wave = |wave: &CellWave| {
-        let mut faces = Vec::with_capacity(at.len());
-        sums.values(wave, &at, &mut faces);
-        let values: Vec<Complex64> = faces.into_iter().map(|faces| faces.driven).collect();
+    let of_values = |values: &[Complex64]| {
         let mut weights = vec![0.0; lags * stages * stages];
         let mut spectra = vec![inverse.make_input_vec(); stages * stages];
         for (k, ((&zeta, rates), values)) in points.iter().zip(&rates).zip(values.chunks_exact(stages)).enumerate() {
@@ -141,8 +150,16 @@ fn weights(sums: &CellSums, rows: &[CellRow], rule: TimeRule, time_step: f64, la
         }
         weights
     };
+    let of_wave = |wave: &CellWave| {
+        let mut faces = Vec::with_capacity(at.len());
+        sums.values(wave, &at, &mut faces);
+        let values = |of: fn(&FaceValues) -> Complex64| -> Vec<Complex64> { faces.iter().map(of).collect() };
+        let even = of_values(&values(|faces| faces.driven));
+        (even, if sums.turns() { of_values(&values(|faces| faces.odd[0])) } else { Vec::new() })
+    };
     let waves: Vec<&CellWave> = rows.iter().flat_map(|row| &row.waves).collect();
-    in_parallel::map(&waves, |wave| of_wave(wave)).concat()
+    let (even, odd): (Vec<_>, Vec<_>) = in_parallel::map(&waves, |wave| of_wave(wave)).into_iter().unzip();
+    [even.concat(), odd.concat()]
 }
 
 /// f(M) from M's eigenvalues and f there: sum_i f_i prod_(k != i) (M - mu_k)/(mu_i - mu_k).

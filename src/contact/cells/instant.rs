@@ -1,6 +1,11 @@
 //! Displacements of the cells by the forces of the same instant: free field and the images of the tyre's sides,
 //!
 //! G(ij, i'j') = T\[|i-i'|\]\[|j-j'|\] + H\[|i-i'|\]\[j+j'\].
+//!
+//! Of a tyre that turns G has a part that is odd along, whose T and H change their sign where i < i'. The whole of G is
+//! then not symmetric; its symmetric part is positive definite (see `folded_sum`).
+
+use std::borrow::Cow;
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -10,23 +15,45 @@ use crate::tyre::influence::CellInfluence;
 
 /// G of the cells of a window.
 pub struct InstantCells {
-    /// Cells along.
-    columns: usize,
-    /// Cells across.
-    across: usize,
-    /// T, columns x across.
-    toeplitz: Vec<f64>,
-    /// H, columns x (2 across - 1).
-    hankel: Vec<f64>,
+    influence: CellInfluence,
     arch: Arch,
     /// Products.
     product: CellProduct<f64>,
+    /// Products with the symmetric part; `None` at rest, where it is all.
+    symmetric: Option<Box<CellProduct<f64>>>,
     /// Products in single precision, of windows as long as this one and of shorter ones, the longest first.
     single: Vec<CellProduct<f32>>,
-    /// T to single precision from distance 1 - across to across - 1 across.
+    /// For cells at and behind a force's column, with i >= i'; of a tyre that turns then for those before it.
+    tables: Vec<SingleTables>,
+}
+
+/// Influences to single precision.
+struct SingleTables {
+    /// T from distance 1 - across to across - 1 across.
     mirrored: Vec<f32>,
-    /// H to single precision.
+    /// H.
     images: Vec<f32>,
+}
+
+impl SingleTables {
+    /// Of an even part alone, or with an odd part times a sign.
+    fn new(influence: &CellInfluence, sign: f64) -> Self {
+        let CellInfluence { across, toeplitz, hankel, odd, .. } = influence;
+        let [mut toeplitz, mut hankel] = [toeplitz, hankel].map(|even| Cow::Borrowed(even.as_slice()));
+        if let Some(odd) = odd {
+            for (both, odd) in [(&mut toeplitz, &odd.toeplitz), (&mut hankel, &odd.hankel)] {
+                both.to_mut().iter_mut().zip(odd).for_each(|(both, odd)| *both += sign * odd);
+            }
+        }
+        Self {
+            mirrored: toeplitz
+                .chunks_exact(*across)
+                .flat_map(|row| row[1..].iter().rev().chain(row))
+                .map(|&value| value as f32)
+                .collect(),
+            images: hankel.iter().map(|&value| value as f32).collect(),
+        }
+    }
 }
 
 /// Lengths of a window's parts, each a tenth shorter than the one before, that transforms like.
@@ -37,49 +64,56 @@ fn lengths(columns: usize) -> impl Iterator<Item = usize> {
 
 impl InstantCells {
     /// Makes the product with an influence, for its window.
-    pub fn new(CellInfluence { columns, across, toeplitz, hankel }: CellInfluence) -> Self {
+    pub fn new(influence: CellInfluence) -> Self {
+        let CellInfluence { columns, across, toeplitz, hankel, odd } = &influence;
+        let signs: &[f64] = if odd.is_some() { &[1.0, -1.0] } else { &[1.0] };
+        let symmetric = || Box::new(CellProduct::new(*columns, *across, toeplitz, hankel));
         Self {
-            columns,
-            across,
             arch: Arch::new(),
-            product: CellProduct::new(columns, across, &toeplitz, &hankel),
-            single: lengths(columns).map(|part| CellProduct::new(part, across, &toeplitz, &hankel)).collect(),
-            mirrored: toeplitz
-                .chunks_exact(across)
-                .flat_map(|row| row[1..].iter().rev().chain(row))
-                .map(|&value| value as f32)
-                .collect(),
-            images: hankel.iter().map(|&value| value as f32).collect(),
-            toeplitz,
-            hankel,
+            product: CellProduct::whole(*columns, &influence),
+            symmetric: odd.is_some().then(symmetric),
+            single: lengths(*columns).map(|part| CellProduct::whole(part, &influence)).collect(),
+            tables: signs.iter().map(|sign| SingleTables::new(&influence, *sign)).collect(),
+            influence,
         }
     }
 
     /// Cells along.
     pub fn columns(&self) -> usize {
-        self.columns
+        self.influence.columns
     }
 
     /// Cells across.
     pub fn across(&self) -> usize {
-        self.across
+        self.influence.across
     }
 
     /// Cells of the window.
     pub fn cells(&self) -> usize {
-        self.columns * self.across
+        self.columns() * self.across()
     }
 
-    /// G between two cells.
+    /// Tells whether G is not symmetric.
+    pub fn turns(&self) -> bool {
+        self.symmetric.is_some()
+    }
+
+    /// G between two cells: what a force on `b` does to `a`.
     pub fn entry(&self, a: usize, b: usize) -> f64 {
-        let along = (a / self.across).abs_diff(b / self.across);
-        let (ja, jb) = (a % self.across, b % self.across);
-        self.toeplitz[along * self.across + ja.abs_diff(jb)] + self.hankel[along * (2 * self.across - 1) + ja + jb]
+        let across = self.across();
+        let along = (a / across).abs_diff(b / across);
+        let (ja, jb) = (a % across, b % across);
+        let [free, image] = [along * across + ja.abs_diff(jb), along * (2 * across - 1) + ja + jb];
+        let CellInfluence { toeplitz, hankel, odd, .. } = &self.influence;
+        let even = toeplitz[free] + hankel[image];
+        let Some(odd) = odd else { return even };
+        let sign = if a / across < b / across { -1.0 } else { 1.0 };
+        even + sign * (odd.toeplitz[free] + odd.hankel[image])
     }
 
     /// T, row-major.
     pub fn free_field(&self) -> &[f64] {
-        &self.toeplitz
+        &self.influence.toeplitz
     }
 
     /// u = G F.
@@ -87,14 +121,19 @@ impl InstantCells {
         self.product.displacement(forces, out);
     }
 
+    /// u = G F with the symmetric part of G.
+    pub fn symmetric_displacement(&mut self, forces: &[f64], out: &mut [f64]) {
+        self.symmetric.as_deref_mut().unwrap_or(&mut self.product).displacement(forces, out);
+    }
+
     /// The least length of a part of the window that products in single precision are taken for, at least this.
     pub fn part(&self, columns: usize) -> usize {
-        self.single.iter().map(CellProduct::columns).rfind(|part| *part >= columns).unwrap_or(self.columns)
+        self.single.iter().map(CellProduct::columns).rfind(|part| *part >= columns).unwrap_or(self.columns())
     }
 
     /// u = G F to single precision, on a part of the window of one of these lengths.
     pub fn single_displacement(&mut self, forces: &[f32], out: &mut [f32]) {
-        let columns = forces.len() / self.across;
+        let columns = forces.len() / self.across();
         if let Some(product) = self.single.iter_mut().find(|product| product.columns() == columns) {
             product.displacement(forces, out);
         }
@@ -105,7 +144,7 @@ impl InstantCells {
         self.arch.dispatch(OneForce { cells: self, cell, force, out });
     }
 
-    /// A bound of the norm of G.
+    /// A bound of the norm of the symmetric part of G.
     pub fn norm_bound(&self) -> f64 {
         self.product.norm_bound()
     }
@@ -130,13 +169,14 @@ impl WithSimd for OneForce<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { cells, cell, force, out } = self;
-        let across = cells.across;
+        let (across, tables) = (cells.across(), &cells.tables);
         let (column, j, lanes) = (cell / across, cell % across, S::F32_LANES);
         let (width, force) = (2 * across - 1, simd.splat_f32s(force));
         for (i, out) in out.chunks_exact_mut(across).enumerate() {
             let row = i.abs_diff(column) * width;
-            let free = &cells.mirrored[row + across - 1 - j..][..across];
-            let images = &cells.images[row + j..][..across];
+            let SingleTables { mirrored, images } = &tables[if i < column { tables.len() - 1 } else { 0 }];
+            let free = &mirrored[row + across - 1 - j..][..across];
+            let images = &images[row + j..][..across];
             for ((out, free), images) in out.chunks_mut(lanes).zip(free.chunks(lanes)).zip(images.chunks(lanes)) {
                 let both = simd.add_f32s(simd.partial_load_f32s(free), simd.partial_load_f32s(images));
                 let sum = simd.mul_add_e_f32s(force, both, simd.partial_load_f32s(out));
@@ -149,15 +189,21 @@ impl WithSimd for OneForce<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tyre::influence::OddInfluence;
 
     #[test]
     fn products_are_those_with_the_entries() {
-        for (columns, across) in [(1, 1), (1, 7), (5, 1), (2, 3), (7, 9), (17, 33), (30, 25), (64, 60)] {
+        let shapes = [(1, 1), (1, 7), (5, 1), (2, 3), (7, 9), (17, 33), (30, 25), (64, 60)];
+        for ((columns, across), turns) in shapes.into_iter().flat_map(|shape| [(shape, false), (shape, true)]) {
             let value = |n: usize, m: usize, c: f64| (c * (n * m) as f64 + n as f64).sin() / (1 + n + m) as f64;
             let table =
                 |width: usize, c: f64| (0..columns * width).map(|n| value(n / width, n % width, c)).collect::<Vec<_>>();
             let (toeplitz, hankel) = (table(across, 0.3), table(2 * across - 1, 0.7));
-            let mut cells = InstantCells::new(CellInfluence { columns, across, toeplitz, hankel });
+            let odd_table = |width: usize, c: f64| [vec![0.0; width], table(width, c)[width..].to_vec()].concat();
+            let odd = || OddInfluence { toeplitz: odd_table(across, 0.4), hankel: odd_table(2 * across - 1, 0.9) };
+            let odd = turns.then(odd);
+            let mut cells = InstantCells::new(CellInfluence { columns, across, toeplitz, hankel, odd });
+            assert_eq!(cells.turns(), turns);
             let forces: Vec<f64> = (0..cells.cells()).map(|n| (n as f64 * 1.3).cos()).collect();
             let single: Vec<f32> = forces.iter().map(|force| *force as f32).collect();
             let (mut u, mut single_u) = (vec![1.0; cells.cells()], vec![0.0; cells.cells()]);
@@ -170,6 +216,20 @@ mod tests {
                 assert!(error < 1e-14 * (1.0 + cells.cells() as f64).sqrt(), "{columns} x {across}: {error:e}");
                 assert!((f64::from(single_u[a]) - expected).abs() < 1e-5 * largest);
             }
+            // The symmetric part, and one force after the other.
+            let mut symmetric_u = vec![0.0; cells.cells()];
+            cells.symmetric_displacement(&forces, &mut symmetric_u);
+            for cell in (0..cells.cells()).step_by(1 + cells.cells() / 50) {
+                let symmetric = |b: usize| 0.5 * (cells.entry(cell, b) + cells.entry(b, cell));
+                let expected: f64 = forces.iter().enumerate().map(|(b, force)| symmetric(b) * force).sum();
+                let error = (symmetric_u[cell] - expected).abs() / largest;
+                assert!(error < 1e-14 * (1.0 + cells.cells() as f64).sqrt(), "{columns} x {across}: {error:e}");
+                single_u.fill(0.0);
+                cells.add_single_force(cell, 2.0, &mut single_u);
+                for (a, u) in single_u.iter().enumerate() {
+                    assert!((f64::from(*u) - 2.0 * cells.entry(a, cell)).abs() < 1e-5, "{columns} x {across}");
+                }
+            }
         }
     }
 
@@ -179,7 +239,7 @@ mod tests {
         for (columns, across) in [(64, 60), (128, 120)] {
             let table = |width: usize| (0..columns * width).map(|n| (n as f64).sin()).collect::<Vec<_>>();
             let (toeplitz, hankel) = (table(across), table(2 * across - 1));
-            let mut cells = InstantCells::new(CellInfluence { columns, across, toeplitz, hankel });
+            let mut cells = InstantCells::new(CellInfluence { columns, across, toeplitz, hankel, odd: None });
             let forces = vec![1.0; cells.cells()];
             let single = vec![1.0; cells.cells()];
             let (mut u, mut single_u) = (vec![0.0; cells.cells()], vec![0.0; cells.cells()]);

@@ -36,3 +36,5 @@ pub use search::{CellCounts, CellResiduals, CellSearch};
 pub use zone::{CellPast, CellZone};
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod turning_tests;

@@ -7,14 +7,20 @@
 //! real number, H one with the wave of the opposite frequency: sum over j' of H\[j + j'\] F_j' has the transform
 //! H(k) F(-k).
 //!
+//! Of a tyre that turns both have a part that is odd along. Its transform is imaginary along: T(k) and H(k) become T +
+//! i T' and H + i H', and a product takes no more transforms.
+//!
 //! Lanes hold cells across while the transforms run along, and waves along while they run across, so that no transform
 //! moves anything between lanes; blocks of one vector's width are turned in between.
+
+use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
 
 use super::element::Element;
 use super::transform::{Transform, Wave, product, times, unit, waves};
 use crate::numeric::{Aligned, transform_length};
+use crate::tyre::influence::CellInfluence;
 
 /// Most numbers of a vector.
 const MOST: usize = 16;
@@ -32,6 +38,8 @@ pub struct CellProduct<R> {
     shift_across: Vec<[R; 2]>,
     /// Transform of T by block of waves along, even and odd frequencies, frequency across, wave.
     toeplitz: Aligned<R>,
+    /// Imaginary part of the transform of T in the same order; `None` at rest.
+    toeplitz_odd: Option<Aligned<R>>,
     /// Transform of H in the same order, real and imaginary parts.
     hankel: Aligned<R>,
     /// By block of cells across: waves along.
@@ -61,12 +69,24 @@ impl<R: Element> WithSimd for Width<R> {
 impl<R: Element> CellProduct<R> {
     /// From T, columns x across, and H, columns x (2 across - 1).
     pub fn new(columns: usize, across: usize, toeplitz: &[f64], hankel: &[f64]) -> Self {
+        Self::with_odd(columns, across, [toeplitz, hankel], None)
+    }
+
+    /// The whole of an influence on the first columns of its window, what is odd along with it.
+    pub fn whole(columns: usize, influence: &CellInfluence) -> Self {
+        let odd = influence.odd.as_ref().map(|odd| [&*odd.toeplitz, &*odd.hankel]);
+        Self::with_odd(columns, influence.across, [&influence.toeplitz, &influence.hankel], odd)
+    }
+
+    /// T and H, and their parts that are odd along.
+    fn with_odd(columns: usize, across: usize, [toeplitz, hankel]: [&[f64]; 2], odd: Option<[&[f64]; 2]>) -> Self {
         let half_length = |cells: usize| transform_length(2 * cells) / 2;
         let (p, q) = (half_length(columns), half_length(across));
         let arch = Arch::new();
         let width = arch.dispatch(Width::<R>(std::marker::PhantomData));
         let (p_padded, padded) = (p.next_multiple_of(MOST), across.next_multiple_of(MOST));
         let room = |numbers: usize| Aligned::<R>::new(numbers);
+        let (whole_t, whole_h) = (2 * q * p_padded, 4 * q * p_padded);
         let mut this = Self {
             columns,
             across,
@@ -75,8 +95,9 @@ impl<R: Element> CellProduct<R> {
             crosswise: Transform::new(q),
             shift_along: (0..columns).map(|n| unit(n, 4 * p)).collect(),
             shift_across: (0..across).map(|j| unit(j, 2 * q)).collect(),
-            toeplitz: room(2 * q * p_padded),
-            hankel: room(4 * q * p_padded),
+            toeplitz: room(whole_t),
+            toeplitz_odd: odd.map(|_| room(whole_t)),
+            hankel: room(whole_h),
             spectrum: room(2 * p_padded * padded),
             turned: room(2 * p_padded * padded),
             scratch: [room(2 * p.max(q) * MOST), room(2 * p.max(q) * MOST)],
@@ -84,31 +105,39 @@ impl<R: Element> CellProduct<R> {
             norm_bound: 0.0,
         };
         let folded = 2 * across - 1;
-        let waves = along_waves(columns, p, across, toeplitz).zip(along_waves(columns, p, folded, hankel));
+        let even_waves = |each: usize, values| along_waves(columns, p, each, values, even_factor);
+        let waves = even_waves(across, toeplitz).zip(even_waves(folded, hankel));
         let scale = 1.0 / (2 * p * q) as f64;
         let cosines: Vec<[f64; 2]> = (0..2 * q).map(|n| unit(n, 2 * q)).collect();
-        let (whole_t, whole_h) = (2 * q * p_padded, 4 * q * p_padded);
+        let place = |wave: usize, frequency: usize| (2 * (wave / width) + frequency % 2) * q + frequency / 2;
         let (t_out, h_out) = (this.toeplitz.part(0, whole_t), this.hankel.part(0, whole_h));
         for (wave, (t, h)) in waves.enumerate() {
-            let (block, lane) = (wave / width, wave % width);
+            let lane = wave % width;
             for frequency in 0..2 * q {
-                let mut even = t[0];
-                for (j, t) in t.iter().enumerate().skip(1) {
-                    even += 2.0 * t * cosines[j * frequency % (2 * q)][0];
-                }
-                let [mut re, mut im] = [0.0; 2];
-                for (j, h) in h.iter().enumerate() {
-                    let [cosine, sine] = cosines[j * frequency % (2 * q)];
-                    re += h * cosine;
-                    im += h * sine;
-                }
+                let even = across_even(&cosines, &t, frequency);
+                let [re, im] = across_folded(&cosines, &h, frequency);
                 // G is a part of a matrix with these transforms, whose norm is the largest of them.
                 this.norm_bound = this.norm_bound.max(even.abs() + re.hypot(im));
                 this.free_field.push(even);
-                let place = (2 * block + frequency % 2) * q + frequency / 2;
+                let place = place(wave, frequency);
                 t_out[place * width + lane] = R::rounded(even * scale);
                 h_out[2 * place * width + lane] = R::rounded(re * scale);
                 h_out[(2 * place + 1) * width + lane] = R::rounded(im * scale);
+            }
+        }
+        let (Some([toeplitz, odd_hankel]), Some(odd_out)) = (odd, &mut this.toeplitz_odd) else { return this };
+        let odd_waves = |each: usize, values| along_waves(columns, p, each, values, odd_factor);
+        let waves = odd_waves(across, toeplitz).zip(odd_waves(folded, odd_hankel)).zip(even_waves(folded, hankel));
+        let odd_out = odd_out.part(0, whole_t);
+        for (wave, ((t, odd), even)) in waves.enumerate() {
+            let lane = wave % width;
+            for frequency in 0..2 * q {
+                let place = place(wave, frequency);
+                let [re, im] = across_folded(&cosines, &even, frequency);
+                let [odd_re, odd_im] = across_folded(&cosines, &odd, frequency);
+                odd_out[place * width + lane] = R::rounded(across_even(&cosines, &t, frequency) * scale);
+                h_out[2 * place * width + lane] = R::rounded((re - odd_im) * scale);
+                h_out[(2 * place + 1) * width + lane] = R::rounded((im + odd_re) * scale);
             }
         }
         this
@@ -151,17 +180,53 @@ impl<R: Element> CellProduct<R> {
     }
 }
 
-/// Values at distances 0, 1, ... along, so many to each, as waves at the frequencies pi (2 m + 1/2)/p.
-fn along_waves(columns: usize, p: usize, each: usize, values: &[f64]) -> impl Iterator<Item = Vec<f64>> {
+/// Values at distances 0, 1, ... along, so many to each, as waves at the frequencies pi (2 m + 1/2)/p; `factor` is that
+/// of a distance and its exp(-i phase).
+fn along_waves(
+    columns: usize,
+    p: usize,
+    each: usize,
+    values: &[f64],
+    factor: fn(usize, [f64; 2]) -> f64,
+) -> impl Iterator<Item = Vec<f64>> {
     (0..p).map(move |m| {
         let mut sums = vec![0.0; each];
         for (n, values) in values.chunks_exact(each).take(columns).enumerate() {
-            let [cosine, _]: [f64; 2] = unit(n * (4 * m + 1), 4 * p);
-            let factor = if n == 0 { 1.0 } else { 2.0 * cosine };
+            let factor = factor(n, unit(n * (4 * m + 1), 4 * p));
             sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += factor * value);
         }
         sums
     })
+}
+
+/// Of what is the same at a distance and its opposite.
+fn even_factor(distance: usize, [cosine, _]: [f64; 2]) -> f64 {
+    if distance == 0 { 1.0 } else { 2.0 * cosine }
+}
+
+/// Over i, of what is the opposite there.
+fn odd_factor(_: usize, [_, minus_sine]: [f64; 2]) -> f64 {
+    2.0 * minus_sine
+}
+
+/// A frequency across of what is even there; `cosines` with minus their sines.
+fn across_even(cosines: &[[f64; 2]], values: &[f64], frequency: usize) -> f64 {
+    let mut sum = values[0];
+    for (j, value) in values.iter().enumerate().skip(1) {
+        sum += 2.0 * value * cosines[j * frequency % cosines.len()][0];
+    }
+    sum
+}
+
+/// The same of values from 0 on.
+fn across_folded(cosines: &[[f64; 2]], values: &[f64], frequency: usize) -> [f64; 2] {
+    let [mut re, mut im] = [0.0; 2];
+    for (j, value) in values.iter().enumerate() {
+        let [cosine, sine] = cosines[j * frequency % cosines.len()];
+        re += value * cosine;
+        im += value * sine;
+    }
+    [re, im]
 }
 
 /// One product.
@@ -240,8 +305,19 @@ impl<R: Element> WithSimd for Multiply<'_, R> {
 
         let toeplitz = R::vectors::<S>(this.toeplitz.part(0, 2 * q * p_padded));
         let hankel = R::vectors::<S>(this.hankel.part(0, 4 * q * p_padded)).as_chunks::<2>().0;
+        let toeplitz_odd = match &mut this.toeplitz_odd {
+            Some(odd) => R::vectors::<S>(odd.part(0, 2 * q * p_padded)),
+            None => &[],
+        };
         let symbols = toeplitz.chunks_exact(2 * q).zip(hankel.chunks_exact(2 * q));
-        for (turned, (toeplitz, hankel)) in turned.chunks_exact_mut(2 * padded * width).zip(symbols) {
+        for (block, (turned, (toeplitz, hankel))) in
+            turned.chunks_exact_mut(2 * padded * width).zip(symbols).enumerate()
+        {
+            let symbol = |frequencies: Range<usize>| Symbol::<R, S> {
+                toeplitz: &toeplitz[frequencies.clone()],
+                hankel: &hankel[frequencies.clone()],
+                odd: toeplitz_odd.chunks_exact(2 * q).nth(block).map(|odd| &odd[frequencies]),
+            };
             let cells = &mut waves::<R, S>(turned)[..across];
             // The odd frequencies first: the cells are still needed for the even ones.
             let from = waves::<R, S>(first);
@@ -250,7 +326,7 @@ impl<R: Element> WithSimd for Multiply<'_, R> {
             }
             from[across..q].fill([zero; 2]);
             let [result, other] = this.crosswise.run(simd, first, second);
-            respond::<R, S>(simd, &mut waves(result)[..q], &toeplitz[q..], &hankel[q..], q - 1);
+            respond::<R, S>(simd, &mut waves(result)[..q], symbol(q..2 * q), q - 1);
             let [result, other] = this.crosswise.run(simd, result, other);
             let (odd, even) = (waves::<R, S>(result), waves::<R, S>(other));
             // The even ones in the room that is left, the odd ones' result kept among the cells.
@@ -260,7 +336,7 @@ impl<R: Element> WithSimd for Multiply<'_, R> {
             }
             even[across..q].fill([zero; 2]);
             let [result, other] = this.crosswise.run(simd, other, result);
-            respond::<R, S>(simd, &mut waves(result)[..q], &toeplitz[..q], &hankel[..q], q);
+            respond::<R, S>(simd, &mut waves(result)[..q], symbol(0..q), q);
             let [even, _] = this.crosswise.run(simd, result, other);
             for (cell, &even) in cells.iter_mut().zip(&*waves::<R, S>(even)) {
                 *cell = [R::add(simd, cell[0], even[1]), R::add(simd, cell[1], even[0])];
@@ -288,6 +364,14 @@ impl<R: Element> WithSimd for Multiply<'_, R> {
     }
 }
 
+/// The transforms at frequencies across.
+struct Symbol<'a, R: Element, S: Simd> {
+    toeplitz: &'a [R::Vector<S>],
+    hankel: &'a [Wave<R, S>],
+    /// Imaginary part of `toeplitz`; `None` at rest.
+    odd: Option<&'a [R::Vector<S>]>,
+}
+
 /// T F + H F', real and imaginary parts changed.
 #[inline(always)]
 fn answer<R: Element, S: Simd>(
@@ -306,8 +390,7 @@ fn answer<R: Element, S: Simd>(
 fn respond<R: Element, S: Simd>(
     simd: S,
     waves: &mut [Wave<R, S>],
-    toeplitz: &[R::Vector<S>],
-    hankel: &[Wave<R, S>],
+    Symbol { toeplitz, hankel, odd }: Symbol<'_, R, S>,
     mirror: usize,
 ) {
     let length = waves.len();
@@ -315,8 +398,22 @@ fn respond<R: Element, S: Simd>(
         let other = (mirror - m) % length;
         if m <= other {
             let (own, opposite) = (waves[m], waves[other]);
-            waves[m] = answer::<R, S>(simd, own, opposite, toeplitz[m], hankel[m]);
-            waves[other] = answer::<R, S>(simd, opposite, own, toeplitz[other], hankel[other]);
+            let mut answers = [
+                answer::<R, S>(simd, own, opposite, toeplitz[m], hankel[m]),
+                answer::<R, S>(simd, opposite, own, toeplitz[other], hankel[other]),
+            ];
+            if let Some(odd) = odd {
+                let [first, second] = answers;
+                answers =
+                    [with_odd::<R, S>(simd, first, own, odd[m]), with_odd::<R, S>(simd, second, opposite, odd[other])];
+            }
+            [waves[m], waves[other]] = answers;
         }
     }
+}
+
+/// Adds i T' F, real and imaginary parts changed.
+#[inline(always)]
+fn with_odd<R: Element, S: Simd>(simd: S, [im, re]: Wave<R, S>, own: Wave<R, S>, odd: R::Vector<S>) -> Wave<R, S> {
+    [R::mul_add(simd, odd, own[0], im), R::mul_add(simd, R::neg(simd, odd), own[1], re)]
 }

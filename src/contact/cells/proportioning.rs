@@ -75,7 +75,7 @@ impl Proportioning {
         let mut last: Option<f64> = None;
         loop {
             if last.is_none() {
-                cells.displacement(forces, &mut self.gradient);
+                cells.symmetric_displacement(forces, &mut self.gradient);
                 done.products += 1;
                 self.gradient.iter_mut().zip(required).for_each(|(g, d)| *g -= d);
             }
@@ -106,7 +106,7 @@ impl Proportioning {
             for ((t, &force), &g) in direction.iter_mut().zip(&*forces).zip(&*gradient) {
                 *t = if force > 0.0 { beta.mul_add(*t, g) } else { 0.0 };
             }
-            cells.displacement(direction, response);
+            cells.symmetric_displacement(direction, response);
             done.products += 1;
             let best = dot(gradient, direction) / dot(direction, response);
             let falling = forces.iter().zip(&*direction).filter(|(force, t)| **force > 0.0 && **t > 0.0);

@@ -1,6 +1,6 @@
 //! Which cells touch, and with which forces: F >= 0, u = G F >= d, F.(u - d) = 0.
 //!
-//! G is symmetric positive definite, so there is exactly one F.
+//! G is positive definite, so there is exactly one F; at rest it is symmetric, too.
 //!
 //! 1. From the guess, projected conjugate gradients in single precision (module `gradients`), a few digits at a time,
 //!    on the part of the window that the forces and all d > 0 are in;
@@ -8,6 +8,12 @@
 //!    part if they are missed beyond it;
 //! 3. where that does not at least halve what is missing, not even in a direction begun anew, proportioning in double
 //!    precision takes over (module `proportioning`), which always ends. Uses are counted.
+//!
+//! Of a tyre that turns G = G_s + G_a with a small skew part, |F.G_a F'| <= (max |Im H|/Re H) |F| |F'| in the norm of
+//! G_s. Products of 1. and 2. are with the whole of G: a step along t is as long as before, t.G t = t.G_s t, and r.t = 0
+//! after it; directions are conjugate but for G_a, which costs no iterations that could be counted (`search_tests`). 3.
+//! needs symmetry: it solves with G_s for d - G_a F, again and again. Each sweep brings the error down by max |Im H|/Re
+//! H <= 4 pi/(c q N), the rule's c and q time steps to an element of N round the tyre.
 
 use std::ops::Range;
 
@@ -57,6 +63,8 @@ const BELOW: f64 = 0.3;
 const MOST_ITERATIONS: u64 = 40;
 /// Cells on either side that the preconditioner reaches.
 const RADIUS: usize = 3;
+/// Most sweeps of the fallback over the skew part of G: each takes the error down to a tenth or less.
+const MOST_SWEEPS: usize = 40;
 /// Stand-in for -infinity where differences are taken.
 const NOWHERE: f64 = -1e30;
 
@@ -72,6 +80,8 @@ pub struct CellSearch {
     displacement: Vec<f64>,
     /// Cells from the first on whose `displacement` is that of the forces that come in as the next guess.
     known: usize,
+    /// True if the last search has ended without the forces.
+    is_unsettled: bool,
 }
 
 impl CellSearch {
@@ -87,6 +97,7 @@ impl CellSearch {
             required: zeros(),
             displacement: zeros(),
             known: 0,
+            is_unsettled: false,
             cells,
         }
     }
@@ -104,6 +115,11 @@ impl CellSearch {
     /// u = G F of the last solution.
     pub fn displacement(&self) -> &[f64] {
         &self.displacement
+    }
+
+    /// Tells whether the last search has ended without the forces; at rest none does.
+    pub fn is_unsettled(&self) -> bool {
+        self.is_unsettled
     }
 
     /// Returns the work counts so far.
@@ -147,6 +163,7 @@ impl CellSearch {
     /// as the guess. A d that is no number gives residuals that are none, and no forces.
     pub fn solve(&mut self, required: &[f64], forces: &mut [f64]) -> CellResiduals {
         self.counts.solves += 1;
+        self.is_unsettled = false;
         let known = std::mem::take(&mut self.known);
         let largest = largest_or_zero(required);
         if largest.is_infinite() || required.iter().any(|d| d.is_nan()) {
@@ -228,11 +245,38 @@ impl CellSearch {
         if forces.iter().any(|force| !force.is_finite()) {
             forces.fill(0.0);
         }
+        if self.cells.turns() {
+            return self.prove_by_sweeps(forces, largest);
+        }
         let goal = self.tolerance * largest;
         let done = self.proportioning.run(&mut self.cells, &self.required, forces, goal);
         self.counts.iterations += done.iterations;
         self.counts.products += done.products;
         self.displace(forces, largest)
+    }
+
+    /// The same for a G that is not symmetric: its skew part lags behind.
+    fn prove_by_sweeps(&mut self, forces: &mut [f64], largest: f64) -> CellResiduals {
+        let mut lagged = vec![0.0; forces.len()];
+        for _ in 0..MOST_SWEEPS {
+            let residuals = self.displace(forces, largest);
+            if residuals.penetration.max(residuals.complementarity) <= self.tolerance {
+                return residuals;
+            }
+            self.cells.symmetric_displacement(forces, &mut lagged);
+            self.counts.products += 1;
+            // d - (G F - G_s F).
+            for (lagged, (d, u)) in lagged.iter_mut().zip(self.required.iter().zip(&self.displacement)) {
+                *lagged = d - (u - *lagged);
+            }
+            let goal = BELOW * self.tolerance * largest;
+            let done = self.proportioning.run(&mut self.cells, &lagged, forces, goal);
+            self.counts.iterations += done.iterations;
+            self.counts.products += done.products;
+        }
+        let residuals = self.displace(forces, largest);
+        self.is_unsettled = residuals.penetration.max(residuals.complementarity) > self.tolerance;
+        residuals
     }
 }
 

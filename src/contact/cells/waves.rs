@@ -1,5 +1,7 @@
 //! Work behind the march for the past of cells: at each instant a part of the pass over all poles, and the sum
 //! of what all but the last forces do at the next instant.
+//!
+//! Of a tyre that turns u_n = E_n F_n + i O_n F_n, n >= 0, with E and O as operators in time: real, over the same poles.
 
 use std::ops::Range;
 
@@ -12,6 +14,7 @@ use crate::contact::history::wavenumber_group::{GROUP, WavenumberGroup};
 use crate::counters::{Clock, CpuClock, Meter, Spent, Stage, Work};
 use crate::time_rule::TimeRule;
 use crate::time_rule::recursion::{Recursion, WithRecursion};
+use crate::tyre::poles::Modes;
 use crate::tyre::poles::cells::CellModel;
 
 /// The waves of all rings, and what is to be done for them.
@@ -33,6 +36,8 @@ pub struct RingWaves {
     groups: Vec<WavenumberGroup>,
     /// Response one, two, ... instants after a force at a stage \[m/N\]: stage by stage, lag by lag, wave by wave.
     within: Vec<f64>,
+    /// The same of odd parts; empty where no wave has one.
+    within_odd: Vec<f64>,
     stages: usize,
     /// Forces \[N\] at the instants of the block before and of this one.
     forces: Vec<Vec<Complex64>>,
@@ -74,30 +79,30 @@ impl RingWaves {
             groups.par_iter_mut().for_each(|group| group.forget(rule, blocks * steps));
             remembered = vec![vec![Complex::ZERO; waves]; blocks * instants];
         }
-        let lags = 2 * instants - 1;
-        let mut within = vec![0.0; stages * lags * waves];
-        let mut response = vec![0.0; lags];
-        for wave in 0..waves {
-            let modes = model.modes(wave);
-            for stage in 0..stages {
-                response.fill(0.0);
-                for (index, (&pole, &residue)) in modes.poles.iter().zip(modes.residues).enumerate() {
-                    let weights = rule.coefficients(pole, modes.multiplicity(index) * residue, time_step);
-                    rule.impulse_response(weights.into(), stage, &mut response);
-                }
-                for (lag, value) in response.iter().enumerate() {
-                    within[(stage * lags + lag) * waves + wave] = *value;
-                }
-            }
-        }
+        let within = responses(model, rule, time_step, instants, |modes| modes.residues);
+        let turns = (0..waves).any(|wave| !model.modes(wave).odd.is_empty());
+        let odd = || responses(model, rule, time_step, instants, |modes| modes.odd);
+        let within_odd = if turns { odd() } else { Vec::new() };
         let mut work = Work::default();
         groups.iter().for_each(|group| work += group.work());
         // Every instant sees the block before and half of the others of its own.
-        let products = (instants * (3 * instants - 1) * waves) as u64;
+        let products = (instants * (3 * instants - 1) * waves * if turns { 2 } else { 1 }) as u64;
         work += Work { multiply_adds: products, bytes: 12 * products };
         let zeros = || vec![vec![Complex64::ZERO; waves]; 2 * instants];
         let (forces, foretold, sum) = (zeros(), zeros(), vec![Complex64::ZERO; waves]);
-        Self { groups, within, stages, forces, foretold, sum, remembered, earliest: 0, work, arch: Arch::new() }
+        Self {
+            groups,
+            within,
+            within_odd,
+            stages,
+            forces,
+            foretold,
+            sum,
+            remembered,
+            earliest: 0,
+            work,
+            arch: Arch::new(),
+        }
     }
 
     /// Returns the work of a block.
@@ -137,6 +142,9 @@ impl RingWaves {
             let row = (number % self.stages * lags + now - number - 1) * waves;
             let weights = &self.within[row..row + waves];
             self.arch.dispatch(Weighted { sum: &mut self.sum, weights, forces: &self.forces[number] });
+            if let Some(weights) = self.within_odd.get(row..row + waves) {
+                self.arch.dispatch(WeightedOdd { sum: &mut self.sum, weights, forces: &self.forces[number] });
+            }
         }
     }
 
@@ -236,6 +244,34 @@ impl WithRecursion for GoOn<'_> {
     }
 }
 
+/// Response of all waves by some of their residues one, two, ... instants after a force at a stage: stage by stage, lag
+/// by lag, wave by wave.
+fn responses(
+    model: &CellModel,
+    rule: TimeRule,
+    time_step: f64,
+    instants: usize,
+    residues: impl for<'m> Fn(&Modes<'m>) -> &'m [Complex64],
+) -> Vec<f64> {
+    let (waves, stages, lags) = (model.len(), rule.stages(), 2 * instants - 1);
+    let mut within = vec![0.0; stages * lags * waves];
+    let mut response = vec![0.0; lags];
+    for wave in 0..waves {
+        let modes = model.modes(wave);
+        for stage in 0..stages {
+            response.fill(0.0);
+            for (index, (&pole, &residue)) in modes.poles.iter().zip(residues(&modes)).enumerate() {
+                let weights = rule.coefficients(pole, modes.multiplicity(index) * residue, time_step);
+                rule.impulse_response(weights.into(), stage, &mut response);
+            }
+            for (lag, value) in response.iter().enumerate() {
+                within[(stage * lags + lag) * waves + wave] = *value;
+            }
+        }
+    }
+    within
+}
+
 /// Adds weight times force, wave by wave. A type, not a closure, since it has to be inlined into the dispatch to be
 /// compiled for its instructions.
 struct Weighted<'a> {
@@ -252,6 +288,25 @@ impl WithSimd for Weighted<'_> {
         for ((sum, &weight), force) in self.sum.iter_mut().zip(self.weights).zip(self.forces) {
             sum.re = weight.mul_add(force.re, sum.re);
             sum.im = weight.mul_add(force.im, sum.im);
+        }
+    }
+}
+
+/// Adds i times weight times force, wave by wave, likewise.
+struct WeightedOdd<'a> {
+    sum: &'a mut [Complex64],
+    weights: &'a [f64],
+    forces: &'a [Complex64],
+}
+
+impl WithSimd for WeightedOdd<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        for ((sum, &weight), force) in self.sum.iter_mut().zip(self.weights).zip(self.forces) {
+            sum.re = weight.mul_add(-force.im, sum.re);
+            sum.im = weight.mul_add(force.re, sum.im);
         }
     }
 }

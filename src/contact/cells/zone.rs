@@ -150,7 +150,7 @@ impl Zone for CellZone {
         told: StageMut<'_>,
         meter: &mut Meter,
     ) -> Result<Solved, ContactError> {
-        let Instant { stage, first_element, indentation, rises, .. } = at;
+        let Instant { step, stage, first_element, indentation, rises } = at;
         if !road.has_heights() {
             return Err(ContactError::RoadForm);
         }
@@ -184,6 +184,10 @@ impl Zone for CellZone {
         self.forces[cells - moved..].fill(0.0);
         self.first_element = first_element;
         let relative = self.search.solve(&self.required, &mut self.forces);
+        if self.search.is_unsettled() {
+            let points = self.forces.iter().filter(|force| **force > 0.0).count();
+            return Err(ContactError::Unsettled { points, step });
+        }
         let largest_displacement = largest_or_zero(&self.required);
         let largest_force = largest_or_zero(&self.forces);
         meter.lap(&mut laps, Stage::ActiveSet);

@@ -13,12 +13,25 @@
 //!    always ends. Uses are counted.
 //!
 //! Cost: one solve with cached factors (2 m^2 flops) and m x columns multiply-adds per round.
+//!
+//! Of a tyre that turns G0 = G_s + G_a has a skew part, and F is still one: G_s is positive definite, so that every
+//! principal minor of G0 is positive (a P-matrix; Cottle, Pang & Stone 1992, *The Linear Complementarity Problem*, 3.3
+//! and 4.2), and the search ends as above. Factors stay those of G_s. On the set F is found by corrections,
+//!
+//! ```text
+//! F <- F + G_s^-1 (d - G0 F),
+//! ```
+//!
+//! from the guess. Each leaves max |O_n|/E_n of the error at most, in the norm of G_s, on any set: |x^H G_a x| is below
+//! that part of x^H G_s x for the ring, and so for each of its sets. They end where half of the tolerance is met, or
+//! where they no longer halve what is left in that norm, which is rounding then ([`Residue`]).
 
 use serde::{Deserialize, Serialize};
 
 use super::factors::{FactorCache, FactorState};
-use super::ldlt::Singular;
+use super::residue::Residue;
 use super::sweeps::{OwnForce, PATIENCE, SearchCounts, Surface};
+use super::unsolved::Unsolved;
 use crate::counters::Meter;
 use crate::numeric::largest_or_zero;
 use crate::storage::StateError;
@@ -26,6 +39,9 @@ use crate::storage::StateError;
 /// Sweeps of the guess: each costs about half a cached solve; two settle which points enter and leave at the ends of
 /// the patch.
 const SWEEPS: usize = 2;
+
+/// Corrections that a tyre that turns is expected to take at a tolerance of 1e-12, beyond the first solution.
+pub(super) const CORRECTIONS: f64 = 3.0;
 
 /// Expected work of a search for the forces, for each time at which they are sought.
 #[derive(Clone, Copy, Debug)]
@@ -109,11 +125,26 @@ impl ActiveSet {
         }
     }
 
+    /// Adds a skew part of G0 by distance, that of a tyre that turns; none at rest.
+    #[must_use]
+    pub fn with_skew(mut self, odd: &[f64]) -> Self {
+        self.surface.add_skew(odd);
+        self
+    }
+
     /// For so many points in contact. Guess, solution and displacement take so many windows of multiply-adds for each
-    /// of them, factorisations on rough roads included (counted on roads of all kinds).
-    pub fn expected(points: f64, columns: f64, smooth: bool) -> ExpectedSearch {
+    /// of them, factorisations on rough roads included (counted on roads of all kinds); corrections where the tyre
+    /// `turns`.
+    pub fn expected(points: f64, columns: f64, smooth: bool, turns: bool) -> ExpectedSearch {
         let (windows, solves, factorisations) = if smooth { (2.0, 1.0, 0.0) } else { (3.5, 1.1, 0.15) };
-        ExpectedSearch { points, multiply_adds: windows * points * columns, solves, factorisations }
+        let corrections = if turns { CORRECTIONS } else { 0.0 };
+        let correction = corrections * points * (points + columns);
+        ExpectedSearch {
+            points,
+            multiply_adds: windows * points * columns + correction,
+            solves: solves + corrections,
+            factorisations,
+        }
     }
 
     /// Moves on by a number of elements: what was column i is column i - `by`.
@@ -126,7 +157,10 @@ impl ActiveSet {
     fn guess(&mut self, d: &[f64]) {
         let own = self.surface.influence[0].recip();
         let reach = self.surface.reach(d);
-        let _ = self.surface.sweep(Prescribed { own }, SWEEPS, d, reach);
+        let _ = self.surface.sweep(Prescribed { own }, SWEEPS, d, reach.clone(), false);
+        if self.surface.is_skew() {
+            self.surface.displaced_within(d, reach);
+        }
         for (active, &force) in self.active.iter_mut().zip(&self.surface.estimate) {
             *active = force > 0.0;
         }
@@ -134,7 +168,10 @@ impl ActiveSet {
 
     /// Finds the forces for the required displacements `d`; -infinity marks a point that cannot touch. Returns the
     /// residuals.
-    pub fn search(&mut self, d: &[f64], forces: &mut [f64], meter: &mut Meter) -> Result<Residuals, Singular> {
+    ///
+    /// # Errors
+    /// [`Unsolved`].
+    pub fn search(&mut self, d: &[f64], forces: &mut [f64], meter: &mut Meter) -> Result<Residuals, Unsolved> {
         let largest = largest_or_zero(d);
         let tolerance = self.tolerance * largest;
         forces.fill(0.0);
@@ -144,17 +181,28 @@ impl ActiveSet {
             return Ok(Residuals::default());
         }
         self.guess(d);
+        let is_skew = self.surface.is_skew();
+        if is_skew {
+            // Columns that are not active have none.
+            forces.copy_from_slice(&self.surface.estimate);
+        }
         let (mut lowest, mut patience, mut solves, mut fell_back) = (usize::MAX, self.patience, 0, false);
         loop {
-            self.solve(d, meter)?;
-            solves += 1;
-            for (&point, &force) in self.points.iter().zip(&self.values) {
-                forces[point] = force;
+            let mut residue = Residue::new(largest, tolerance, fell_back);
+            if is_skew {
+                solves += self.correct(d, &mut residue, forces, meter)?;
+            } else {
+                self.solve(d, meter)?;
+                solves += 1;
+                for (&point, &force) in self.points.iter().zip(&self.values) {
+                    forces[point] = force;
+                }
+                self.surface.displace(forces);
             }
-            self.surface.displace(forces);
             let (wrong, last) =
                 self.broken(d, forces, tolerance).fold((0, 0), |(count, _), column| (count + 1, column));
             if wrong == 0 {
+                residue.settled()?;
                 break;
             }
             if wrong < lowest {
@@ -166,6 +214,7 @@ impl ActiveSet {
                 fell_back = true;
                 self.active[last] = !self.active[last];
                 forces[last] = 0.0;
+                self.begin_again(forces);
                 continue;
             }
             self.points.clear();
@@ -176,9 +225,16 @@ impl ActiveSet {
                 forces[column] = 0.0;
             }
             self.points = points;
+            self.begin_again(forces);
         }
         self.surface.found(forces, solves, fell_back);
         Ok(Residuals::of(d, forces, &self.surface.displacement))
+    }
+
+    /// Begins with other forces.
+    #[cfg(test)]
+    pub(super) fn start_from(&mut self, forces: &[f64]) -> Result<(), StateError> {
+        self.surface.start_from(forces)
     }
 
     /// The set found by the last search, by column.
@@ -227,13 +283,61 @@ impl ActiveSet {
         })
     }
 
-    /// F on the set.
-    fn solve(&mut self, d: &[f64], meter: &mut Meter) -> Result<(), Singular> {
+    /// Forces have been taken away: with a skew part what all displace is to be known.
+    fn begin_again(&mut self, forces: &[f64]) {
+        if self.surface.is_skew() {
+            self.surface.displace(forces);
+        }
+    }
+
+    fn list_points(&mut self) {
         self.points.clear();
         self.points.extend(self.active.iter().enumerate().filter_map(|(column, &active)| active.then_some(column)));
+    }
+
+    /// F on the set.
+    fn solve(&mut self, d: &[f64], meter: &mut Meter) -> Result<(), Unsolved> {
+        self.list_points();
         self.values.clear();
         self.values.extend(self.points.iter().map(|&point| d[point]));
-        self.factors.solve(&self.points, &self.surface.influence, &mut self.values, meter)
+        Ok(self.factors.solve(&self.points, &self.surface.influence, &mut self.values, meter)?)
+    }
+
+    /// F on the set with a skew part of G0, by corrections of forces on it whose displacement is known; returns how many.
+    fn correct(
+        &mut self,
+        d: &[f64],
+        residue: &mut Residue,
+        forces: &mut [f64],
+        meter: &mut Meter,
+    ) -> Result<usize, Unsolved> {
+        self.list_points();
+        let Self { surface, factors, points, values, .. } = self;
+        if points.is_empty() {
+            surface.displace(forces);
+            return Ok(0);
+        }
+        let mut solves = 0;
+        loop {
+            values.clear();
+            values.extend(points.iter().map(|&point| d[point] - surface.displacement[point]));
+            if residue.is_small(values) {
+                return Ok(solves);
+            }
+            if solves == 0 {
+                factors.solve(points, &surface.influence, values, meter)?;
+            } else {
+                factors.solve_again(points, &surface.influence, values)?;
+            }
+            solves += 1;
+            let changes = || points.iter().zip(&*values);
+            if residue.stalls(changes().map(|(&point, change)| change * (d[point] - surface.displacement[point])).sum())
+            {
+                return Ok(solves);
+            }
+            changes().for_each(|(&point, change)| forces[point] += change);
+            surface.displace(forces);
+        }
     }
 }
 

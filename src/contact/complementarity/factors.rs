@@ -87,6 +87,8 @@ pub struct FactorCache {
     /// The right side of the system of the points by which a set differs from its neighbour, and the system.
     small: Aligned,
     neighbour: NeighbourSet,
+    /// The slot that served the last set; true: as that of its neighbour.
+    last: (usize, bool),
     solver: Ldlt,
     counts: FactorCounts,
     work: Work,
@@ -131,6 +133,7 @@ impl FactorCache {
             values: Aligned::new(stride * (1 + MOST_DIFFERENT)),
             small: Aligned::new(SMALL + room(MOST_DIFFERENT)),
             neighbour: NeighbourSet::new(points),
+            last: (0, false),
             solver: Ldlt::new(points.max(MOST_DIFFERENT)),
             counts: FactorCounts::default(),
             work: Work::default(),
@@ -166,6 +169,7 @@ impl FactorCache {
                 self.counts.misses += 1;
                 if let Some(slot) = self.neighbour.serves(points) {
                     self.counts.neighbours += 1;
+                    self.last = (slot, true);
                     return self.solve_beside(slot, points, influence, values);
                 }
                 let slot = self.free_slot();
@@ -175,9 +179,23 @@ impl FactorCache {
             }
         };
         self.neighbour.keep(slot, points);
-        self.values.part(0, points.len()).copy_from_slice(values);
-        self.solve_kept(slot, points.len(), 1)?;
-        values.copy_from_slice(self.values.part(0, points.len()));
+        self.last = (slot, false);
+        self.solve_own(slot, values)
+    }
+
+    /// Solves for another d on the points of the last solution, with what served there.
+    pub fn solve_again(&mut self, points: &[usize], influence: &[f64], values: &mut [f64]) -> Result<(), Singular> {
+        match self.last {
+            (slot, false) => self.solve_own(slot, values),
+            (slot, true) => self.solve_beside_again(slot, points, influence, values),
+        }
+    }
+
+    /// Solves with the points' own factor.
+    fn solve_own(&mut self, slot: usize, values: &mut [f64]) -> Result<(), Singular> {
+        self.values.part(0, values.len()).copy_from_slice(values);
+        self.solve_kept(slot, values.len(), 1)?;
+        values.copy_from_slice(self.values.part(0, values.len()));
         Ok(())
     }
 
@@ -211,6 +229,28 @@ impl FactorCache {
         self.neighbour.forces(z, right, values);
         // Right-hand sides, the rows of the system and the forces.
         let sums = (points.len() * (size + size * size + size)) as u64;
+        self.work += Work { multiply_adds: sums, bytes: 8 * sums };
+        finite(values.iter())
+    }
+
+    /// The same for another d: all columns but the first, and the factors of their system, stand from the time before.
+    fn solve_beside_again(
+        &mut self,
+        slot: usize,
+        points: &[usize],
+        influence: &[f64],
+        values: &mut [f64],
+    ) -> Result<(), Singular> {
+        let (size, stride) = (self.neighbour.different(), self.sizes.stride);
+        self.neighbour.right_side(values, self.values.part(0, stride));
+        self.solve_kept(slot, self.neighbour.kept_points(), 1)?;
+        let z = (&*self.values.part(0, stride * (1 + size)), stride);
+        let (right, matrix) = self.small.part(0, SMALL + room(size)).split_at_mut(SMALL);
+        self.neighbour.system_right(points, influence, values, z, right);
+        self.solver.solve(matrix, right, SMALL, size)?;
+        self.neighbour.forces(z, right, values);
+        // The right side of the system and the forces.
+        let sums = (2 * points.len() * size) as u64;
         self.work += Work { multiply_adds: sums, bytes: 8 * sums };
         finite(values.iter())
     }

@@ -29,6 +29,11 @@
 //! it, where every piece at hand holds it, one Newton step is exact: the search ends. With S(y) = y, p = 0 and this is
 //! the paper's equation 4.
 //!
+//! Of a tyre that turns G0 = G_s + G_a has a skew part. There is still one F: p_i grows with f, and x.G0 x > 0. Matrix and
+//! factors are those of G_s, and F on the pieces is found by corrections as in `active_set`, which the diagonal only
+//! quickens. The sweeps of step 4 are those of G_s with what G_a displaces as it was before them: each time they leave
+//! max |O_n|/E_n of the error, and what of the minimum they have not reached.
+//!
 //! Slopes hardly ever recur, so no factor is kept: each round costs a factorisation (m^3/6 multiply-adds), a solution
 //! (m^2) and m x columns.
 
@@ -36,11 +41,13 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use super::active_set::{ExpectedSearch, Residuals};
-use super::ldlt::{Ldlt, Singular};
+use super::active_set::{CORRECTIONS, ExpectedSearch, Residuals};
+use super::ldlt::Ldlt;
 use super::pieces::{HeldPiece, LocalSlice};
+use super::residue::Residue;
 use super::sweeps::{OwnForce, PATIENCE, SearchCounts, Surface, move_on};
 use super::tiles::{LINE, add_to_diagonal, room};
+use super::unsolved::Unsolved;
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::{Aligned, largest_or_zero};
 use crate::road::slices::StiffnessCurve;
@@ -69,21 +76,6 @@ impl<'a> SlicesUnder<'a> {
     }
 }
 
-/// Why there are no forces.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Unsolved {
-    /// A matrix turned out singular.
-    Singular,
-    /// The fallback has used up its rounds: the tolerance is below what rounding allows.
-    Unsettled,
-}
-
-impl From<Singular> for Unsolved {
-    fn from(_: Singular) -> Self {
-        Self::Singular
-    }
-}
-
 /// The search with its scratch.
 pub struct LocalSet {
     surface: Surface,
@@ -103,6 +95,8 @@ pub struct LocalSet {
     next_points: Vec<usize>,
     /// c (1/s_i - 1) of the points.
     own: Vec<f64>,
+    /// y + o/s of the points, where G0 has a skew part.
+    wanted: Vec<f64>,
     matrix: Aligned,
     right: Aligned,
     solver: Ldlt,
@@ -130,21 +124,34 @@ impl LocalSet {
             points: Vec::with_capacity(columns),
             next_points: Vec::with_capacity(columns),
             own: Vec::with_capacity(columns),
+            wanted: Vec::new(),
             matrix: Aligned::new(room(columns)),
             right: Aligned::new(columns.next_multiple_of(LINE)),
             solver: Ldlt::new(columns),
         }
     }
 
+    /// Adds a skew part of G0 by distance, that of a tyre that turns; none at rest.
+    #[must_use]
+    pub fn with_skew(mut self, odd: &[f64]) -> Self {
+        self.surface.add_skew(odd);
+        if self.surface.is_skew() {
+            self.wanted.reserve(self.pieces.len());
+        }
+        self
+    }
+
     /// For so many points in contact: a sweep, and rounds of a matrix each, with pieces of curves to be looked up.
-    /// Counted on dense asphalt: 2.4, 1.88, 1.11, 1.09 rounds for 4, 10, 35, 68 points.
-    pub fn expected(points: f64, columns: f64, smooth: bool) -> ExpectedSearch {
+    /// Counted on dense asphalt: 2.4, 1.88, 1.11, 1.09 rounds for 4, 10, 35, 68 points. Corrections where the tyre
+    /// `turns`.
+    pub fn expected(points: f64, columns: f64, smooth: bool, turns: bool) -> ExpectedSearch {
         let rounds = if smooth { 1.0 } else { (1.05 + 80.0 / points.powi(2)).min(2.4) };
+        let corrections = if turns { CORRECTIONS } else { 0.0 };
         let of_a_round = points.powi(3) / 6.0 + points * points + points * columns;
         ExpectedSearch {
             points: 3.0 * points,
-            multiply_adds: points * columns + rounds * of_a_round,
-            solves: rounds,
+            multiply_adds: points * columns + rounds * of_a_round + corrections * points * (points + columns),
+            solves: rounds + corrections,
             factorisations: rounds,
         }
     }
@@ -200,15 +207,23 @@ impl LocalSet {
         meter: &mut Meter,
     ) -> Result<(), Unsolved> {
         self.reach = self.surface.reach(y);
-        self.sweep(slices, y, SWEEPS);
+        self.sweep(slices, y, SWEEPS, false);
+        if self.surface.is_skew() {
+            forces.copy_from_slice(&self.surface.estimate);
+            self.surface.displaced_within(y, self.reach.clone());
+            self.begin_again(forces, false);
+        }
+        let largest = largest_or_zero(y);
         let (mut lowest, mut patience, mut solves, mut rounds) = (usize::MAX, self.patience, 0, 0);
         loop {
-            self.solve(y, forces, meter)?;
-            solves += usize::from(!self.points.is_empty());
+            let mut residue = Residue::new(largest, tolerance, rounds > 0);
+            solves += self.solve(y, &mut residue, forces, meter)?;
             let wrong = self.exchange(slices, y, tolerance, forces);
             if wrong == 0 {
+                residue.settled()?;
                 break;
             }
+            self.begin_again(forces, false);
             if patience.is_some() && wrong < lowest {
                 lowest = wrong;
                 patience = self.patience;
@@ -216,8 +231,12 @@ impl LocalSet {
                 patience = Some(left);
             } else if rounds < MOST_ROUNDS {
                 self.surface.displace_estimate();
-                self.sweep(slices, y, 4 << rounds);
+                self.sweep(slices, y, 4 << rounds, true);
                 rounds += 1;
+                if self.surface.is_skew() {
+                    forces.copy_from_slice(&self.surface.estimate);
+                    self.begin_again(forces, true);
+                }
             } else {
                 return Err(Unsolved::Unsettled);
             }
@@ -231,13 +250,33 @@ impl LocalSet {
         y - (self.surface.displacement[column] - self.compliance * force)
     }
 
-    /// Sweeps from the estimate, and the pieces that hold what they find.
-    fn sweep(&mut self, slices: SlicesUnder<'_>, y: &[f64], sweeps: usize) {
+    /// The points have changed, and the forces too if they are `new`: with a skew part of G0 none are to be off the points,
+    /// and what all displace is to be known.
+    fn begin_again(&mut self, forces: &mut [f64], new: bool) {
+        if !self.surface.is_skew() {
+            return;
+        }
+        let mut points = self.points.iter().copied().peekable();
+        let mut changed = new;
+        for (column, force) in forces.iter_mut().enumerate() {
+            if points.next_if_eq(&column).is_none() && *force != 0.0 {
+                *force = 0.0;
+                changed = true;
+            }
+        }
+        if changed {
+            self.surface.displace(forces);
+        }
+    }
+
+    /// Sweeps from the estimate, and the pieces that hold what they find; `lagged`: with what a skew part of G0 displaces
+    /// as it was before them.
+    fn sweep(&mut self, slices: SlicesUnder<'_>, y: &[f64], sweeps: usize, lagged: bool) {
         let Self { law, pieces, surface, reach, points, .. } = self;
         let (own, law) = (surface.influence[0], *law);
         points.clear();
         let alone = SliceAlone { own, law, slices, pieces: &mut *pieces };
-        let (forces, left) = surface.sweep(alone, sweeps, y, reach.clone());
+        let (forces, left) = surface.sweep(alone, sweeps, y, reach.clone(), lagged);
         for (column, (left, force)) in reach.clone().zip(left.iter().zip(forces)) {
             let v = left + self.compliance * force;
             if v > 0.0 && pieces[column].go_to(v, law, || slices.get(column)) {
@@ -287,8 +326,15 @@ impl LocalSet {
         self.reach = first.unwrap_or(self.reach.start)..last.map_or(self.reach.end, |last| last + 1);
     }
 
-    /// F on the pieces, then u everywhere.
-    fn solve(&mut self, y: &[f64], forces: &mut [f64], meter: &mut Meter) -> Result<(), Singular> {
+    /// F on the pieces, then u everywhere; returns the number of solutions. With a skew part of G0 by corrections of forces
+    /// on the points whose displacement is known.
+    fn solve(
+        &mut self,
+        y: &[f64],
+        residue: &mut Residue,
+        forces: &mut [f64],
+        meter: &mut Meter,
+    ) -> Result<usize, Unsolved> {
         self.own.clear();
         let right = self.right.part(0, self.pieces.len().next_multiple_of(LINE));
         for (right, &column) in right.iter_mut().zip(&self.points) {
@@ -298,29 +344,61 @@ impl LocalSet {
             self.own.push(self.compliance * (softness - 1.0));
         }
         let rows = self.points.len();
-        forces.fill(0.0);
-        if rows > 0 {
-            let mut laps = meter.laps();
-            let matrix = self.matrix.part(0, room(rows));
-            self.solver.assemble(&self.points, &self.surface.influence, matrix);
-            add_to_diagonal(matrix, &self.own);
-            self.solver.factorise(matrix, rows)?;
-            meter.lap(&mut laps, Stage::Factorisation);
-            let stride = right.len();
-            self.solver.solve(matrix, right, stride, rows)?;
-            for (&point, &force) in self.points.iter().zip(&*right) {
-                forces[point] = force;
-            }
+        if rows == 0 {
+            forces.fill(0.0);
+            self.surface.displace(forces);
+            return Ok(0);
         }
-        self.surface.displace(forces);
-        let counts = &mut self.surface.counts;
-        counts.factors.factorisations += u64::from(rows > 0);
+        let mut laps = meter.laps();
+        let matrix = self.matrix.part(0, room(rows));
+        self.solver.assemble(&self.points, &self.surface.influence, matrix);
+        add_to_diagonal(matrix, &self.own);
+        self.solver.factorise(matrix, rows)?;
+        meter.lap(&mut laps, Stage::Factorisation);
         let entries = (rows * rows) as u64;
         let factorisation = Work { multiply_adds: entries * rows as u64 / 6, bytes: 8 * entries };
+        let counts = &mut self.surface.counts;
+        counts.factors.factorisations += 1;
         counts.factorisation += factorisation;
         counts.work += factorisation;
-        counts.work += Work { multiply_adds: 2 * entries, bytes: 8 * entries };
-        Ok(())
+        let (is_skew, stride) = (self.surface.is_skew(), right.len());
+        if is_skew {
+            self.wanted.clear();
+            self.wanted.extend_from_slice(&right[..rows]);
+        } else {
+            forces.fill(0.0);
+        }
+        let mut solves = 0;
+        loop {
+            let rest = |((&point, wanted), own): ((&usize, &f64), &f64), forces: &[f64], displacement: &[f64]| {
+                wanted - own * forces[point] - displacement[point]
+            };
+            let equations = || self.points.iter().zip(&self.wanted).zip(&self.own);
+            if is_skew {
+                let displacement = &self.surface.displacement;
+                right.iter_mut().zip(equations()).for_each(|(left, of)| *left = rest(of, forces, displacement));
+                if residue.is_small(&right[..rows]) {
+                    return Ok(solves);
+                }
+            }
+            self.solver.solve(matrix, right, stride, rows)?;
+            solves += 1;
+            if is_skew {
+                let displacement = &self.surface.displacement;
+                let work = right.iter().zip(equations()).map(|(change, of)| change * rest(of, forces, displacement));
+                if residue.stalls(work.sum()) {
+                    return Ok(solves);
+                }
+            }
+            for (&point, &force) in self.points.iter().zip(&*right) {
+                forces[point] = if is_skew { forces[point] + force } else { force };
+            }
+            self.surface.displace(forces);
+            self.surface.counts.work += Work { multiply_adds: 2 * entries, bytes: 8 * entries };
+            if !is_skew {
+                return Ok(solves);
+            }
+        }
     }
 
     /// Returns the work counts so far.

@@ -5,6 +5,8 @@
 //! - `pieces`: where in their curves they are;
 //! - `search`: which of them;
 //! - `sweeps`: what both begin with;
+//! - `residue`: where corrections end that a tyre that turns takes;
+//! - `unsolved`: why there are no forces;
 //! - `factors`: factorisations kept, found by `pattern_index` or served by a `neighbour_set`;
 //! - `ldlt`: how they are made, in `tiles`.
 
@@ -15,9 +17,13 @@ mod local_set;
 mod neighbour_set;
 mod pattern_index;
 mod pieces;
+mod residue;
 mod search;
+#[cfg(test)]
+mod skew_tests;
 mod sweeps;
 mod tiles;
+mod unsolved;
 
 pub use active_set::{ActiveSet, Residuals};
 pub(crate) use factors::largest_memory;

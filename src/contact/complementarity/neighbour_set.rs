@@ -136,6 +136,14 @@ impl NeighbourSet {
         self.come.len() + self.gone.len()
     }
 
+    /// d_0.
+    pub(crate) fn right_side(&self, d: &[f64], column: &mut [f64]) {
+        column.fill(0.0);
+        for &(old, new) in &self.stayed {
+            column[old] = d[new];
+        }
+    }
+
     /// [d_0, E_R, G_0A] column by column, each of `stride` numbers.
     pub(crate) fn right_sides(
         &self,
@@ -145,11 +153,11 @@ impl NeighbourSet {
         stride: usize,
         columns: &mut [f64],
     ) {
-        columns.fill(0.0);
         let (first, rest) = columns.split_at_mut(stride);
+        self.right_side(d, first);
+        rest.fill(0.0);
         let (gone, come) = rest.split_at_mut(stride * self.gone.len());
         for &(old, new) in &self.stayed {
-            first[old] = d[new];
             for (column, &come) in come.chunks_exact_mut(stride).zip(&self.come) {
                 column[old] = influence[points[come].abs_diff(points[new])];
             }
@@ -171,18 +179,7 @@ impl NeighbourSet {
         right: &mut [f64],
     ) {
         let (size, gone) = (self.different(), self.gone.len());
-        // Row `different` of what Z in column `column` says: at a point that has gone its value, at one that has come
-        // what it displaces there.
-        let row = |different: usize, column: usize| -> f64 {
-            let z = &z[column * stride..(column + 1) * stride];
-            match self.gone.get(different) {
-                Some(&old) => z[old],
-                None => {
-                    let come = points[self.come[different - gone]];
-                    self.stayed.iter().map(|&(old, new)| influence[come.abs_diff(points[new])] * z[old]).sum()
-                }
-            }
-        };
+        let row = |different: usize, column: usize| self.row(points, influence, (z, stride), different, column);
         let entry = |different: usize, column: usize| {
             let value = row(different, 1 + column);
             match (column < gone, different < gone) {
@@ -195,11 +192,44 @@ impl NeighbourSet {
             }
         };
         assemble_entries(size, entry, matrix);
-        for (different, right) in right[..size].iter_mut().enumerate() {
-            *right = match different.checked_sub(gone) {
-                None => -row(different, 0),
-                Some(come) => row(different, 0) - d[self.come[come]],
+        self.system_right(points, influence, d, (z, stride), right);
+    }
+
+    /// The right side of that system alone.
+    pub(crate) fn system_right(
+        &self,
+        points: &[usize],
+        influence: &[f64],
+        d: &[f64],
+        z: (&[f64], usize),
+        right: &mut [f64],
+    ) {
+        for (different, right) in right[..self.different()].iter_mut().enumerate() {
+            let value = self.row(points, influence, z, different, 0);
+            *right = match different.checked_sub(self.gone.len()) {
+                None => -value,
+                Some(come) => value - d[self.come[come]],
             };
+        }
+    }
+
+    /// Row `different` of what Z in column `column` says: at a point that has gone its value, at one that has come what
+    /// it displaces there.
+    fn row(
+        &self,
+        points: &[usize],
+        influence: &[f64],
+        (z, stride): (&[f64], usize),
+        different: usize,
+        column: usize,
+    ) -> f64 {
+        let z = &z[column * stride..(column + 1) * stride];
+        match self.gone.get(different) {
+            Some(&old) => z[old],
+            None => {
+                let come = points[self.come[different - self.gone.len()]];
+                self.stayed.iter().map(|&(old, new)| influence[come.abs_diff(points[new])] * z[old]).sum()
+            }
         }
     }
 

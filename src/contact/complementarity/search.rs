@@ -5,9 +5,10 @@ use serde::{Deserialize, Serialize};
 use super::active_set::ActiveSetState;
 use super::active_set::{ActiveSet, Residuals};
 use super::local_set::LocalSetState;
-use super::local_set::{LocalSet, SlicesUnder, Unsolved};
+use super::local_set::{LocalSet, SlicesUnder};
 use super::pieces::{HeldPiece, LocalSlice};
 use super::sweeps::{SearchCounts, move_on};
+use super::unsolved::Unsolved;
 use crate::contact::ContactError;
 use crate::counters::Meter;
 use crate::scene::Numerics;
@@ -54,9 +55,9 @@ pub enum SearchState {
 
 impl Search {
     /// The search that tread and slice law ask for; `influence` is what a force does within its step by distance
-    /// \[m/N\], over all points. Points that are not `coupled` have no neighbours: the paper's two couplings are one
-    /// for them.
-    pub fn new(influence: Vec<f64>, coupled: bool, law: SliceLaw, numerics: &Numerics) -> Self {
+    /// \[m/N\], over all points, and `odd` its skew part, none at rest. Points that are not `coupled` have no
+    /// neighbours: the paper's two couplings are one for them.
+    pub fn new(influence: Vec<f64>, odd: &[f64], coupled: bool, law: SliceLaw, numerics: &Numerics) -> Self {
         let columns = influence.len();
         let (own, tolerance) = (influence[0], numerics.contact_tolerance);
         let compliance = match law {
@@ -70,9 +71,12 @@ impl Search {
             }
             (true, SliceLaw::Explicit) => {
                 let search = ActiveSet::new(influence, columns, tolerance, numerics.cached_factors);
-                Self::Explicit(Box::new(search))
+                Self::Explicit(Box::new(search.with_skew(odd)))
             }
-            (true, _) => Self::Local(Box::new(LocalSet::new(influence, compliance, columns, tolerance))),
+            (true, _) => {
+                let search = LocalSet::new(influence, compliance, columns, tolerance);
+                Self::Local(Box::new(search.with_skew(odd)))
+            }
         }
     }
 
@@ -102,15 +106,18 @@ impl Search {
         step: u64,
         meter: &mut Meter,
     ) -> Result<Residuals, ContactError> {
+        let error = |unsolved: Unsolved, points: usize| match unsolved {
+            Unsolved::Singular => ContactError::SingularMatrix { points, step },
+            Unsolved::Unsettled => ContactError::Unsettled { points, step },
+        };
         match self {
-            Self::Explicit(search) => search.search(required, forces, meter).map_err(|_| {
+            Self::Explicit(search) => search.search(required, forces, meter).map_err(|unsolved| {
                 let points = search.active().iter().filter(|&&active| active).count();
-                ContactError::SingularMatrix { points, step }
+                error(unsolved, points)
             }),
-            Self::Local(search) => search.search(slices, required, forces, meter).map_err(|unsolved| match unsolved {
-                Unsolved::Singular => ContactError::SingularMatrix { points: search.points(), step },
-                Unsolved::Unsettled => ContactError::Unsettled { points: search.points(), step },
-            }),
+            Self::Local(search) => {
+                search.search(slices, required, forces, meter).map_err(|unsolved| error(unsolved, search.points()))
+            }
             Self::Alone { own, slice, pieces } => {
                 let columns = forces.iter_mut().zip(&mut *required).zip(pieces).enumerate();
                 for (column, ((force, required), piece)) in columns {

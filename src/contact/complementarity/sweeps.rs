@@ -45,10 +45,12 @@ impl SearchCounts {
 
 /// Points on the surface: their influence on each other, and what is known of their forces.
 pub struct Surface {
-    /// G0 by distance.
+    /// G0 by distance, of a tyre that turns its symmetric part.
     pub influence: Vec<f64>,
-    /// The same from distance 1 - columns to columns - 1, and a block of zeros.
+    /// G0 from distance 1 - columns to columns - 1, and a block of zeros.
     row: Vec<f64>,
+    /// Its symmetric part likewise; empty at rest.
+    symmetric: Vec<f64>,
     arch: Arch,
     /// G0 F of the forces last looked at; behind the columns what fills a block.
     pub displacement: Vec<f64>,
@@ -66,6 +68,7 @@ impl Surface {
         let mirrored = influence[1..columns].iter().rev();
         Self {
             row: mirrored.chain(&influence[..columns]).chain(&[0.0; BLOCK]).copied().collect(),
+            symmetric: Vec::new(),
             influence,
             arch: Arch::new(),
             displacement: vec![0.0; columns.next_multiple_of(BLOCK)],
@@ -73,6 +76,24 @@ impl Surface {
             left: Vec::with_capacity(columns.next_multiple_of(BLOCK)),
             counts: SearchCounts::default(),
         }
+    }
+
+    /// Adds a skew part of G0 by distance, that of a tyre that turns; none at rest.
+    pub fn add_skew(&mut self, odd: &[f64]) {
+        if odd.is_empty() {
+            return;
+        }
+        let columns = self.estimate.len();
+        self.symmetric.clone_from(&self.row);
+        let odd = odd[..columns].iter().skip(1);
+        let (backwards, forwards) = self.row.split_at_mut(columns);
+        backwards[..columns - 1].iter_mut().rev().zip(odd.clone()).for_each(|(row, odd)| *row -= odd);
+        forwards.iter_mut().zip(odd).for_each(|(row, odd)| *row += odd);
+    }
+
+    /// Tells whether G0 has a skew part.
+    pub fn is_skew(&self) -> bool {
+        !self.symmetric.is_empty()
     }
 
     /// Moves on by a number of elements: what was column i is column i - `by`. u moves with the forces, and is found
@@ -84,8 +105,8 @@ impl Surface {
         move_on(&mut self.estimate, by);
         move_on(&mut self.displacement[..columns], by);
         for column in if left_behind { 0 } else { columns - by }..columns {
-            let row = &self.row[columns - 1 - column..];
-            let sum = row.iter().zip(&self.estimate).fold(0.0, |sum: f64, (row, &force)| row.mul_add(force, sum));
+            let row = self.row[..columns + column].iter().rev();
+            let sum = row.zip(&self.estimate).fold(0.0, |sum: f64, (row, &force)| row.mul_add(force, sum));
             self.displacement[column] = sum;
         }
     }
@@ -125,20 +146,37 @@ impl Surface {
     }
 
     /// Brings the estimate of the forces nearer to the solution where y is the penetration without forces; returns
-    /// them and y - G0 F of the columns within reach. u is another's until forces are displaced again.
-    pub fn sweep(&mut self, law: impl OwnForce, sweeps: usize, y: &[f64], reach: Range<usize>) -> (&[f64], &[f64]) {
-        let Self { row, arch, displacement, estimate, left, influence, counts } = self;
+    /// them and y - G0 F of the columns within reach. u is another's until forces are displaced again. `lagged`: what
+    /// a skew part of G0 displaces stays as it is; the sweeps then go to the minimum of a convex function, which they
+    /// find from anywhere.
+    pub fn sweep(
+        &mut self,
+        law: impl OwnForce,
+        sweeps: usize,
+        y: &[f64],
+        reach: Range<usize>,
+        lagged: bool,
+    ) -> (&[f64], &[f64]) {
+        let Self { row, symmetric, arch, displacement, estimate, left, counts, .. } = self;
+        let row = if lagged && !symmetric.is_empty() { &*symmetric } else { &*row };
         left.clear();
         left.extend(y[reach.clone()].iter().zip(&displacement[reach.clone()]).map(|(y, u)| y - u));
         left.resize(reach.len().next_multiple_of(BLOCK), 0.0);
-        let at = |distance: usize| -influence.get(distance).copied().unwrap_or(0.0);
-        let near = std::array::from_fn(|c| std::array::from_fn(|other| at(c.abs_diff(other))));
+        let own = (row.len() - BLOCK) / 2;
+        let at = |place: Option<usize>| -place.and_then(|place| row[..2 * own + 1].get(place)).copied().unwrap_or(0.0);
+        let near = std::array::from_fn(|c| std::array::from_fn(|other| at((own + other).checked_sub(c))));
         let estimate = &mut estimate[reach.clone()];
         let sweeps = Sweeps { sweeps, law, first: reach.start, estimate: &mut *estimate, left: &mut *left, row, near };
         let changes = arch.dispatch(sweeps);
         let multiply_adds = (changes * left.len()) as u64;
         counts.work += Work { multiply_adds, bytes: 8 * multiply_adds };
         (estimate, left)
+    }
+
+    /// u = G0 F of the estimate by what sweeps of the whole G0 have left of y, within their reach; not known elsewhere.
+    pub(crate) fn displaced_within(&mut self, y: &[f64], reach: Range<usize>) {
+        let within = self.displacement[reach.clone()].iter_mut().zip(&y[reach]);
+        within.zip(&self.left).for_each(|((displacement, y), left)| *displacement = y - left);
     }
 
     /// Takes note that nothing touches.

@@ -5,8 +5,8 @@
 //! ```
 //!
 //! with e in today's window, e' in the window of p steps ago, and w_p(j) = sum over n = -N/2 ... N/2 - 1 of w_(n,p)
-//! exp(2 pi i n j/N): the displacement of the element j further on, p steps after a unit force. This is the reference
-//! for every faster way.
+//! exp(2 pi i n j/N): the displacement of the element j further on, p steps after a unit force; of a tyre that turns it
+//! differs forwards and backwards. This is the reference for every faster way.
 //!
 //! Cost: lags x (points in contact) x columns multiply-adds a step, read from lags x 2 columns kernel entries. The lags
 //! are split into a fixed number of chunks whose sums are added in order: the same bits for any number of threads.
@@ -44,10 +44,13 @@ impl LagKernel {
         let row = padded(columns) + columns + 1;
         let mut lags = vec![0.0; row * weights.lags];
         for (p, kernel) in lags.chunks_exact_mut(row).enumerate().skip(1) {
-            let influence = ring.elements_of(|n| weights.of(n)[p]);
             let first = (p / substeps) as i64 - (columns as i64 - 1);
-            for (i, value) in kernel.iter_mut().enumerate() {
-                *value = influence[(first + i as i64).rem_euclid(elements as i64) as usize];
+            let place = |i: usize| (first + i as i64).rem_euclid(elements as i64) as usize;
+            let influence = ring.elements_of(|n| weights.of(n)[p]);
+            kernel.iter_mut().enumerate().for_each(|(i, value)| *value = influence[place(i)]);
+            if !weights.odd.is_empty() {
+                let influence = ring.odd_elements_of(|n| weights.odd_of(n)[p]);
+                kernel.iter_mut().enumerate().for_each(|(i, value)| *value += influence[place(i)]);
             }
         }
         Self { lags, row }

@@ -11,26 +11,32 @@
 //! 3. what the block before and the earlier instants of its own add to an instant is a short convolution (`near`), with
 //!    the first weights of the same recursion.
 //!
+//! A tyre that turns has odd parts beside the even ones (`time_rule::recursion`), and influence that differs forwards
+//! and backwards.
+//!
 //! By linearity this is the recursion itself: only rounding differs, and nothing depends on who did what. Elements are
 //! material, so nothing moves but the elements that are looked at.
 //!
 //! Cost of a step of s stages: 4 (7 + 2 s) flops and 96 s/[`INSTANTS`] bytes for a pair of poles, 4 (1 + 2 s) flops and
-//! 48 s/[`INSTANTS`] bytes for a real one (160 and 80 bytes with bdf2, which keeps two steps); in each block what it
+//! 48 s/[`INSTANTS`] bytes for a real one (160 and 80 bytes with bdf2, which keeps two steps), 8 s and 4 s flops more
+//! where the tyre turns; in each block what it
 //! takes to pass over one; for each instant two FFTs of length N, and what `near` says; independent of the memory.
+
+use num_complex::Complex64;
 
 use super::PastForces;
 use super::behind::Behind;
 use super::far::Far;
 use super::near::{self, NearForces};
 use super::state::{HistoryState, ModalState};
-use super::transfer::first_weight;
+use super::transfer::{first_weight, odd_first_weight};
 use super::wavenumber_group::expected_multiply_adds;
 use crate::counters::{Meter, Stage};
 use crate::numeric::{Ring, transform_multiply_adds};
 use crate::storage::state::{StateError, fill_all};
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::Field;
-use crate::tyre::poles::RationalModel;
+use crate::tyre::poles::{Modes, RationalModel};
 
 /// Instants of a block at most; a block is a whole number of steps. The other thread passes over the states, which
 /// happens less often with more of them; the march and the transforms hardly depend on them. Measured in runs on two
@@ -39,6 +45,8 @@ pub const INSTANTS: usize = 8;
 
 /// Bytes of a pole, conjugates counted: of the model, and for each stage of a step what goes with it.
 const POLE_BYTES: [f64; 2] = [30.0, 110.0];
+/// Bytes of a pole's odd parts, conjugates counted: residues of two faces, and q.
+const ODD_POLE_BYTES: f64 = 24.0;
 
 /// Expected work and memory of a history.
 #[derive(Clone, Copy, Debug)]
@@ -98,32 +106,41 @@ impl ModalHistory {
             far: Behind::new(Far::new(model, field, rule, time_step, instants)?, rayon::current_num_threads() > 1),
             old: vec![vec![0.0; elements]; instants],
             rows,
-            near: NearForces::new(&influence, lags, 2 * instants, columns, 2 * instants / stages),
+            near: NearForces::new(&influence, lags, 2 * instants, columns, 2 * instants / stages, model.turns()),
         })
     }
 
-    /// First weights w_(n,0) of the quadrature, n = 0..=N/2: the model at delta(0)/dt \[m/N\].
+    /// First weights w_(n,0) of the quadrature, n = 0..=N/2: the model at delta(0)/dt \[m/N\]; of a tyre that turns
+    /// those of the even parts.
     pub fn first_weights(model: &RationalModel, field: Field, rule: TimeRule, time_step: f64) -> Option<Vec<f64>> {
         (0..=model.largest_wavenumber())
             .map(|n| model.modes(n, field).map(|modes| first_weight(&modes, rule, time_step)))
             .collect()
     }
 
+    /// First weights of the odd parts, likewise \[m/N\]; none at rest.
+    pub fn odd_first_weights(model: &RationalModel, field: Field, rule: TimeRule, time_step: f64) -> Option<Vec<f64>> {
+        let wavenumbers = if model.turns() { 0..model.largest_wavenumber() + 1 } else { 0..0 };
+        wavenumbers.map(|n| model.modes(n, field).map(|modes| odd_first_weight(&modes, rule, time_step))).collect()
+    }
+
     /// Forecasts a model of so many poles, conjugates counted, under a rule, looked at through a window
-    /// of so many columns.
-    pub fn expected(rule: TimeRule, elements: usize, poles: f64, columns: usize) -> ExpectedHistory {
+    /// of so many columns; of a tyre that `turns`, or at rest.
+    pub fn expected(rule: TimeRule, elements: usize, poles: f64, columns: usize, turns: bool) -> ExpectedHistory {
         let (stages, instants) = (rule.nodes().len() as f64, INSTANTS as f64);
         let steps_of_block = (INSTANTS / rule.nodes().len()).max(1);
         // An instant sees those of the block before and, on average, half of its own.
-        let (near, spectrum) = near::expected(elements, columns, 2 * steps_of_block, 0.5 * (3.0 * instants - 1.0));
+        let seen = 0.5 * (3.0 * instants - 1.0);
+        let (near, spectrum) = near::expected(elements, columns, 2 * steps_of_block, seen, turns);
+        let (odd_bytes, influences) = if turns { (ODD_POLE_BYTES, 2.0) } else { (0.0, 1.0) };
         ExpectedHistory {
-            poles: expected_multiply_adds(rule, steps_of_block, elements / 2 + 1, poles),
+            poles: expected_multiply_adds(rule, steps_of_block, elements / 2 + 1, poles, turns),
             near: stages * near,
             transforms: stages * transform_multiply_adds(elements),
-            pole_bytes: poles * (POLE_BYTES[0] + POLE_BYTES[1] * stages),
+            pole_bytes: poles * (POLE_BYTES[0] + odd_bytes + POLE_BYTES[1] * stages),
             // Two rings, a spectrum and two blocks' forces; spectra of those and of the first influences.
             block_bytes: elements as f64 * 56.0 * instants
-                + 8.0 * spectrum * (stages * (2.0 * instants - 1.0) + 4.0 * instants),
+                + 8.0 * spectrum * (influences * stages * (2.0 * instants - 1.0) + 4.0 * instants),
         }
     }
 
@@ -156,19 +173,45 @@ fn first_influences(
     lags: usize,
 ) -> Option<Vec<Vec<f64>>> {
     let stages = rule.stages();
-    let mut weights = vec![0.0; (model.largest_wavenumber() + 1) * stages * lags];
-    for (n, weights) in weights.chunks_mut(stages * lags).enumerate() {
+    let wavenumbers = model.largest_wavenumber() + 1;
+    let mut weights = vec![0.0; wavenumbers * stages * lags];
+    let mut odd_weights = vec![0.0; if model.turns() { weights.len() } else { 0 }];
+    for n in 0..wavenumbers {
         let modes = model.modes(n, field)?;
-        for (index, (&pole, &residue)) in modes.poles.iter().zip(modes.residues).enumerate() {
-            let (g, w) = rule.coefficients(pole, modes.multiplicity(index) * residue, time_step);
-            for (stage, response) in weights.chunks_mut(lags).enumerate() {
-                rule.impulse_response([g, w], stage, response);
-            }
+        let own = n * stages * lags;
+        add_responses(&modes, modes.residues, rule, time_step, lags, &mut weights[own..own + stages * lags]);
+        if let Some(own) = odd_weights.get_mut(own..own + stages * lags) {
+            add_responses(&modes, modes.odd, rule, time_step, lags, own);
         }
     }
     let mut ring = Ring::new(model.elements);
-    let rows = 0..stages * lags;
-    Some(rows.map(|row| ring.elements_of(|n| weights[n * stages * lags + row]).to_vec()).collect())
+    let rows = (0..stages * lags).map(|row| {
+        let mut influence = ring.elements_of(|n| weights[n * stages * lags + row]).to_vec();
+        if !odd_weights.is_empty() {
+            let odd = ring.odd_elements_of(|n| odd_weights[n * stages * lags + row]);
+            influence.iter_mut().zip(odd).for_each(|(even, odd)| *even += odd);
+        }
+        influence
+    });
+    Some(rows.collect())
+}
+
+/// Adds what poles with these residues displace 1, 2, ... instants after a unit force at a stage, all of one stage
+/// together.
+fn add_responses(
+    modes: &Modes<'_>,
+    residues: &[Complex64],
+    rule: TimeRule,
+    time_step: f64,
+    lags: usize,
+    weights: &mut [f64],
+) {
+    for (index, (&pole, &residue)) in modes.poles.iter().zip(residues).enumerate() {
+        let (g, w) = rule.coefficients(pole, modes.multiplicity(index) * residue, time_step);
+        for (stage, response) in weights.chunks_mut(lags).enumerate() {
+            rule.impulse_response([g, w], stage, response);
+        }
+    }
 }
 
 impl PastForces for ModalHistory {
@@ -238,7 +281,7 @@ mod tests {
     use super::*;
     use crate::scene::{PLATE, Scene};
     use crate::storage::state::read_back;
-    use crate::tyre::poles::{FitOptions, fit};
+    use crate::tyre::poles::{FitOptions, fit, turning_ring};
 
     const COLUMNS: usize = 11;
 
@@ -268,27 +311,30 @@ mod tests {
         all
     }
 
+    /// At rest, and of a ring that turns.
+    fn models() -> [RationalModel; 2] {
+        [model(), turning_ring::model(48, -200.0)]
+    }
+
     #[test]
     fn blocks_are_the_plain_recursion() {
-        let model = model();
-        for rule in TimeRule::ALL {
+        for (model, rule) in models().iter().flat_map(|model| TimeRule::ALL.map(|rule| (model, rule))) {
             let history =
-                |instants| ModalHistory::with_blocks(&model, Field::Surface, rule, 1e-4, COLUMNS, instants).unwrap();
+                |instants| ModalHistory::with_blocks(model, Field::Surface, rule, 1e-4, COLUMNS, instants).unwrap();
             let plain = roll(&mut history(1), rule, 0, 150);
             let largest = plain.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
             for instants in [2, 7, INSTANTS, 40] {
                 let blocks = roll(&mut history(instants), rule, 0, 150);
                 let error = plain.iter().zip(&blocks).fold(0.0_f64, |a, (b, c)| a.max((b - c).abs())) / largest;
-                assert!(error < 1e-13, "{rule:?}, {instants} instants: {error:e}");
+                assert!(error < 1e-13, "{rule:?}, turns: {}, {instants} instants: {error:e}", model.turns());
             }
         }
     }
 
     #[test]
     fn a_history_goes_on_from_any_instant_of_a_block_bit_for_bit() {
-        let model = model();
-        for rule in TimeRule::ALL {
-            let history = || ModalHistory::new(&model, Field::Surface, rule, 1e-4, COLUMNS).unwrap();
+        for (model, rule) in models().iter().flat_map(|model| TimeRule::ALL.map(|rule| (model, rule))) {
+            let history = || ModalHistory::new(model, Field::Surface, rule, 1e-4, COLUMNS).unwrap();
             for stop in 29..50 {
                 let mut whole = history();
                 roll(&mut whole, rule, 0, stop);

@@ -4,9 +4,10 @@
 //! element a step since the earliest forces that count. On a ring of M elements, M at least twice as long as window and
 //! way, no distance between a force and a column that is looked at is taken for another, so that the ring may stand for
 //! the tyre's of N elements; where that is not longer it is taken itself. Influence is an even function of distance,
-//! and its spectrum real.
+//! and its spectrum real. Of a tyre that turns it is uneven, and the spectrum has imaginary parts.
 //!
-//! Cost of an instant: two real transforms of length M, and M fused multiply-adds for each earlier instant.
+//! Cost of an instant: two real transforms of length M, and M fused multiply-adds for each earlier instant, 2 M if the
+//! tyre turns.
 //! At N = 1024 that is a tenth of what the sum over points and columns takes, which it replaces; rounding is relative
 //! to the largest displacement of the ring.
 
@@ -37,6 +38,8 @@ pub struct NearForces {
     ring: usize,
     /// Spectra of the influence by stage of the force and lag, divided by the ring's length.
     influence: Vec<f64>,
+    /// Imaginary parts of these spectra; empty where influence is even.
+    odd: Vec<f64>,
     /// Lags of the influence.
     lags: usize,
     /// Spectra of the forces by instant: real parts, imaginary parts.
@@ -54,8 +57,8 @@ pub struct NearForces {
 impl NearForces {
     /// Without forces, for `instants` of them. `influence`: by stage of the force and lag, all of one stage together,
     /// on the tyre's elements by distance \[m/N\]; windows have at most so many columns and move on by at most `way`
-    /// elements from the earliest instant to the latest.
-    pub fn new(influence: &[Vec<f64>], lags: usize, instants: usize, columns: usize, way: usize) -> Self {
+    /// elements from the earliest instant to the latest. `uneven`: influence differs forwards and backwards.
+    pub fn new(influence: &[Vec<f64>], lags: usize, instants: usize, columns: usize, way: usize, uneven: bool) -> Self {
         let elements = influence.first().map_or(2, Vec::len);
         let ring = ring_length(elements, columns, way);
         let mut planner = RealFftPlanner::<f64>::new();
@@ -64,6 +67,7 @@ impl NearForces {
         let mut near = Self {
             ring,
             influence: Vec::with_capacity(influence.len() * padded(ring)),
+            odd: Vec::with_capacity(if uneven { influence.len() * padded(ring) } else { 0 }),
             lags,
             forces: vec![0.0; 2 * padded(ring) * instants],
             field: forward.make_input_vec(),
@@ -77,11 +81,17 @@ impl NearForces {
         let scale = (ring as f64).recip();
         for influence in influence {
             for (position, value) in near.field.iter_mut().enumerate() {
-                *value = scale * influence[position.min(ring - position)];
+                let backwards = ring - position;
+                let mirrored = if uneven { elements - backwards } else { backwards };
+                *value = scale * influence[if position < backwards { position } else { mirrored }];
             }
             near.transform();
             near.influence.extend(near.spectrum.iter().map(|value| value.re));
             near.influence.resize(near.influence.len().next_multiple_of(LANES), 0.0);
+            if uneven {
+                near.odd.extend(near.spectrum.iter().map(|value| value.im));
+                near.odd.resize(near.influence.len(), 0.0);
+            }
         }
         near
     }
@@ -116,9 +126,9 @@ impl NearForces {
     /// Adds to `out` what the forces of all instants before `now` displace \[m\]; `first`: element that `out` begins
     /// with.
     pub fn add_displacement(&mut self, now: usize, first: i64, out: &mut [f64]) {
-        let Self { ring, influence, lags, forces, sums, arch, .. } = self;
+        let Self { ring, influence, odd, lags, forces, sums, arch, .. } = self;
         let stages = influence.len() / (*lags * padded(*ring));
-        arch.dispatch(Products { influence, forces, sums, padded: padded(*ring), lags: *lags, stages, now });
+        arch.dispatch(Products { influence, odd, forces, sums, padded: padded(*ring), lags: *lags, stages, now });
         let (real, imaginary) = self.sums.split_at(padded(self.ring));
         for ((value, &re), &im) in self.spectrum.iter_mut().zip(real).zip(imaginary) {
             *value = Complex64::new(re, im);
@@ -133,25 +143,28 @@ impl NearForces {
 
     /// Returns the work of [`Self::take`] and [`Self::add_displacement`] together.
     pub fn work(&self, now: usize) -> Work {
-        let multiply_adds = expected_multiply_adds(self.ring, now as f64) as u64;
+        let uneven = !self.odd.is_empty();
+        let multiply_adds = expected_multiply_adds(self.ring, now as f64, uneven) as u64;
         // Real and imaginary parts of the forces beside the influence; transforms as the far field counts them.
-        Work { multiply_adds, bytes: (8 * (3 * now * padded(self.ring) + 6 * self.ring)) as u64 }
+        let parts = if uneven { 4 } else { 3 };
+        Work { multiply_adds, bytes: (8 * (parts * now * padded(self.ring) + 6 * self.ring)) as u64 }
     }
 }
 
 /// Multiply-adds of an instant that sees so many earlier ones, and numbers of a real spectrum.
-pub fn expected(elements: usize, columns: usize, way: usize, seen: f64) -> (f64, f64) {
+pub fn expected(elements: usize, columns: usize, way: usize, seen: f64, uneven: bool) -> (f64, f64) {
     let ring = ring_length(elements, columns, way);
-    (expected_multiply_adds(ring, seen), padded(ring) as f64)
+    (expected_multiply_adds(ring, seen, uneven), padded(ring) as f64)
 }
 
-fn expected_multiply_adds(ring: usize, seen: f64) -> f64 {
-    transform_multiply_adds(ring) + seen * (2 * padded(ring)) as f64
+fn expected_multiply_adds(ring: usize, seen: f64, uneven: bool) -> f64 {
+    transform_multiply_adds(ring) + seen * (if uneven { 4 } else { 2 } * padded(ring)) as f64
 }
 
 /// sum over the instants before `now` of influence times forces.
 struct Products<'a> {
     influence: &'a [f64],
+    odd: &'a [f64],
     forces: &'a [f64],
     sums: &'a mut [f64],
     padded: usize,
@@ -165,8 +178,16 @@ impl WithSimd for Products<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { influence, forces, sums, padded, lags, stages, now } = self;
+        if self.odd.is_empty() { self.add::<S, false>(simd) } else { self.add::<S, true>(simd) }
+    }
+}
+
+impl Products<'_> {
+    #[inline(always)]
+    fn add<S: Simd, const UNEVEN: bool>(self, simd: S) {
+        let Self { influence, odd, forces, sums, padded, lags, stages, now } = self;
         let (influence, _) = S::as_simd_f64s(influence);
+        let (odd, _) = S::as_simd_f64s(odd);
         let (forces, _) = S::as_simd_f64s(forces);
         let (sums, _) = S::as_mut_simd_f64s(sums);
         let vectors = padded / S::F64_LANES;
@@ -178,6 +199,11 @@ impl WithSimd for Products<'_> {
                 let influence = influence[row * vectors + v];
                 re = simd.mul_add_e_f64s(influence, forces[v], re);
                 im = simd.mul_add_e_f64s(influence, forces[vectors + v], im);
+                if UNEVEN {
+                    let odd = odd[row * vectors + v];
+                    re = simd.negate_mul_add_e_f64s(odd, forces[vectors + v], re);
+                    im = simd.mul_add_e_f64s(odd, forces[v], im);
+                }
             }
             (*real_sum, *imaginary_sum) = (re, im);
         }
@@ -188,20 +214,23 @@ impl WithSimd for Products<'_> {
 mod tests {
     use super::*;
 
-    /// Forces of windows that move on, against the sum over points and columns.
+    /// Forces of windows that move on, against the sum over points and columns; influence that is even, and that is not.
     #[test]
     fn the_ring_stands_for_the_tyre() {
         const COLUMNS: usize = 11;
         let (stages, lags, instants, elements) = (2, 7, 8, 96_usize);
-        let influence: Vec<Vec<f64>> = (0..stages * lags)
-            .map(|row| {
-                let of = |j: usize| (-(j as f64) / (2.0 + row as f64)).exp() * (0.3 * (row * j) as f64).cos();
-                (0..elements).map(|j| of(j.min(elements - j))).collect()
-            })
-            .collect();
-        for (columns, ring) in [(COLUMNS, 30), (elements, elements)] {
-            let mut near = NearForces::new(&influence, lags, instants, columns, instants / stages);
-            assert_eq!(near.ring, ring);
+        for (columns, ring, uneven) in
+            [(COLUMNS, 30, false), (elements, elements, false), (COLUMNS, 30, true), (elements, elements, true)]
+        {
+            let of = |row: usize, j: i64| {
+                let skew = if uneven { 0.2 * (0.7 * j as f64).sin() } else { 0.0 };
+                (-(j.abs() as f64) / (2.0 + row as f64)).exp() * ((0.3 * (row as i64 * j) as f64).cos() + skew)
+            };
+            let influence: Vec<Vec<f64>> = (0..stages * lags)
+                .map(|row| (0..96).map(|j| of(row, if j < 48 { j } else { j - 96 })).collect())
+                .collect();
+            let mut near = NearForces::new(&influence, lags, instants, columns, instants / stages, uneven);
+            assert_eq!((near.ring, near.odd.is_empty()), (ring, !uneven));
             // The window passes the end of both rings.
             let first = |instant: usize| 85 + (instant / stages) as i64;
             let force = |instant: usize, column: usize| ((3 * instant + column * column) as f64).sin();
@@ -211,16 +240,19 @@ mod tests {
                 for (column, out) in out.iter().enumerate() {
                     let mut exact = 0.5;
                     for earlier in 0..instant {
-                        let row = &influence[(earlier % stages) * lags + instant - earlier - 1];
+                        let row = (earlier % stages) * lags + instant - earlier - 1;
                         for point in 0..COLUMNS {
                             let distance = first(instant) + column as i64 - first(earlier) - point as i64;
-                            exact += row[distance.unsigned_abs() as usize] * force(earlier, point);
+                            exact += of(row, distance) * force(earlier, point);
                         }
                     }
                     assert!((out - exact).abs() < 1e-13, "{instant}, {column}: {out} {exact}");
                 }
                 near.take(instant, (0..COLUMNS).map(|c| (first(instant) + c as i64, force(instant, c))));
             }
+            let seen = if uneven { 4 } else { 2 };
+            let more = near.work(5).multiply_adds - near.work(4).multiply_adds;
+            assert_eq!(more, (seen * padded(ring)) as u64);
         }
     }
 }

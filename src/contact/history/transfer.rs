@@ -8,11 +8,12 @@ use num_complex::Complex64;
 
 use crate::time_rule::hold::FirstOrderHold;
 use crate::time_rule::{Rates, TimeRule};
-use crate::tyre::poles::model::Modes;
+use crate::tyre::poles::{Direction, Modes};
 
 /// w(zeta) of one wavenumber, ready to be evaluated.
 pub struct Transfer<'a> {
     modes: Modes<'a>,
+    direction: Direction,
     rule: TimeRule,
     time_step: f64,
     /// The hold's steps, conjugates included, with R dt.
@@ -20,18 +21,25 @@ pub struct Transfer<'a> {
 }
 
 impl<'a> Transfer<'a> {
-    /// For a rule and a time step \[s\].
-    pub fn new(modes: Modes<'a>, rule: TimeRule, time_step: f64) -> Self {
+    /// Of the waves of one direction, which at rest are those of the other, for a rule and a time step \[s\].
+    pub fn new(modes: Modes<'a>, direction: Direction, rule: TimeRule, time_step: f64) -> Self {
         let mut holds = Vec::new();
         if !rule.is_quadrature() {
             for (index, (&pole, &residue)) in modes.poles.iter().zip(modes.residues).enumerate() {
-                holds.push((FirstOrderHold::new(pole * time_step), residue * time_step));
+                holds.push((FirstOrderHold::new(pole * time_step), modes.residue(direction, index) * time_step));
                 if index < modes.pairs {
-                    holds.push((FirstOrderHold::new(pole.conj() * time_step), residue.conj() * time_step));
+                    let odd = modes.odd.get(index).copied().unwrap_or_default();
+                    let residue = direction.of(residue.conj(), odd.conj());
+                    holds.push((FirstOrderHold::new(pole.conj() * time_step), residue * time_step));
                 }
             }
         }
-        Self { modes, rule, time_step, holds }
+        Self { modes, direction, rule, time_step, holds }
+    }
+
+    /// H(s) of the waves.
+    fn value(&self, s: Complex64) -> Complex64 {
+        if self.modes.odd.is_empty() { self.modes.evaluate(s) } else { self.modes.evaluate_wave(self.direction, s) }
     }
 
     /// w(zeta) \[m/N\]; for a Runge-Kutta rule of s stages the determinant of its matrix \[(m/N)^s\].
@@ -42,10 +50,9 @@ impl<'a> Transfer<'a> {
     /// The same where the rule's rates at zeta are known.
     pub(in crate::contact) fn with_rates(&self, rates: Option<Rates>, zeta: Complex64) -> Complex64 {
         match rates {
-            Some(rates) => rates
-                .all()
-                .iter()
-                .fold(Complex64::ONE, |product, rate| product * self.modes.evaluate(rate / self.time_step)),
+            Some(rates) => {
+                rates.all().iter().fold(Complex64::ONE, |product, rate| product * self.value(rate / self.time_step))
+            }
             None => self.holds.iter().fold(Complex64::new(self.modes.constant, 0.0), |sum, (hold, residue)| {
                 sum + residue * (hold.today + hold.yesterday * zeta) / (1.0 - hold.decay * zeta)
             }),
@@ -54,10 +61,18 @@ impl<'a> Transfer<'a> {
 }
 
 /// The first weight w_0 of one wavenumber \[m/N\]: what the points in contact feel of each other within a step, or
-/// within a stage.
+/// within a stage; of a tyre that turns that of the even part.
 pub(crate) fn first_weight(modes: &Modes<'_>, rule: TimeRule, time_step: f64) -> f64 {
     match rule.first_rate(time_step) {
         Some(rate) => modes.evaluate(Complex64::new(rate, 0.0)).re,
-        None => Transfer::new(*modes, rule, time_step).at(Complex64::ZERO).re,
+        None => {
+            let even = Modes { odd: &[], ..*modes };
+            Transfer::new(even, Direction::Forwards, rule, time_step).at(Complex64::ZERO).re
+        }
     }
+}
+
+/// The first weight of the odd part \[m/N\].
+pub(crate) fn odd_first_weight(modes: &Modes<'_>, rule: TimeRule, time_step: f64) -> f64 {
+    first_weight(&Modes { residues: modes.odd, odd: &[], constant: 0.0, ..*modes }, rule, time_step)
 }

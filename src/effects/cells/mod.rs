@@ -7,6 +7,8 @@ use super::channel::{Channel, Read, RowShape, When};
 use super::effect::{Begin, Effect};
 use super::error::RunError;
 use super::observer::{End, Found, Observer, Step};
+use super::section::{Figure, ReportError, Section, pictures};
+use super::stored::Stored;
 use crate::counters::{Meter, Stage};
 use crate::numeric::{RunningMoments, largest_or_zero};
 use crate::plan::Plan;
@@ -25,31 +27,29 @@ static CHANNELS: [Channel; 5] = [
         unit: "N",
         meaning: "contact force of each row of cells across",
         row: RowShape::Across,
-        when: When::EveryStep,
         wanted: over_cells,
         read: Read::Fill(|step, rows| {
             for cells in step.footprint.mean().chunks_exact(rows.len()) {
                 rows.iter_mut().zip(cells).for_each(|(row, force)| *row += force);
             }
         }),
+        ..Channel::BASE
     },
     Channel {
         name: "contact_area",
         unit: "m^2",
         meaning: "area of the cells that carry force",
-        row: RowShape::One,
-        when: When::EveryStep,
         wanted: over_cells,
         read: Read::Number(area),
+        ..Channel::BASE
     },
     Channel {
         name: "peak_pressure",
         unit: "Pa",
         meaning: "largest pressure on a cell",
-        row: RowShape::One,
-        when: When::EveryStep,
         wanted: over_cells,
         read: Read::Number(peak_pressure),
+        ..Channel::BASE
     },
     Channel {
         name: "cells",
@@ -66,10 +66,10 @@ static CHANNELS: [Channel; 5] = [
         name: "cells_time",
         unit: "s",
         meaning: "time of those instants",
-        row: RowShape::One,
         when: When::CellsEvery,
         wanted: has_frames,
         read: Read::Number(|step| step.time),
+        ..Channel::BASE
     },
 ];
 
@@ -104,6 +104,25 @@ impl Effect for CellsEffect {
 
     fn channels(&self) -> &'static [Channel] {
         &CHANNELS
+    }
+
+    fn figures(&self, stored: &Stored) -> Vec<Figure> {
+        let cells = stored.summary.outcome.cells;
+        let figures = [
+            Figure::of("contact area", "cm2", cells.map(|cells| 1e4 * cells.mean_area)),
+            Figure::of("mean pressure", "kPa", cells.map(|cells| 1e-3 * cells.mean_pressure)),
+            Figure::of("peak pressure, mean", "kPa", cells.map(|cells| 1e-3 * cells.mean_peak_pressure)),
+        ];
+        figures.into_iter().flatten().collect()
+    }
+
+    fn sections(&self, stored: &Stored, _: &[Stored]) -> Result<Vec<Section>, ReportError> {
+        let named = [
+            ["cells_pressure.svg", "Pressure of every cell at the last instant that was written."],
+            ["cells_mean_pressure.svg", "Mean pressure of every cell."],
+            ["cells_road.svg", "The road under the cells at that instant."],
+        ];
+        Ok(vec![Section { heading: "Contact", blocks: pictures(stored, &named)? }])
     }
 
     fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, RunError> {

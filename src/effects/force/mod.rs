@@ -7,17 +7,19 @@ use std::ops::Range;
 use ndarray::ArrayView2;
 use serde::{Deserialize, Serialize};
 
-use super::channel::{Channel, Read, RowShape, When};
+use super::channel::{Channel, Read, RowShape};
 use super::effect::{Begin, Effect};
 use super::error::RunError;
 use super::observer::{End, Found, Observer, Step};
+use super::section::{Block, Figure, LevelTable, ReportError, Section, levels, pictures};
+use super::stored::Stored;
 use crate::counters::Meter;
 use crate::numeric::RunningMoments;
 use crate::plan::front::FrontRow;
 use crate::plan::{Plan, SEGMENT};
 use crate::response::{BandLevel, PowerSpectrum, SpectrumAccumulator};
 use crate::results::files::ResultFiles;
-use crate::results::plots::{ForceMap, ThirdOctavePlot};
+use crate::results::plots::{Axis, ForceMap, LinePlot, Series, ThirdOctavePlot};
 use crate::results::spectra::{FORCE_LEVEL, LOWEST_FREQUENCY, SPECTRA_FILE, force_levels_csv};
 use crate::results::summary::AxleMotion;
 use crate::scene::{Axle, TimeRule};
@@ -27,59 +29,43 @@ use crate::storage::state::{StateError, StateReader, StateWriter, restore_part};
 pub struct ForceEffect;
 
 static CHANNELS: [Channel; 6] = [
-    Channel {
-        name: "time",
-        unit: "s",
-        meaning: "time",
-        row: RowShape::One,
-        when: When::EveryStep,
-        wanted: |_| true,
-        read: Read::Number(|step| step.time),
-    },
+    Channel { name: "time", unit: "s", meaning: "time", read: Read::Number(|step| step.time), ..Channel::BASE },
     Channel {
         name: "total_force",
         unit: "N",
         meaning: "contact force",
-        row: RowShape::One,
-        when: When::EveryStep,
-        wanted: |_| true,
         read: Read::Number(|step| step.total_force),
+        ..Channel::BASE
     },
     Channel {
         name: "patch_force",
         unit: "N",
         meaning: "contact force of an element in the window",
         row: RowShape::Columns,
-        when: When::EveryStep,
-        wanted: |_| true,
         read: Read::Row(|step| step.footprint.column_mean()),
+        ..Channel::BASE
     },
     Channel {
         name: "patch_element",
         unit: "1",
         meaning: "number of the element in the window's first column",
-        row: RowShape::One,
-        when: When::EveryStep,
-        wanted: |_| true,
         read: Read::Count(|step| step.footprint.first_element()),
+        ..Channel::BASE
     },
     Channel {
         name: "contact_length",
         unit: "m",
         meaning: "length of the contact patch, from the first to the last element that carries force",
-        row: RowShape::One,
-        when: When::EveryStep,
-        wanted: |_| true,
         read: Read::Number(|step| step.contact_length),
+        ..Channel::BASE
     },
     Channel {
         name: "axle",
         unit: "m",
         meaning: "indentation of the rigid tyre into z = 0",
-        row: RowShape::One,
-        when: When::EveryStep,
         wanted: moves,
         read: Read::Number(|step| step.indentation),
+        ..Channel::BASE
     },
 ];
 
@@ -95,6 +81,34 @@ impl Effect for ForceEffect {
 
     fn channels(&self) -> &'static [Channel] {
         &CHANNELS
+    }
+
+    fn levels(&self) -> &'static [LevelTable] {
+        &[LevelTable {
+            file: SPECTRA_FILE,
+            quantity: FORCE_LEVEL,
+            column: "level_db_re_1n",
+            error: |stored| FrontRow::stated_error(&stored.plan.scene.numerics),
+        }]
+    }
+
+    fn figures(&self, stored: &Stored) -> Vec<Figure> {
+        let outcome = &stored.summary.outcome;
+        let figures = [
+            Figure::of("mean force", "N", outcome.mean_force),
+            Figure::of("force variation, rms", "N", outcome.rms_force_variation),
+            Figure::of("contact length", "mm", outcome.mean_contact_length.map(|length| 1e3 * length)),
+            Figure::of("indentation", "mm", outcome.indentation.map(|depth| 1e3 * depth)),
+        ];
+        figures.into_iter().flatten().collect()
+    }
+
+    fn sections(&self, stored: &Stored, _: &[Stored]) -> Result<Vec<Section>, ReportError> {
+        let mut patch: Vec<Block> = total_force(stored)?.into_iter().collect();
+        let caption = "Force of every element over patch and time; the axle is at 0, rolling to the right.";
+        patch.extend(pictures(stored, &[["patch_force.svg", caption]])?);
+        let spectrum = levels(stored, FORCE_LEVEL, "Contact force, third octaves")?;
+        Ok(vec![Section { heading: "Contact", blocks: patch }, Section { heading: "Force spectrum", blocks: spectrum }])
     }
 
     fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, RunError> {
@@ -272,4 +286,22 @@ fn spectrum_picture(end: &End<'_>, levels: &[BandLevel]) -> Result<String, RunEr
         error: FrontRow::stated_error(&end.plan.scene.numerics),
     };
     Ok(plot.to_svg()?)
+}
+
+/// Draws the total force over time of a run whose folder is read again.
+fn total_force(stored: &Stored) -> Result<Option<Block>, ReportError> {
+    let (Some(time), Some(force)) = (stored.column("time.npy")?, stored.column("total_force.npy")?) else {
+        return Ok(None);
+    };
+    let warm_up = stored.plan.scene.rolling.warm_up;
+    let points: Vec<(f64, f64)> = time.into_iter().zip(force).filter(|(time, _)| *time >= warm_up).collect();
+    let (Some((from, _)), Some((to, _))) = (points.first(), points.last()) else { return Ok(None) };
+    let plot = LinePlot {
+        title: "Total contact force",
+        x: Axis::linear("Time [s]", *from..*to),
+        y: Axis::linear_around("Force [N]", points.iter().map(|point| point.1)),
+        series: vec![Series { name: "", points }],
+    };
+    let caption = "Total contact force of every step after the warm-up.".to_owned();
+    Ok(Some(Block::Picture([plot.to_svg()?, caption])))
 }

@@ -8,6 +8,8 @@
 use super::effect::{Begin, Effect};
 use super::error::RunError;
 use super::observer::{End, Found, Observer, Step};
+use super::section::Figure;
+use super::stored::Stored;
 use crate::counters::Meter;
 use crate::numeric::RunningMoments;
 use crate::results::summary::RollingResistance;
@@ -20,6 +22,11 @@ pub struct ResistanceEffect;
 impl Effect for ResistanceEffect {
     fn name(&self) -> &'static str {
         "resistance"
+    }
+
+    fn figures(&self, stored: &Stored) -> Vec<Figure> {
+        let found = stored.summary.outcome.rolling_resistance.map(|resistance| resistance.coefficient);
+        Figure::of("rolling resistance", "", found).into_iter().collect()
     }
 
     fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, RunError> {

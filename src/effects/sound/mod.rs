@@ -3,11 +3,16 @@
 //!
 //! Without a receiver there is no recorder, no body, no table.
 
+mod amounts;
+mod decision;
 mod kept_signal;
+mod kept_transfers;
 mod passages;
 mod passing;
 mod pictures;
+mod planned;
 mod results;
+mod shown;
 mod way;
 
 use std::ops::Range;
@@ -18,17 +23,23 @@ use serde::{Deserialize, Serialize};
 use super::effect::{Begin, Effect};
 use super::error::RunError;
 use super::observer::{End, Found, Observer, Step};
+use super::section::{Figure, LevelTable, ReportError, Section};
+use super::stored::Stored;
 use crate::counters::{Counter, Meter, Stage, Work};
-use crate::plan::{Heard, Plan, SOUND_FADE, SOUND_SEGMENT, Sound};
+use crate::plan::decisions::Row;
+use crate::plan::{Amounts, Choice, Plan};
 use crate::response::pressure::{PressureState, PressureStream};
 use crate::response::vibration::SegmentLayout;
 use crate::response::{LateralForces, SpectrumAccumulator, SpectrumState};
 use crate::results::files::ResultFiles;
-use crate::results::sound::{BodySummary, RatedLevel, ReceiverSpectrum, SoundError};
+use crate::results::sound::{BodySummary, RatedLevel, ReceiverSpectrum, SOUND_FILE, SOUND_LEVEL, SoundError};
 use crate::scene::Zone;
 use crate::storage::state::{StateError, StateReader, StateWriter};
 use kept_signal::{KeptSignal, KeptState};
+pub use kept_transfers::KeptReceiver;
 use passing::Passing;
+pub use planned::{Heard, Sound};
+use planned::{SOUND_FADE, SOUND_SEGMENT};
 pub(crate) use way::WAVES;
 use way::{Seeking, Way};
 
@@ -38,6 +49,43 @@ pub struct SoundEffect;
 impl Effect for SoundEffect {
     fn name(&self) -> &'static str {
         "sound"
+    }
+
+    fn rows(&self) -> &'static [Row] {
+        &decision::ROWS
+    }
+
+    fn choice(&self, plan: &Plan) -> Option<Choice> {
+        plan.radiating_waves()
+    }
+
+    fn look_up(&self, plan: &mut Plan) {
+        plan.kept_frequencies = plan.frequencies_on_disk();
+    }
+
+    fn add_amounts(&self, plan: &Plan, amounts: &mut Amounts) {
+        amounts::add_amounts(amounts, plan);
+    }
+
+    fn missing(&self, plan: &Plan) -> Vec<String> {
+        unheard(plan)
+    }
+
+    fn levels(&self) -> &'static [LevelTable] {
+        &[LevelTable {
+            file: SOUND_FILE,
+            quantity: SOUND_LEVEL,
+            column: "level_db_a",
+            error: |stored| stored.summary.sound.as_ref().map(|sound| sound.error.of_bands()),
+        }]
+    }
+
+    fn figures(&self, stored: &Stored) -> Vec<Figure> {
+        shown::figures(stored)
+    }
+
+    fn sections(&self, stored: &Stored, all: &[Stored]) -> Result<Vec<Section>, ReportError> {
+        Ok(vec![Section { heading: "Sound", blocks: shown::blocks(stored, all)? }])
     }
 
     fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, RunError> {
@@ -87,7 +135,7 @@ fn radiated(sound: &Sound) -> Range<f64> {
 }
 
 /// Lists the sounds that a run of a plan is too short for, known before it.
-pub(crate) fn unheard(plan: &Plan) -> Vec<String> {
+fn unheard(plan: &Plan) -> Vec<String> {
     let Some(sound) = plan.sound() else { return Vec::new() };
     let samples = PressureStream::samples(&sound.layout, plan.steps - plan.warm_up_steps);
     if samples == 0 {

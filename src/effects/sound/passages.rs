@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
+use super::planned::Sound;
 use super::way::Way;
-use crate::plan::Sound;
 use crate::sound::PassBy;
 use crate::sound::pass_by::Passage;
 use crate::sound::resample::FILE_RATE;

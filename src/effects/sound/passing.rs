@@ -16,9 +16,9 @@ use std::ops::Range;
 
 use super::kept_signal::KeptSignal;
 use super::passages::Passages;
+use super::planned::{Heard, Sound};
 use super::way::Way;
 use crate::numeric::in_parallel;
-use crate::plan::{Heard, Sound};
 use crate::sound::band_pass::band_pass;
 use crate::sound::levels::energetic_sum;
 use crate::sound::receivers::COAST_BY_HALF_LENGTH;

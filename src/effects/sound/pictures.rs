@@ -1,7 +1,7 @@
 //! Pictures of a run's sound.
 
+use super::planned::Heard;
 use crate::effects::error::RunError;
-use crate::plan::Heard;
 use crate::response::BandLevel;
 use crate::results::files::ResultFiles;
 use crate::results::plots::{Axis, LinePlot, PolarPlot, Series, ThirdOctavePlot};

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use super::planned::{Heard, SOUND_FADE, SOUND_SEGMENT};
 use crate::effects::error::RunError;
 use crate::effects::sound::SoundObserver;
 use crate::effects::sound::passing::{HeardPassing, Passing};
 use crate::effects::sound::pictures::{draw_directivity, draw_levels, draw_pass_by};
 use crate::numeric::in_parallel;
-use crate::plan::{Heard, SOUND_FADE, SOUND_SEGMENT};
 use crate::response::{BandLevel, PowerSpectrum, SpectrumAccumulator, ThirdOctaveBand};
 use crate::results::ResultsError;
 use crate::results::files::ResultFiles;

@@ -5,12 +5,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
+use super::kept_transfers::KeptTransfers;
+use super::planned::Sound;
 use crate::counters::Progress;
 use crate::counters::{Counter, Meter, Stage, Work};
 use crate::effects::effect::ContactFacts;
 use crate::effects::error::RunError;
-use crate::plan::kept_transfers::KeptTransfers;
-use crate::plan::{Plan, Sound};
+use crate::plan::Plan;
 use crate::radiation::transfer::contact_distance;
 use crate::radiation::{Body, RadiationError, TransferSet, Watch, draft, transfers};
 use crate::response::pressure::{PressureModel, PressureTransfers, SurfaceGreen};
@@ -37,7 +38,7 @@ impl Way {
     /// As far as it is known before anything is solved; `None` for a body or air that the run will refuse.
     pub(super) fn expected(plan: &Plan, sound: &Sound) -> Option<Self> {
         let air = Air::at(sound.radiation.temperature)?;
-        let body = plan.radiating_body(&sound.radiation, plan.amounts().expected.length).ok()?;
+        let body = plan.radiating_body(&sound.radiation, plan.expected().length).ok()?;
         let (delays, _) = delays(sound, &body, &air);
         Some(Self { body: BodySummary::of(sound.radiation.quality, &body, &air), air, delays })
     }

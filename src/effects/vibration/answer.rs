@@ -98,6 +98,11 @@ impl TyreAnswer {
         responses.collect()
     }
 
+    /// Tells whether it is of a tyre that turns.
+    pub(super) fn turns(&self) -> bool {
+        self.components.iter().any(|component| component.model.turns())
+    }
+
     /// Worst error and truncation of the tangential transfers, where there are any.
     pub(super) fn tangential_error(&self) -> Option<[f64; 2]> {
         let errors = self.components.iter().filter_map(|component| component.tangential.as_ref());

@@ -3,25 +3,32 @@
 //! The plan says whether anything is done at all: without a wish there is no recorder, no table, no model kept.
 
 mod answer;
+mod decision;
+mod planned;
 mod resolved;
 mod results;
 
 use serde::{Deserialize, Serialize};
 
-use super::channel::{Channel, Read, RowShape, When};
+use super::channel::Channel;
 use super::effect::{Begin, Effect};
 use super::error::RunError;
 use super::observer::{End, Found, Observer, Step};
+use super::section::{Figure, LevelTable, ReportError, Section, levels, pictures_of};
+use super::stored::Stored;
 use crate::counters::{Counter, Meter, Stage, Work};
-use crate::plan::{Plan, bytes};
+use crate::plan::decisions::Row;
+use crate::plan::{Amounts, Choice, Plan, bytes};
 use crate::response::vibration::{
     ElementVelocities, Heard, HeardVelocity, SegmentLayout, TransferKind, VelocityTable, VibrationAccumulator,
     VibrationField, VibrationState, point_bytes,
 };
 use crate::results::files::ResultFiles;
-use crate::scene::{LoadedScene, SceneError, Vibration};
+use crate::results::vibration::{VELOCITY_LEVEL, VIBRATION_FILE};
+use crate::scene::{LoadedScene, Scene, SceneError, Vibration};
 use crate::storage::state::{StateError, StateReader, StateWriter, restore_part};
 use answer::TyreAnswer;
+pub use planned::{CellSegments, VibrationSegments};
 use resolved::{ResolvedForces, ResolvedState};
 pub use results::HeardVibration;
 
@@ -29,8 +36,7 @@ pub use results::HeardVibration;
 pub struct VibrationEffect;
 
 const fn map(name: &'static str, unit: &'static str, meaning: &'static str) -> Channel {
-    let wanted = |plan: &Plan| plan.decisions.vibration.as_ref().is_some_and(|wanted| wanted.map);
-    Channel { name, unit, meaning, row: RowShape::One, when: When::AtEnd, wanted, read: Read::Written }
+    Channel { name, unit, meaning, ..Channel::BASE }
 }
 
 static CHANNELS: [Channel; 3] = [
@@ -46,6 +52,43 @@ impl Effect for VibrationEffect {
 
     fn channels(&self) -> &'static [Channel] {
         &CHANNELS
+    }
+
+    fn rows(&self) -> &'static [Row] {
+        &decision::ROWS
+    }
+
+    fn takes_models(&self, scene: &Scene) -> bool {
+        decision::wanted(scene).is_some()
+    }
+
+    fn check(&self, loaded: &LoadedScene, scene: &Scene) -> Result<(), SceneError> {
+        planned::check_elements(loaded, scene)
+    }
+
+    fn choice(&self, plan: &Plan) -> Option<Choice> {
+        plan.heard_waves()
+    }
+
+    fn add_amounts(&self, plan: &Plan, amounts: &mut Amounts) {
+        planned::add_amounts(amounts, plan);
+    }
+
+    fn levels(&self) -> &'static [LevelTable] {
+        &[LevelTable { file: VIBRATION_FILE, quantity: VELOCITY_LEVEL, column: "level_db_re_1m_s", error: |_| None }]
+    }
+
+    fn figures(&self, stored: &Stored) -> Vec<Figure> {
+        let fields = stored.summary.vibration.iter().flat_map(|vibration| &vibration.fields);
+        let figure = |(field, velocity)| Figure::of(format!("velocity of {field}, rms"), "m/s", Some(velocity));
+        fields.filter_map(|field| figure((&field.field, field.rms_velocity))).collect()
+    }
+
+    fn sections(&self, stored: &Stored, _: &[Stored]) -> Result<Vec<Section>, ReportError> {
+        let mut blocks = levels(stored, VELOCITY_LEVEL, "Velocities, third octaves")?;
+        let caption = "waves round the tyre over frequency. White: the tyre's own waves";
+        blocks.extend(pictures_of(stored, "vibration_map_", caption)?);
+        Ok(vec![Section { heading: "Vibration", blocks }])
     }
 
     fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, RunError> {
@@ -114,7 +157,7 @@ impl VibrationObserver {
     /// revolution.
     fn begin(begin: &mut Begin<'_>) -> Result<Option<Self>, RunError> {
         let Begin { loaded, plan, contact, .. } = *begin;
-        let Some(vibration) = plan.decisions.vibration.clone() else { return Ok(None) };
+        let Some(vibration) = plan.vibration() else { return Ok(None) };
         let geometry = &contact.geometry;
         let steps = plan.steps - plan.warm_up_steps;
         let Some(segments) = plan.vibration_segments(&vibration, geometry.columns) else {
@@ -139,7 +182,7 @@ impl VibrationObserver {
         .into_iter()
         .filter_map(|(wanted, field)| wanted.then_some(field))
         .collect();
-        check_memory(loaded, plan, &layout, fields.len(), &vibration)?;
+        check_memory(begin, &layout, fields.len(), &vibration)?;
 
         let cells = segments.cells.as_ref();
         let numbers = cells.map(|cells| cells.heard.as_slice());
@@ -193,10 +236,12 @@ impl VibrationObserver {
         }
     }
 
-    /// Velocities for unit force of some fields at all wavenumbers and frequencies.
+    /// Velocities for unit force of some fields at all wavenumbers and frequencies, of a tyre that turns by even and odd
+    /// parts.
     fn evaluations(&self, fields: usize) -> u64 {
         let layout = self.accumulator.layout();
-        (fields * (layout.elements / 2 + 1) * layout.channels() * layout.bins()) as u64
+        let parts = if self.tyre.turns() { 2 } else { 1 };
+        (parts * fields * (layout.elements / 2 + 1) * layout.channels() * layout.bins()) as u64
     }
 
     /// Takes in a step, and the power put in \[W\].
@@ -270,19 +315,19 @@ fn count_segment(layout: &SegmentLayout, transforms: u64, multiply_adds: f64, me
 
 /// Refuses segments that need more memory than the scene allows.
 fn check_memory(
-    loaded: &LoadedScene,
-    plan: &Plan,
+    begin: &Begin<'_>,
     layout: &SegmentLayout,
     fields: usize,
     vibration: &Vibration,
 ) -> Result<(), SceneError> {
+    let Begin { loaded, plan, planned_memory, .. } = *begin;
     let (points, elements) = (fields * vibration.points.len(), fields * vibration.elements.len());
     let map = if vibration.map { 3.0 * 16.0 * 1024.0 * layout.wavenumbers() as f64 } else { 0.0 };
     // The powers are there a second time when they are looked at. What is there before is in the plan's sum.
     let at_the_end = map + 8.0 * (layout.bins() * layout.row()) as f64;
-    let needed = point_bytes(layout, fields, vibration) + at_the_end;
+    let needed = point_bytes(layout, fields, vibration, plan.decisions.tyre.turns()) + at_the_end;
     let limit = plan.scene.numerics.memory_limit;
-    if at_the_end + plan.amounts().memory_on(1) <= 1e9 * limit {
+    if at_the_end + planned_memory(plan) <= 1e9 * limit {
         return Ok(());
     }
     let wrong = format!(

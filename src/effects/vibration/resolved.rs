@@ -2,10 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::planned::CellSegments;
 use crate::contact::cells::CellProduct;
 use crate::counters::{Counter, Meter};
 use crate::effects::effect::TyreModels;
-use crate::plan::{CellSegments, Plan};
+use crate::plan::Plan;
 use crate::response::LateralForces;
 use crate::response::vibration::{
     ContactPower, Dissipation, Heard, HeardPower, PowerState, SegmentLayout, VibrationAccumulator, VibrationState,
@@ -52,10 +53,11 @@ impl ResolvedForces {
         let layout = SegmentLayout { columns, phase, first_position, ..segments.power };
         let power = HeardPower::new(&layout, &waves, &numbers);
         let count: usize = waves.iter().map(|waves| waves.model.len()).sum();
-        let evaluations = count * layout.stages() * layout.stages() * layout.bins();
+        let parts = if plan.decisions.tyre.turns() { 2 } else { 1 };
+        let evaluations = parts * count * layout.stages() * layout.stages() * layout.bins();
         meter.count(Counter::VibrationEvaluations, evaluations as u64);
         let cells = beyond.columns * beyond.across;
-        let beyond = CellProduct::new(beyond.columns, beyond.across, &beyond.toeplitz, &beyond.hankel);
+        let beyond = CellProduct::whole(beyond.columns, &beyond);
         Some(Self {
             heard: LateralForces::new(&grid, segments.heard.clone()),
             carried: LateralForces::new(&grid, numbers),

@@ -1,42 +1,38 @@
-//! Decisions on the effects that a run simulates, with their reasons.
+//! Decisions on the physics that a run simulates and on its effects, with their reasons.
 //!
 //! Every later stage asks a [`Decisions`] value what to do; the rows of [`Decisions::rows`] say the same in words.
-//! [`ROWS`] is the one list of them: a file a matter.
+//! [`PHYSICS`] lists the choices of the physics, a file a matter; each effect states its own rows.
 
 mod axle;
 mod contact;
-mod radiation;
+mod rotation;
 mod row;
-mod tension;
 mod values;
-mod vibration;
 
 use crate::scene::{History, Road, Scene, Zone};
 pub use axle::TYPICAL_AXLE;
 pub use contact::cells_across;
-use row::Decided;
-pub use row::Row;
+pub use row::{Decided, Row, given};
 pub use values::{Decision, Decisions};
 
-/// All effects, in the order of the data's way.
-pub static ROWS: [Row; 12] = [
-    tension::TENSION,
+/// Choices of the physics, in the order of the data's way.
+pub static PHYSICS: [Row; 7] = [
+    rotation::ROTATION,
     contact::ZONE,
     contact::TEXTURE,
     contact::SLICE_COUPLING,
     contact::TREAD_COUPLING,
     axle::AXLE,
     Row { title: "memory of the tyre", short: "memory", decide: history, switch: None, of_cells: false },
-    vibration::TREAD,
-    vibration::BELT,
-    vibration::TANGENTIAL,
-    radiation::RADIATION,
-    Row { title: "friction", short: "friction", decide: later, switch: None, of_cells: false },
 ];
 
+/// Physics that is not there yet.
+pub static MISSING: [Row; 1] =
+    [Row { title: "friction", short: "friction", decide: later, switch: None, of_cells: false }];
+
 impl Decisions {
-    /// For a scene.
-    pub fn new(scene: &Scene) -> Self {
+    /// Decides on a scene by rows, one after the other; `takes_models`: an effect takes the models of the tyre.
+    pub fn by<'a>(rows: impl Iterator<Item = &'a Row>, scene: &Scene, takes_models: bool) -> Self {
         let single = matches!(scene.road, Road::Smooth) || scene.contact.zone == Zone::Cells;
         let mut decisions = Self {
             zone: scene.contact.zone,
@@ -45,13 +41,14 @@ impl Decisions {
             cells_along: if single { Some(1) } else { scene.contact.cells_along },
             tread: scene.contact.tread,
             slice_coupling: scene.contact.slice_coupling,
-            vibration: vibration::vibration(scene),
-            radiation: None,
+            takes_models,
             tyre: scene.tyre.clone(),
-            rows: Vec::with_capacity(ROWS.len()),
+            growth: 0.0,
+            axle: scene.rolling.axle.clone(),
+            rows: Vec::new(),
             notes: Vec::new(),
         };
-        for row in &ROWS {
+        for row in rows {
             let Decided { on, form, reason } = (row.decide)(scene, &mut decisions);
             decisions.rows.push(Decision { effect: row.title, on, form, reason });
         }
@@ -74,7 +71,7 @@ fn later(_: &Scene, _: &mut Decisions) -> Decided {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{PLATE, Slices, Switch};
+    use crate::scene::{DEFAULT, PLATE, Slices, Switch};
 
     fn of(edit: impl FnOnce(&mut Scene)) -> Decisions {
         let mut scene = Scene::from_str(PLATE, "default").unwrap().scene;
@@ -83,23 +80,20 @@ mod tests {
     }
 
     #[test]
-    fn centrifugal_tension_follows_the_speed_and_is_off_unless_asked_for() {
-        let base = of(|_| ());
-        assert!(!base.rows[0].on && base.rows[0].reason.contains("18.7 %"), "{}", base.rows[0].reason);
-        assert_eq!(base.tyre, Scene::from_str(PLATE, "default").unwrap().scene.tyre);
-        let at = |speed: f64| {
-            of(|scene| {
-                scene.effects.centrifugal_tension = Switch::Auto;
-                scene.rolling.speed_kmh = speed;
-            })
+    fn a_curved_tyre_turns_against_the_count_of_its_elements_unless_it_is_held() {
+        let flat = of(|_| ());
+        assert!(!flat.rows[0].on && flat.rows[0].reason.contains("flat plate"), "{}", flat.rows[0].reason);
+        let curved = |speed: f64, switch: Switch| {
+            let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
+            (scene.rolling.speed_kmh, scene.effects.rotation) = (speed, switch);
+            Decisions::new(&scene)
         };
-        assert!(at(80.0).rows[0].on && !at(50.0).rows[0].on);
-        // m'' = 6 mm x 1300 + 13 mm x 1150 kg/m^3, raised on the belt alone: the tread carries none.
-        let (fast, speed) = (at(200.0), 200.0_f64 / 3.6);
-        assert!((fast.tyre.layers[0].tension[0] - (6e4 + (7.8 + 14.95) * speed * speed)).abs() < 1e-6);
-        assert!(fast.tyre.layers[1].tension[0].abs() < 1e-12 && (fast.tyre.layers[0].tension[1] - 2e4).abs() < 1e-9);
-        let told = of(|scene| scene.rolling.speed_kmh = 200.0);
-        assert!(told.notes.len() == 1 && told.notes[0].contains("117."), "{:?}", told.notes);
+        let fast = curved(250.0, Switch::Auto);
+        // V/R, and the growth of the belt of cords.
+        assert!((fast.tyre.angular_velocity + 223.76).abs() < 0.01 && fast.rows[0].on, "{:?}", fast.rows[0]);
+        assert!((fast.growth - 1.6e-3).abs() < 5e-6, "{}", fast.growth);
+        let held = curved(250.0, Switch::Off);
+        assert_eq!((held.tyre, held.growth.to_bits()), (Scene::from_str(DEFAULT, "default").unwrap().scene.tyre, 0));
     }
 
     #[test]

@@ -10,7 +10,7 @@ pub struct Row {
     /// The effect in a word.
     pub short: &'static str,
     /// Decides on it, and notes what later stages ask for.
-    pub(super) decide: fn(&Scene, &mut Decisions) -> Decided,
+    pub decide: fn(&Scene, &mut Decisions) -> Decided,
     /// Switches it in a scene; `None` for what cannot be taken away.
     pub switch: Option<fn(&mut Scene, bool)>,
     /// True if it is looked at where the contact is one of cells.
@@ -18,17 +18,17 @@ pub struct Row {
 }
 
 /// Decision on a row.
-pub(super) struct Decided {
+pub struct Decided {
     /// True if it is simulated.
-    pub(super) on: bool,
-    /// How.
-    pub(super) form: String,
-    /// Why.
-    pub(super) reason: String,
+    pub on: bool,
+    /// Form of the simulation.
+    pub form: String,
+    /// Reason.
+    pub reason: String,
 }
 
-/// Reason of a switch that the scene sets.
-pub(super) fn given(switch: Switch, key: &str) -> Option<String> {
+/// Gives the reason of a switch that the scene sets.
+pub fn given(switch: Switch, key: &str) -> Option<String> {
     match switch {
         Switch::On => Some(format!("effects.{key} = \"on\"")),
         Switch::Off => Some(format!("effects.{key} = \"off\"")),

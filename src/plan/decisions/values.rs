@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::scene::{Radiation, SliceCoupling, Slices, Tread, Tyre, Vibration, Zone};
+use crate::scene::{Axle, SliceCoupling, Slices, Tread, Tyre, Zone};
 
 /// Decisions on everything that a run simulates.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,12 +19,14 @@ pub struct Decisions {
     pub tread: Tread,
     /// By how much a slice yields more than its element.
     pub slice_coupling: SliceCoupling,
-    /// The velocities to follow from the forces, if any.
-    pub vibration: Option<Vibration>,
-    /// How sound gets to the receivers, if there are any.
-    pub radiation: Option<Radiation>,
-    /// The tyre as it rolls: with centrifugal tension where that is taken in.
+    /// True if an effect takes the models of the tyre that the contact makes.
+    pub takes_models: bool,
+    /// The tyre as it rolls: turning, where rotation is taken in.
     pub tyre: Tyre,
+    /// Growth of its radius by rotation \[m\].
+    pub growth: f64,
+    /// The axle that holds it: an indentation, which counts from the tyre at rest, and the growth.
+    pub axle: Axle,
     /// All effects in words, in the order of the data's way.
     pub rows: Vec<Decision>,
     /// Notes for the user before the run.

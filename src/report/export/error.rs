@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::report::stored::StoredError;
+use crate::effects::stored::StoredError;
 
 /// Why results are not exported.
 #[derive(Debug, Error)]

@@ -6,8 +6,8 @@
 use super::error::ExportError;
 use super::mat_file::{self, Value};
 use crate::effects::channel;
-use crate::report::stored::Stored;
-use crate::report::table::Column;
+use crate::effects::stored::Stored;
+use crate::results::read_table::Column;
 
 /// Beginning of every file of ours.
 pub const MAT_HEAD: &str = "MATLAB 5.0 MAT-file, Platform: tyrewave,";

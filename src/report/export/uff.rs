@@ -8,7 +8,7 @@
 use std::ops::Range;
 
 use super::error::ExportError;
-use crate::report::stored::Stored;
+use crate::effects::stored::Stored;
 use crate::results::sound::{SOUND_FILE, SOUND_NARROW_FILE};
 use crate::results::spectra::SPECTRA_FILE;
 use crate::results::vibration::{VIBRATION_FILE, VIBRATION_NARROW_FILE};

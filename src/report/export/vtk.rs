@@ -10,7 +10,7 @@
 use std::fmt::Write;
 
 use super::error::ExportError;
-use crate::report::stored::{Stored, StoredArray};
+use crate::effects::stored::{Stored, StoredArray};
 
 /// Beginning of every file of ours.
 pub const VTK_HEAD: &str = "<?xml version=\"1.0\"?>\n<!-- A contact patch of tyrewave. -->\n";

@@ -88,12 +88,12 @@ impl ElementVelocities {
         }
     }
 
-    /// Bytes that so many elements of so many fields take, the tables included.
-    pub fn bytes(layout: &SegmentLayout, fields: usize, elements: usize) -> f64 {
+    /// Bytes that so many elements of so many fields take, the tables included, of a tyre that turns or of one at rest.
+    pub fn bytes(layout: &SegmentLayout, fields: usize, elements: usize, turns: bool) -> f64 {
         let (bins, length) = (layout.bins() as f64, layout.length() as f64);
         let points = (fields * elements) as f64;
         let parts = PARTS.min(layout.elements) as f64 * (3.0 * length + 2.0 * points * bins);
-        fields as f64 * VelocityTable::bytes(layout) + 8.0 * (parts + 7.0 * points * bins)
+        fields as f64 * VelocityTable::bytes(layout, turns) + 8.0 * (parts + 7.0 * points * bins)
     }
 
     /// Multiply-adds of a segment: a real transform takes about 5/4 K log2 K, a complex sum four.

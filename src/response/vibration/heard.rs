@@ -25,6 +25,7 @@
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
 
+use super::both_ways::BothWays;
 use super::layout::SegmentLayout;
 use super::products;
 use super::stage_transfer::ScaledModes;
@@ -45,8 +46,8 @@ pub enum Heard {
 /// a_m Y_nm of a field.
 pub struct HeardVelocity {
     field: VibrationField,
-    /// By n = 0..=N/2, bin of the material frame and channel.
-    values: Vec<Complex32>,
+    /// By |n| = 0..=N/2, bin of the material frame and channel.
+    values: BothWays<Vec<Complex32>>,
 }
 
 /// The waves that a run carries on one ring, and their poles.
@@ -60,13 +61,6 @@ pub struct CarriedWaves {
     pub model: CellModel,
 }
 
-impl CarriedWaves {
-    /// Their values at a real s, wave by wave \[m/N\].
-    pub fn values(&self, s: Complex64) -> Vec<f64> {
-        (0..self.model.len()).map(|wave| self.model.modes(wave).evaluate(s).re).collect()
-    }
-}
-
 /// Forms of the power of all carried waves, by n = 0..=N/2.
 pub struct HeardPower(Vec<Forms>);
 
@@ -75,20 +69,24 @@ struct Forms {
     /// Components that have one.
     components: Vec<usize>,
     /// By bin of the material frame, component of these and product of the stages' forces; of several rings their sum.
-    weights: Vec<f32>,
+    weights: BothWays<Vec<f32>>,
 }
 
 impl HeardVelocity {
     /// Makes the sums of a table.
     pub fn of(table: &VelocityTable, layout: &SegmentLayout) -> Self {
         let (bins, channels) = (layout.bins(), layout.channels());
-        let mut values = vec![Complex32::ZERO; (layout.elements / 2 + 1) * bins * channels];
-        for (n, values) in values.chunks_exact_mut(bins * channels).enumerate() {
-            let rows = table.rows_of(n);
-            for (bin, values) in values.chunks_exact_mut(channels).enumerate() {
-                values.iter_mut().enumerate().for_each(|(channel, value)| *value = single(rows[channel * bins + bin]));
+        let values = table.values().map(|table| {
+            let mut values = vec![Complex32::ZERO; table.len()];
+            let width = bins * channels;
+            for (values, rows) in values.chunks_exact_mut(width).zip(table.chunks_exact(width)) {
+                for (bin, values) in values.chunks_exact_mut(channels).enumerate() {
+                    let of_bin = values.iter_mut().enumerate();
+                    of_bin.for_each(|(channel, value)| *value = single(rows[channel * bins + bin]));
+                }
             }
-        }
+            values
+        });
         Self { field: table.field(), values }
     }
 
@@ -97,9 +95,9 @@ impl HeardVelocity {
         self.field
     }
 
-    /// Bytes of one.
-    pub fn bytes(layout: &SegmentLayout) -> f64 {
-        0.5 * VelocityTable::bytes(layout)
+    /// Bytes of one, of a tyre that turns or of one at rest.
+    pub fn bytes(layout: &SegmentLayout, turns: bool) -> f64 {
+        0.5 * VelocityTable::bytes(layout, turns)
     }
 
     /// Adds |v_n|^2 of a bin.
@@ -109,8 +107,9 @@ impl HeardVelocity {
             let n = layout.wavenumber(index);
             let material = layout.material_bin(bin, n);
             let first = (n.unsigned_abs() as usize * bins + material.unsigned_abs() as usize) * channels;
+            let values = self.values.of(n, material);
             // What is odd in n changes its sign with it, all components alike.
-            let velocity = self.values[first..first + channels].iter().enumerate().fold(
+            let velocity = values[first..first + channels].iter().enumerate().fold(
                 Complex64::ZERO,
                 |velocity, (channel, value)| {
                     let value = double(*value);
@@ -134,7 +133,7 @@ impl HeardPower {
             for CellRow { m, first, waves: of_row, .. } in rows {
                 let component = numbers.iter().position(|number| number == m);
                 for ((place, _), wave) in of_row.iter().enumerate().zip(known.by_ref()) {
-                    let modes = ScaledModes { modes: model.modes(wave), scale: 1.0, own: 0.0 };
+                    let modes = ScaledModes { modes: model.modes(wave), scale: 1.0, own: 0.0, odd_constant: 0.0 };
                     let n = part * (first + place);
                     waves[n].extend(component.map(|component| (component, modes)));
                 }
@@ -145,14 +144,22 @@ impl HeardPower {
             let mut components: Vec<usize> = waves.iter().map(|(component, _)| *component).collect();
             components.dedup();
             let width = components.len() * count;
-            let mut weights = vec![0.0_f32; width * layout.bins()];
+            let zeros = || vec![0.0_f32; width * layout.bins()];
+            let turns = waves.iter().any(|(_, modes)| modes.turns());
+            let mut weights = BothWays { forwards: zeros(), backwards: turns.then(zeros) };
             let alike = waves.chunk_by(|(one, _), (other, _)| one == other);
             for (place, rings) in alike.enumerate() {
-                for (_, modes) in rings {
-                    let forms = transfers.forms_of_power(modes);
+                let add = |weights: &mut [f32], forms: &[f64]| {
                     for (weights, forms) in weights.chunks_exact_mut(width).zip(forms.chunks_exact(count)) {
                         let weights = &mut weights[place * count..][..count];
                         weights.iter_mut().zip(forms).for_each(|(weight, form)| *weight += *form as f32);
+                    }
+                };
+                for (_, modes) in rings {
+                    let forms = transfers.forms_of_power(modes);
+                    add(&mut weights.forwards, &forms.forwards);
+                    if let Some(backwards) = &mut weights.backwards {
+                        add(backwards, forms.backwards.as_ref().unwrap_or(&forms.forwards));
                     }
                 }
             }
@@ -161,9 +168,10 @@ impl HeardPower {
         Self(waves.into_par_iter().map(forms).collect())
     }
 
-    /// Bytes of the forms of so many waves.
-    pub fn bytes(layout: &SegmentLayout, waves: f64) -> f64 {
-        4.0 * waves * (products::count(layout.stages()) * layout.bins()) as f64
+    /// Bytes of the forms of so many waves, of a tyre that turns or of one at rest.
+    pub fn bytes(layout: &SegmentLayout, waves: f64, turns: bool) -> f64 {
+        let ways = if turns { 2.0 } else { 1.0 };
+        4.0 * ways * waves * (products::count(layout.stages()) * layout.bins()) as f64
     }
 
     /// Adds the power of a bin.
@@ -175,7 +183,7 @@ impl HeardPower {
             let material = layout.material_bin(bin, n);
             let forms = &self.0[n.unsigned_abs() as usize];
             let place = material.unsigned_abs() as usize * forms.components.len() * count;
-            let weights = forms.weights[place..].chunks_exact(count);
+            let weights = forms.weights.of(n, material)[place..].chunks_exact(count);
             for (component, weights) in forms.components.iter().zip(weights) {
                 let force = |stage: usize| row[(stage * components + component) * width + index];
                 let (mut numbers, mut doubles) = ([0.0; 9], [0.0; 9]);

@@ -9,6 +9,10 @@
 //! periods has its frequency shifted by n Omega and nothing else. (The rate at which the outline changes at a fixed x,
 //! which pushes air that does not turn with the tyre, is i w u_n instead of i w' u_n.)
 //!
+//! Of a tyre that turns H_n and H_-n differ. All of this is written for signed n and holds; `both_ways` says which of
+//! the two counts where. The velocity is still du/dt as the turning material sees it, without Omega x u, by which the
+//! directions along and outwards turn.
+//!
 //! The run's time rule says what i w' and H_n stand for. The displacement is that of the run's own
 //! recursion for every rule; its rate is the rule's difference quotient for a multistep rule, which the work of the
 //! forces is made of too, and i w' itself for a Runge-Kutta rule, whose displacements are those at the ends of the
@@ -19,6 +23,7 @@
 //! - [`layout`]: segments of whole revolutions, in which the shift is a whole number of bins;
 //! - `products`: of the forces of several stages, and what is quadratic in these forces;
 //! - [`transfer`]: the velocity for unit force; `stage_transfer`: for the forces of a Runge-Kutta rule's stages;
+//!   `both_ways`: of waves that run either way round;
 //! - [`velocity_table`]: the same of all wavenumbers, and for points beside the axle, coherent over n;
 //! - [`elements`]: velocities of points that turn with the tyre;
 //! - [`heard`]: what forces that are resolved across the strip move;
@@ -34,6 +39,7 @@
 //! largest where the tyre resonates.
 
 pub mod accumulator;
+mod both_ways;
 pub mod contact_power;
 pub mod dispersion;
 pub mod elements;
@@ -63,13 +69,14 @@ pub use spectra::{
 pub use transfer::{TransferKind, TyreResponse, VibrationField};
 pub use velocity_table::VelocityTable;
 
-/// Bytes of the sums over the forces with the points and elements of so many fields.
-pub(crate) fn point_bytes(layout: &SegmentLayout, fields: usize, vibration: &Vibration) -> f64 {
+/// Bytes of the sums over the forces with the points and elements of so many fields, of a tyre that turns or of one at
+/// rest.
+pub(crate) fn point_bytes(layout: &SegmentLayout, fields: usize, vibration: &Vibration, turns: bool) -> f64 {
     let sums = VibrationAccumulator::bytes(layout, fields * vibration.points.len());
     match vibration.elements.len() {
         // A table is there while points are added.
         0 if vibration.points.is_empty() => sums,
-        0 => sums + VelocityTable::bytes(layout),
-        elements => sums + ElementVelocities::bytes(layout, fields, elements),
+        0 => sums + VelocityTable::bytes(layout, turns),
+        elements => sums + ElementVelocities::bytes(layout, fields, elements, turns),
     }
 }

@@ -7,12 +7,14 @@
 //! material frame lines at the multiples of the rotation; it is listed by itself, and is a part of the material frame's
 //! spectrum.
 //!
-//! Power: the forces put in sum_e F_e v_e = sum_n Re Y_n |F_n|^2 in the mean, all of which the tyre dissipates.
+//! Power: the forces put in sum_e F_e v_e = sum_n Re Y_n |F_n|^2 in the mean, all of which the tyre dissipates. Where
+//! it turns Y_n and Y_-n differ (`both_ways`); gyroscopic forces do no work.
 //!
 //! With the forces of several stages |Y_n|^2 and Re Y_n are forms of all of them (`stage_transfer`); the rest
 //! is the same. Of forces that are resolved across |v_n|^2 and the power are there already ([`super::heard`]).
 
 use super::accumulator::PatchSpectra;
+use super::both_ways::BothWays;
 use super::layout::SegmentLayout;
 use super::products;
 use super::transfer::{Forms, TransferKind, Transfers, TyreResponse, VibrationField};
@@ -95,7 +97,7 @@ pub fn field_spectra(
         for first in (0..=layout.elements / 2).step_by(BLOCK) {
             let block = first..(first + BLOCK).min(layout.elements / 2 + 1);
             let forms = in_parallel::made(block.len(), |index| transfers.forms(response, first + index, field));
-            let forms: Vec<Forms> = forms.into_iter().collect::<Option<_>>()?;
+            let forms: Vec<BothWays<Forms>> = forms.into_iter().collect::<Option<_>>()?;
             sums.add(patch, first, &forms, &mut dissipation);
         }
         sums.end_maps();
@@ -123,7 +125,7 @@ impl FieldSpectra {
     }
 
     /// Adds the power of the wavenumbers +-n, n = first...
-    fn add(&mut self, patch: &PatchSpectra, first: usize, forms: &[Forms], dissipation: &mut Dissipation) {
+    fn add(&mut self, patch: &PatchSpectra, first: usize, forms: &[BothWays<Forms>], dissipation: &mut Dissipation) {
         let layout = &patch.layout;
         let (half, width, stages) = (layout.elements / 2, layout.wavenumbers(), layout.stages());
         let count = products::count(stages);
@@ -132,7 +134,9 @@ impl FieldSpectra {
             for (n, forms) in (first..).zip(forms) {
                 for index in indices(n) {
                     let counts = layout.sides(bin) * layout.share(index);
-                    let material = layout.material_bin(bin, layout.wavenumber(index));
+                    let wavenumber = layout.wavenumber(index);
+                    let material = layout.material_bin(bin, wavenumber);
+                    let forms = forms.of(wavenumber, material);
                     let place = material.unsigned_abs() as usize;
                     let value = |weights: &[f64]| {
                         let product = |number: usize| counts * row[number * width + index];

@@ -56,9 +56,23 @@ pub(super) struct ScaledModes<'a> {
     pub(super) modes: Modes<'a>,
     pub(super) scale: f64,
     pub(super) own: f64,
+    /// Constant of the odd part, which the modes have none of \[m/N\].
+    pub(super) odd_constant: f64,
 }
 
-impl ScaledModes<'_> {
+impl<'a> ScaledModes<'a> {
+    /// Tells whether they are of a tyre that turns.
+    pub(super) fn turns(&self) -> bool {
+        !self.modes.odd.is_empty()
+    }
+
+    /// The odd part, of a tyre that turns.
+    pub(super) fn odd(&self) -> Option<ScaledModes<'a>> {
+        let modes = self.modes;
+        let odd = Modes { residues: modes.odd, odd: &[], constant: self.odd_constant, ..modes };
+        self.turns().then_some(ScaledModes { modes: odd, own: 0.0, odd_constant: 0.0, ..*self })
+    }
+
     /// D \[m/N\].
     fn constant(&self) -> f64 {
         self.scale * self.modes.constant + self.own
@@ -209,6 +223,7 @@ mod tests {
             modes: Modes { poles: &poles, residues: &residues, odd: &[], pairs: 1, constant: 2e-3 },
             scale: 0.8,
             own: 5e-4,
+            odd_constant: 0.0,
         };
         let (dt, w) = (2e-4, 3100.0);
         let turn = Complex64::new(0.0, w * dt).exp();

@@ -14,6 +14,7 @@
 use num_complex::Complex64;
 use pulp::Arch;
 
+use super::both_ways::BothWays;
 use super::layout::SegmentLayout;
 use super::products;
 use super::stage_transfer::{ScaledModes, StageTransfer};
@@ -80,21 +81,28 @@ pub struct TyreResponse<'a> {
 impl TyreResponse<'_> {
     /// The modes of a wavenumber n >= 0 with the residues of a field; `None` where they are not there.
     fn modes(&self, n: usize, field: VibrationField) -> Option<ScaledModes<'_>> {
+        let mut odd_constant = 0.0;
         let modes = match field {
             VibrationField::Tread => self.model.modes(n, self.model.driven),
             VibrationField::Belt => self.model.modes(n, Field::Bottom),
             VibrationField::Tangential => {
                 let tangential = self.tangential?;
-                let modes = self.model.modes(n, self.model.driven)?;
-                Some(Modes { residues: &tangential.residues[n], constant: tangential.constants[n], ..modes })
+                odd_constant = tangential.odd_constants.get(n).copied().unwrap_or(0.0);
+                Some(tangential.modes(n, self.model.modes(n, self.model.driven)?))
             }
         };
         let own = if field == VibrationField::Tread { self.spring / self.model.elements as f64 } else { 0.0 };
-        Some(ScaledModes { modes: modes?, scale: self.scale, own })
+        Some(ScaledModes { modes: modes?, scale: self.scale, own, odd_constant })
+    }
+
+    /// Tells whether it is of a tyre that turns.
+    pub(super) fn turns(&self) -> bool {
+        self.model.turns()
     }
 
     /// s H_n(s) \[m/(N s)\] of a field for every s of a list, n >= 0, into `out`; whether the field is there. The
-    /// tangential displacement is odd in n and this times i.
+    /// tangential displacement is odd in n and this times i. Of a tyre that turns the even part E_n of H_n, and for the
+    /// tangential displacement that of H_n/i.
     pub fn velocities(&self, n: usize, field: VibrationField, symbols: &[Complex64], out: &mut [Complex64]) -> bool {
         let Some(modes) = self.modes(n, field) else { return false };
         velocities_of(&modes, symbols, out);
@@ -102,7 +110,11 @@ impl TyreResponse<'_> {
     }
 }
 
-fn velocities_of(ScaledModes { modes, scale, own }: &ScaledModes<'_>, symbols: &[Complex64], out: &mut [Complex64]) {
+fn velocities_of(
+    ScaledModes { modes, scale, own, .. }: &ScaledModes<'_>,
+    symbols: &[Complex64],
+    out: &mut [Complex64],
+) {
     partial_fractions(modes, modes.constant, symbols, out);
     for (value, symbol) in out.iter_mut().zip(symbols) {
         *value = symbol * (scale * *value + own);
@@ -130,7 +142,16 @@ enum Way {
     AtTheirTimes(Vec<Complex64>),
 }
 
-/// Quadratic forms of the forces of one wavenumber, bin by bin: weights of the stages' products.
+/// Part of H_n.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Part {
+    /// E_n; all at rest.
+    Even,
+    /// O_n.
+    Odd,
+}
+
+/// Quadratic forms of the forces of one wavenumber and way round, bin by bin: weights of the stages' products.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Forms {
     /// |v|^2.
@@ -159,17 +180,22 @@ impl Transfers {
         Self { stages: layout.stages(), symbols, way }
     }
 
-    /// Velocities of a field for unit force at each stage \[m/(N s)\], stages x bins, of the wavenumber n >= 0; whether
+    /// Velocities of a field by a part of H_n for unit force at each stage \[m/(N s)\], stages x bins, n >= 0; whether
     /// the field is there.
     pub(super) fn velocities(
         &self,
         tyre: &TyreResponse<'_>,
         n: usize,
         field: VibrationField,
+        part: Part,
         out: &mut [Complex64],
     ) -> bool {
         let Some(modes) = tyre.modes(n, field) else { return false };
-        self.velocities_of(&modes, out);
+        match (part, modes.odd()) {
+            (Part::Even, _) => self.velocities_of(&modes, out),
+            (Part::Odd, Some(odd)) => self.velocities_of(&odd, out),
+            (Part::Odd, None) => out.fill(Complex64::ZERO),
+        }
         true
     }
 
@@ -186,19 +212,32 @@ impl Transfers {
         }
     }
 
-    /// Weights of the stages' products in the power that forces put in, bin by bin.
-    pub(super) fn forms_of_power(&self, modes: &ScaledModes<'_>) -> Vec<f64> {
-        let mut rows = vec![Complex64::ZERO; self.stages * self.symbols.len()];
-        // The matrices of a Runge-Kutta rule are not made of velocities.
-        if !matches!(self.way, Way::Stages(_)) {
-            self.velocities_of(modes, &mut rows);
-        }
-        self.weights_of_power(modes, rows)
+    /// What is linear in H_n, `rows` x bins, of waves that run either way.
+    fn both_ways(
+        &self,
+        modes: &ScaledModes<'_>,
+        rows: usize,
+        linear: impl Fn(&ScaledModes<'_>, &mut [Complex64]),
+    ) -> BothWays<Vec<Complex64>> {
+        let of = |modes: &ScaledModes<'_>| {
+            let mut values = vec![Complex64::ZERO; rows * self.symbols.len()];
+            linear(modes, &mut values);
+            values
+        };
+        BothWays::of_parts(of(modes), modes.odd().map(|odd| of(&odd)))
     }
 
-    fn weights_of_power(&self, modes: &ScaledModes<'_>, velocities: Vec<Complex64>) -> Vec<f64> {
+    fn velocities_both_ways(&self, modes: &ScaledModes<'_>) -> BothWays<Vec<Complex64>> {
+        self.both_ways(modes, self.stages, |modes, out| self.velocities_of(modes, out))
+    }
+
+    /// Weights of the stages' products in the power that forces put in, bin by bin.
+    pub(super) fn forms_of_power(&self, modes: &ScaledModes<'_>) -> BothWays<Vec<f64>> {
+        self.powers(modes, || self.velocities_both_ways(modes)).map(|matrices| self.weights_of_power(matrices))
+    }
+
+    fn weights_of_power(&self, matrices: &[Complex64]) -> Vec<f64> {
         let (stages, bins) = (self.stages, self.symbols.len());
-        let matrices = self.powers(modes, velocities);
         let count = products::count(stages);
         let mut powers = vec![0.0; bins * count];
         for (bin, weights) in powers.chunks_exact_mut(count).enumerate() {
@@ -209,37 +248,44 @@ impl Transfers {
 
     /// The forms of a wavenumber n >= 0, that of the power where the velocity is the one that forces work on; `None` if
     /// the field is not there.
-    pub(super) fn forms(&self, tyre: &TyreResponse<'_>, n: usize, field: VibrationField) -> Option<Forms> {
+    pub(super) fn forms(&self, tyre: &TyreResponse<'_>, n: usize, field: VibrationField) -> Option<BothWays<Forms>> {
         let (stages, bins) = (self.stages, self.symbols.len());
-        let mut rows = vec![Complex64::ZERO; stages * bins];
-        if !self.velocities(tyre, n, field, &mut rows) {
-            return None;
-        }
+        let modes = tyre.modes(n, field)?;
+        let velocities = self.velocities_both_ways(&modes);
         let count = products::count(stages);
-        let mut forms = Forms { squares: vec![0.0; bins * count], powers: Vec::new() };
-        for (bin, weights) in forms.squares.chunks_exact_mut(count).enumerate() {
-            products::weights_of_square(stages, |stage| rows[stage * bins + bin], weights);
-        }
+        let mut forms = velocities.map(|rows| {
+            let mut squares = vec![0.0; bins * count];
+            for (bin, weights) in squares.chunks_exact_mut(count).enumerate() {
+                products::weights_of_square(stages, |stage| rows[stage * bins + bin], weights);
+            }
+            Forms { squares, powers: Vec::new() }
+        });
         if field == VibrationField::Tread {
-            forms.powers = self.weights_of_power(&tyre.modes(n, field)?, rows);
+            let powers = self.powers(&modes, || velocities).map(|matrices| self.weights_of_power(matrices));
+            forms.forwards.powers = powers.forwards;
+            forms.backwards.iter_mut().zip(powers.backwards).for_each(|(forms, powers)| forms.powers = powers);
         }
         Some(forms)
     }
 
     /// The matrices of the power put in, stages x stages x bins, of a tyre with these velocities.
-    fn powers(&self, tyre: &ScaledModes<'_>, velocities: Vec<Complex64>) -> Vec<Complex64> {
+    fn powers(
+        &self,
+        tyre: &ScaledModes<'_>,
+        velocities: impl FnOnce() -> BothWays<Vec<Complex64>>,
+    ) -> BothWays<Vec<Complex64>> {
         match &self.way {
-            Way::OneForce => velocities,
+            Way::OneForce => velocities(),
+            // These are not made of velocities.
             Way::Stages(transfer) => {
-                let mut matrices = vec![Complex64::ZERO; self.stages * velocities.len()];
-                transfer.powers(tyre, &mut matrices);
-                matrices
+                self.both_ways(tyre, self.stages * self.stages, |modes, out| transfer.powers(modes, out))
             }
             // The force is sum_i a_i F_i and the velocity the tyre's own for it, Y_i = Y a_i.
-            Way::AtTheirTimes(acts) => acts
-                .chunks_exact(self.symbols.len())
-                .flat_map(|acts| velocities.iter().zip(acts.iter().cycle()).map(|(v, act)| act.conj() * v))
-                .collect(),
+            Way::AtTheirTimes(acts) => velocities().map(|velocities| {
+                acts.chunks_exact(self.symbols.len())
+                    .flat_map(|acts| velocities.iter().zip(acts.iter().cycle()).map(|(v, act)| act.conj() * v))
+                    .collect()
+            }),
         }
     }
 }

@@ -9,6 +9,8 @@
 //! s). In its middle the road holds the tread, velocities are what the forces' shares leave of each other, some 26 dB
 //! less, and forces blurred by the window leave more: up to 7 dB from 80 to 315 Hz, where the tyre resonates, 0.1 dB
 //! above.
+//!
+//! Of a tyre that turns there is a second table, of the waves that run the other way (`both_ways`).
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -17,14 +19,15 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 use rustfft::FftPlanner;
 
+use super::both_ways::BothWays;
 use super::layout::SegmentLayout;
-use super::transfer::{TransferKind, Transfers, TyreResponse, VibrationField};
+use super::transfer::{Part, TransferKind, Transfers, TyreResponse, VibrationField};
 
-/// s H_n(s) by wavenumber n = 0..=N/2, channel of a step and bin of the material frame.
+/// s H_n(s) by wavenumber |n| = 0..=N/2, channel of a step and bin of the material frame.
 pub struct VelocityTable {
     field: VibrationField,
     layout: SegmentLayout,
-    values: Vec<Complex64>,
+    values: BothWays<Vec<Complex64>>,
 }
 
 impl VelocityTable {
@@ -48,24 +51,30 @@ impl VelocityTable {
     ) -> Option<Self> {
         let transfers = Transfers::new(layout, kind);
         let (width, stages, bins) = (layout.channels() * layout.bins(), layout.stages(), layout.bins());
-        let mut values = vec![Complex64::ZERO; (layout.elements / 2 + 1) * width];
-        let rows = values.par_chunks_mut(width).enumerate();
-        let of_wavenumber = |(n, row): (usize, &mut [Complex64])| {
-            if let [(1.0, response)] = responses {
-                return transfers.velocities(response, n, field, row);
-            }
-            let mut unit = vec![Complex64::ZERO; stages * bins];
-            responses.iter().enumerate().all(|(component, (share, response))| {
-                let there = transfers.velocities(response, n, field, &mut unit);
-                for (stage, unit) in unit.chunks_exact(bins).enumerate() {
-                    let first = (stage * responses.len() + component) * bins;
-                    row[first..first + bins].iter_mut().zip(unit).for_each(|(value, unit)| *value = share * unit);
+        let of_part = |part: Part| {
+            let mut values = vec![Complex64::ZERO; (layout.elements / 2 + 1) * width];
+            let rows = values.par_chunks_mut(width).enumerate();
+            let of_wavenumber = |(n, row): (usize, &mut [Complex64])| {
+                if let [(1.0, response)] = responses {
+                    return transfers.velocities(response, n, field, part, row);
                 }
-                there
-            })
+                let mut unit = vec![Complex64::ZERO; stages * bins];
+                responses.iter().enumerate().all(|(component, (share, response))| {
+                    let there = transfers.velocities(response, n, field, part, &mut unit);
+                    for (stage, unit) in unit.chunks_exact(bins).enumerate() {
+                        let first = (stage * responses.len() + component) * bins;
+                        row[first..first + bins].iter_mut().zip(unit).for_each(|(value, unit)| *value = share * unit);
+                    }
+                    there
+                })
+            };
+            let complete = rows.map(of_wavenumber).reduce(|| true, |a, b| a && b);
+            complete.then_some(values)
         };
-        let complete = rows.map(of_wavenumber).reduce(|| true, |a, b| a && b);
-        complete.then_some(Self { field, layout: *layout, values })
+        let even = of_part(Part::Even)?;
+        let turns = responses.iter().any(|(_, response)| response.turns());
+        let odd = if turns { Some(of_part(Part::Odd)?) } else { None };
+        Some(Self { field, layout: *layout, values: BothWays::of_parts(even, odd) })
     }
 
     /// Its field.
@@ -73,10 +82,9 @@ impl VelocityTable {
         self.field
     }
 
-    /// By channel, the bins of a wavenumber n >= 0.
-    pub(super) fn rows_of(&self, n: usize) -> &[Complex64] {
-        let width = self.layout.channels() * self.layout.bins();
-        &self.values[n * width..(n + 1) * width]
+    /// By wavenumber |n|, channel and bin.
+    pub(super) fn values(&self) -> &BothWays<Vec<Complex64>> {
+        &self.values
     }
 
     /// The bins of a channel at a wavenumber, or a distance, 0..=N/2.
@@ -89,16 +97,21 @@ impl VelocityTable {
     /// Y_n of a channel's force at a bin of the material frame, wavenumber and bin negative or not \[m/(N s)\].
     pub(super) fn at(&self, channel: usize, wavenumber: i64, material_bin: i64) -> Complex64 {
         let row = self.bins_of(channel, wavenumber.unsigned_abs() as usize).start;
-        let value = self.values[row + material_bin.unsigned_abs() as usize];
+        let value = self.values.of(wavenumber, material_bin)[row + material_bin.unsigned_abs() as usize];
         let value = if material_bin < 0 { value.conj() } else { value };
+        let sign = match wavenumber {
+            // A tyre that turns is twisted by what moves it outwards.
+            0 if self.values.differ() => 1.0,
+            n => n.signum() as f64,
+        };
         match self.field {
             VibrationField::Tread | VibrationField::Belt => value,
-            VibrationField::Tangential => Complex64::i() * value * wavenumber.signum() as f64,
+            VibrationField::Tangential => Complex64::i() * value * sign,
         }
     }
 
     /// From the wavenumbers n to distances of d = 0..=N/2 elements, T_d = sum_n exp(2 pi i n d/N) Y_n, in place. A
-    /// normal velocity is even in d, a tangential one odd.
+    /// normal velocity is even in d, a tangential one odd; of a tyre that turns T_-d takes the backward waves' place.
     pub(super) fn turn_to_distances(&mut self) {
         let (elements, bins) = (self.layout.elements, self.layout.bins());
         let transform = FftPlanner::<f64>::new().plan_fft_inverse(elements);
@@ -115,7 +128,10 @@ impl VelocityTable {
             transform.process_with_scratch(&mut row, &mut scratch);
             for (distance, value) in row[..=elements / 2].iter().enumerate() {
                 let first = self.bins_of(channel, distance).start;
-                self.values[first + bin] = *value;
+                self.values.forwards[first + bin] = *value;
+                if let Some(behind) = &mut self.values.backwards {
+                    behind[first + bin] = row[(elements - distance) % elements];
+                }
             }
         }
     }
@@ -126,13 +142,21 @@ impl VelocityTable {
         let elements = self.layout.elements;
         let ahead = distance.rem_euclid(elements as i64) as usize;
         let nearest = ahead.min(elements - ahead);
-        let behind = self.field == VibrationField::Tangential && ahead > nearest;
-        (if behind { -1.0 } else { 1.0 }, &self.values[self.bins_of(channel, nearest)])
+        let bins = self.bins_of(channel, nearest);
+        match &self.values.backwards {
+            Some(behind) if ahead > nearest => (1.0, &behind[bins]),
+            Some(_) => (1.0, &self.values.forwards[bins]),
+            None => {
+                let behind = self.field == VibrationField::Tangential && ahead > nearest;
+                (if behind { -1.0 } else { 1.0 }, &self.values.forwards[bins])
+            }
+        }
     }
 
-    /// Bytes of a table.
-    pub fn bytes(layout: &SegmentLayout) -> f64 {
-        16.0 * (layout.elements as f64 / 2.0 + 1.0) * (layout.channels() * layout.bins()) as f64
+    /// Bytes of a table, of a tyre that turns or of one at rest.
+    pub fn bytes(layout: &SegmentLayout, turns: bool) -> f64 {
+        let one = 16.0 * (layout.elements as f64 / 2.0 + 1.0) * (layout.channels() * layout.bins()) as f64;
+        if turns { 2.0 * one } else { one }
     }
 
     /// Velocity at a position from the axle \[m\] for unit force at each place, by bin of the non-rotating frame.

@@ -34,9 +34,9 @@ keys! {
         belt_vibration: Switch = Switch::Auto => OneOf::new(),
         /// Tangential vibration of the tread surface. `auto`: where an output asks for it.
         tangential_motion: Switch = Switch::Auto => OneOf::new(),
-        /// Belt tension raised by m'' V^2. The tyre then depends on the speed, so this is off unless the scene asks for
-        /// it. `auto`: on where it adds more than a tenth to the tension.
-        centrifugal_tension: Switch = Switch::Off => OneOf::new(),
+        /// Rotation of the tyre: centrifugal growth and tension, Coriolis forces; waves that run forwards then differ
+        /// from those that run backwards. `auto`: on for curved tyres; a flat plate does not turn.
+        rotation: Switch = Switch::Auto => OneOf::new(),
         /// Sound radiation. `auto`: where there is a receiver.
         radiation: Switch = Switch::Auto => OneOf::new(),
         /// Tangential friction; not there yet: `on` is refused.
@@ -48,6 +48,13 @@ pub(in crate::scene) const EFFECTS: Nested<Effects> =
     Nested { title: "[effects]", wanted: "the table [effects]", schema: Effects::schema, read: effects };
 
 fn effects(table: &mut Table<'_>) -> Option<Effects> {
+    if table.has("centrifugal_tension") {
+        let wrong = "a tyre that turns has more than tension: this key is gone";
+        let right =
+            "leave it out: effects.rotation = \"auto\" takes tension, growth and Coriolis forces in; \"off\" none";
+        table.complain::<()>("centrifugal_tension", Problem::new(wrong, right));
+        table.pass(&["centrifugal_tension"]);
+    }
     let read = Effects::read(table);
     if table.peek("friction", &OneOf::<Switch>::new()) == Some(Some(Switch::On)) {
         let wrong = "tangential friction in the contact is not there yet: this version has normal forces only";

@@ -178,11 +178,6 @@ impl Tyre {
     pub fn turns(&self) -> bool {
         self.angular_velocity.abs() > 0.0
     }
-
-    /// Tells whether any layer is under tension along the circumference.
-    pub fn is_tense_along(&self) -> bool {
-        self.layers.iter().any(|layer| layer.tension[0] > 0.0)
-    }
 }
 
 /// The tyre: a table; the path of a tyre file was replaced by the table in it before.

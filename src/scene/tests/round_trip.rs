@@ -287,10 +287,9 @@ fn numerics() -> impl Strategy<Value = Numerics> {
 
 /// Those that fit any other settings.
 fn effects() -> impl Strategy<Value = Effects> {
-    let tension = prop_oneof![Just(Switch::On), Just(Switch::Off)];
-    let later = prop_oneof![Just(Switch::Auto), Just(Switch::Off)];
-    (tension, later.clone(), later).prop_map(|(centrifugal_tension, radiation, friction)| Effects {
-        centrifugal_tension,
+    let any = prop_oneof![Just(Switch::Auto), Just(Switch::Off)];
+    (any.clone(), any.clone(), any).prop_map(|(rotation, radiation, friction)| Effects {
+        rotation,
         radiation,
         friction,
         ..Effects::default()

@@ -190,6 +190,7 @@ impl<'a, 'b> Rolled<'a, 'b> {
             contact,
             models,
             in_memory: true,
+            planned_memory: |plan| plan.amounts().memory_on(1),
             warnings,
             stop: self.trials.stop(),
             progress: &mut Unwatched,

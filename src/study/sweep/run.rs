@@ -142,7 +142,7 @@ pub fn sweep(
     let watch = Mutex::new(Watch { progress, rolled: 0.0, shared });
 
     // The boundary elements of a body are solved once, by the first variant that needs them.
-    let heard = left.iter().any(|&index| variants[index].plan.decisions.radiation.is_some());
+    let heard = left.iter().any(|&index| !variants[index].plan.scene.receivers.is_empty());
     let workers = if heard { 1 } else { threads.min(left.len()).max(1) };
     let next = AtomicUsize::new(0);
     let work = |worker: usize| {

@@ -15,8 +15,18 @@
 //! its mean (1/2 for a cell itself, -1/4 for its neighbours, else 0) and C_zz by the half-space's, in quadrature.
 //! From the wavenumber on where a wave does not feel the tread's thickness C_zz is the half-space's throughout. The
 //! change that curvature makes to those waves, 1e-3 of C_zz, is left out.
+//!
+//! Of a tyre that turns C_zz(kx, ky) = E + i O and C_zz(-kx, ky) = E - i O, both real functions of s (see `folded_sum`).
+//! What is odd adds, with i - i' as it stands,
+//!
+//! ```text
+//! - sum_n sum_m (1/L)(2/B) sin(kx (x_i - x_i')) sinc^2(kx dx/2) s_m(y_j) s_m(y_j') O(kx_n, ky_m, s) F_i'j'
+//! ```
+//!
+//! Waves that do not feel the tread's thickness are a half-space's and the same in both directions: O = 0.
 
 use std::f64::consts::PI;
+use std::ops::SubAssign;
 
 use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
@@ -24,7 +34,7 @@ use rayon::prelude::*;
 
 use super::cell_grid::CellGrid;
 use super::cell_waves::{CellRow, CellTruncation, CellWave, WaveBand};
-use super::kernel::{Field, Kernel, KernelAt, LaneKernel};
+use super::kernel::{Field, Kernel, KernelAt, LaneKernel, Parts};
 use super::lane_sum::FaceValues;
 use crate::numeric::lanes::dispatch;
 use crate::numeric::{MOST_LANES, Ring, legendre};
@@ -38,7 +48,9 @@ const TAIL_POINTS: usize = 24;
 /// Share of a half-space's C_zz that the thickness may change.
 const THICKNESS_TOLERANCE: f64 = 1e-7;
 
-/// Influence between cells: of (i, j) on (i', j') `toeplitz[|i - i'|][|j - j'|] + hankel[|i - i'|][j + j']`.
+/// Influence between cells: of (i', j') on (i, j) `toeplitz[|i - i'|][|j - j'|] + hankel[|i - i'|][j + j']`.
+///
+/// Of a tyre that turns the same of `odd` is added, with its sign changed where i < i'.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CellInfluence {
     /// Cells along that are told.
@@ -49,6 +61,38 @@ pub struct CellInfluence {
     pub toeplitz: Vec<f64>,
     /// Rows of 2 `across` - 1 numbers \[m/N\].
     pub hankel: Vec<f64>,
+    /// The part that is odd along; `None` at rest.
+    pub odd: Option<OddInfluence>,
+}
+
+/// The part of an influence between cells that is odd along: zeros at distance 0.
+#[derive(Clone, Debug, PartialEq)]
+pub struct OddInfluence {
+    /// Rows as those of the even part \[m/N\].
+    pub toeplitz: Vec<f64>,
+    /// Likewise \[m/N\].
+    pub hankel: Vec<f64>,
+}
+
+/// Values of waves at a real s \[m/N\].
+#[derive(Clone, Debug, PartialEq)]
+pub struct WaveValues {
+    /// Even parts.
+    pub even: Vec<f64>,
+    /// Odd parts; empty at rest.
+    pub odd: Vec<f64>,
+}
+
+impl SubAssign<&Self> for CellInfluence {
+    fn sub_assign(&mut self, other: &Self) {
+        let less = |all: &mut [f64], other: &[f64]| all.iter_mut().zip(other).for_each(|(all, other)| *all -= other);
+        less(&mut self.toeplitz, &other.toeplitz);
+        less(&mut self.hankel, &other.hankel);
+        if let (Some(all), Some(other)) = (&mut self.odd, &other.odd) {
+            less(&mut all.toeplitz, &other.toeplitz);
+            less(&mut all.hankel, &other.hankel);
+        }
+    }
 }
 
 /// The influence functions of cells.
@@ -57,6 +101,7 @@ pub struct CellSums {
     kernel: Kernel,
     grid: CellGrid,
     truncation: CellTruncation,
+    turns: bool,
 }
 
 /// The kernel at one s.
@@ -66,7 +111,13 @@ pub struct CellSumsAt(KernelAt);
 impl CellSums {
     /// Prepares the sums of a tyre for |s| up to `largest_s` \[1/s\]; compliances within a relative `tolerance`.
     pub fn new(tyre: &Tyre, grid: CellGrid, truncation: CellTruncation, tolerance: f64, largest_s: f64) -> Self {
-        Self { kernel: Kernel::new(tyre, largest_s, tolerance), grid, truncation }
+        let turns = tyre.turns() && tyre.curvature;
+        Self { kernel: Kernel::new(tyre, largest_s, tolerance), grid, truncation, turns }
+    }
+
+    /// Tells whether waves that run forwards and backwards differ: odd parts are then not zero.
+    pub fn turns(&self) -> bool {
+        self.turns
     }
 
     /// The cells.
@@ -92,34 +143,43 @@ impl CellSums {
         values: &mut Vec<FaceValues>,
     ) {
         let at: Vec<&KernelAt> = at.into_iter().map(|CellSumsAt(at)| at).collect();
-        dispatch(WaveSum { wave, at: &at, values });
+        dispatch(WaveSum { wave, turns: self.turns, at: &at, values });
     }
 
-    /// Returns the influence between cells by some waves alone, up to `columns` along: rows of waves with the value of
-    /// each \[m/N\], on a ring that is the tyre's length over a number.
+    /// Returns the influence between cells by some waves alone, up to `columns` along, on rings that are the tyre's
+    /// length over a number: that number, the rows, and values of their waves in the same order.
     pub fn instant_of_waves<'a>(
         &self,
         columns: usize,
-        known: impl IntoIterator<Item = (usize, &'a CellRow, &'a [f64])>,
+        known: impl IntoIterator<Item = (usize, &'a [CellRow], &'a WaveValues)>,
     ) -> CellInfluence {
-        let (mut numbers, mut rows) = (Vec::new(), Vec::new());
-        for (part, CellRow { m, first, waves, .. }, values) in known {
-            let mut ring = Ring::new(self.grid.elements() / part);
-            let weight = self.grid.lateral_weight(*m) / self.grid.waves().lateral_norm(*m);
-            let value = |n: usize| {
-                let place = n.checked_sub(*first).filter(|place| *place < waves.len());
-                place.map_or(0.0, |place| weight * values[place])
-            };
-            rows.push(ring.elements_of(value)[..columns].to_vec());
-            numbers.push(*m);
+        let mut rows = Rows::default();
+        for (part, of_ring, WaveValues { even, odd }) in known {
+            let (mut ring, mut start) = (Ring::new(self.grid.elements() / part), 0);
+            for CellRow { m, first, waves, .. } in of_ring {
+                let weight = self.grid.lateral_weight(*m) / self.grid.waves().lateral_norm(*m);
+                let own = start..start + waves.len();
+                let value = |values: &[f64], n: usize| {
+                    let place = n.checked_sub(*first).filter(|place| *place < waves.len());
+                    place.map_or(0.0, |place| weight * values[own.start + place])
+                };
+                rows.numbers.push(*m);
+                rows.even.push(ring.elements_of(|n| value(even, n))[..columns].to_vec());
+                if !odd.is_empty() {
+                    rows.odd.push(ring.odd_elements_of(|n| value(odd, n))[..columns].to_vec());
+                }
+                start = own.end;
+            }
         }
-        together(&self.grid, columns, &numbers, &rows)
+        rows.together(&self.grid, columns)
     }
 
     /// Returns the influence between cells at a real s \[1/s\], up to `columns` along.
     pub fn instant(&self, s: f64, columns: usize) -> CellInfluence {
         let at = if s > 0.0 { self.kernel.at(Complex64::new(s, 0.0)) } else { self.kernel.at_rest() };
         let (grid, tail) = (&self.grid, HalfSpace::of(&self.kernel, &at));
+        // Odd parts are odd in s, too.
+        let turns = self.turns && s > 0.0;
         let elements = grid.elements();
         let waves = grid.waves();
         let lobes = |length: f64, unit: f64| (LOBES as f64 * 2.0 * PI / (length * unit)).round() as usize;
@@ -130,54 +190,84 @@ impl CellSums {
         let last_m = self.truncation.lateral_terms.unwrap_or_else(|| lobes(grid.pitch(), waves.ky(1)));
         let numbers: Vec<usize> = grid.lateral_numbers().take_while(|&m| m <= last_m).collect();
         let compliance = |n: i64, m: usize| match &tail {
-            Some(tail) if waves.kx(n).hypot(waves.ky(m)) > tail.from => tail.compliance(waves.kx(n), waves.ky(m)),
-            _ => at.normal(n, m, Field::Surface).re,
+            Some(tail) if waves.kx(n).hypot(waves.ky(m)) > tail.from => {
+                [tail.compliance(waves.kx(n), waves.ky(m)), 0.0]
+            }
+            _ if turns => {
+                let Parts { even, odd } = at.normal_parts(n, m, Field::Surface);
+                [even.re, odd.re]
+            }
+            _ => [at.normal(n, m, Field::Surface).re, 0.0],
         };
         let closed = tail.as_ref().filter(|_| self.truncation.aliases.is_none());
         let around = Around { grid, last: last_around, truncated: closed.is_none(), columns };
         // By m: the sum over n at each distance along.
-        let rows: Vec<Vec<f64>> = numbers
-            .par_iter()
-            .map_init(
-                || Ring::new(elements),
-                |ring, &m| {
-                    let weight = grid.lateral_weight(m);
-                    let mut row = around.sum(ring, |n| weight * compliance(n, m));
-                    if let Some(tail) = closed {
-                        add_mean(&mut row, weight * tail.rest(&around, waves.ky(m)));
-                    }
-                    row
-                },
-            )
-            .collect();
-        let mut influence = together(grid, columns, &numbers, &rows);
+        let of_number = |ring: &mut Ring, m: usize| {
+            let weight = grid.lateral_weight(m);
+            let mut odd = if turns { vec![0.0; elements / 2 + 1] } else { Vec::new() };
+            let mut row = around.sum(ring, |n| {
+                let [even, own_odd] = compliance(n, m);
+                if turns {
+                    around.fold_odd(&mut odd, n, weight * own_odd);
+                }
+                weight * even
+            });
+            if let Some(tail) = closed {
+                add_mean(&mut row, weight * tail.rest(&around, waves.ky(m)));
+            }
+            (row, turns.then(|| ring.odd_elements_of(|n| odd[n])[..columns].to_vec()))
+        };
+        let (even, odd): (Vec<_>, Vec<_>) =
+            numbers.par_iter().map_init(|| Ring::new(elements), |ring, &m| of_number(ring, m)).unzip();
+        let rows = Rows { numbers, even, odd: odd.into_iter().flatten().collect() };
+        let mut influence = rows.together(grid, columns);
         if let Some(tail) = closed.filter(|_| self.truncation.lateral_terms.is_none()) {
-            let last = numbers.last().map_or(0.0, |&m| waves.ky(m)) + 0.5 * waves.ky(1);
+            let last = rows.numbers.last().map_or(0.0, |&m| waves.ky(m)) + 0.5 * waves.ky(1);
             tail.add_lateral_rest(&mut influence, &around, last);
         }
         influence
     }
 }
 
-/// Sums waves, by m as rows of the influence of a force at each distance along.
-fn together(grid: &CellGrid, columns: usize, numbers: &[usize], rows: &[Vec<f64>]) -> CellInfluence {
-    let (waves, across) = (grid.waves(), grid.across);
-    let sign = if waves.sides == Sides::Guided { 1.0 } else { -1.0 };
-    let cosines =
-        |distance: f64| -> Vec<f64> { numbers.iter().map(|&m| 0.5 * (waves.ky(m) * distance).cos()).collect() };
-    let sum =
-        |along: usize, cosines: &[f64]| rows.iter().zip(cosines).map(|(row, cosine)| row[along] * cosine).sum::<f64>();
-    let free: Vec<Vec<f64>> = (0..across).map(|j| cosines(j as f64 * grid.pitch())).collect();
-    let images: Vec<Vec<f64>> = (0..2 * across - 1)
-        .map(|j| cosines(waves.width + grid.from_middle(0) * 2.0 + j as f64 * grid.pitch()))
-        .collect();
-    let mut influence =
-        CellInfluence { columns, across, toeplitz: Vec::new(), hankel: Vec::with_capacity(columns * images.len()) };
-    for along in 0..columns {
-        influence.toeplitz.extend(free.iter().map(|cosines| sum(along, cosines)));
-        influence.hankel.extend(images.iter().map(|cosines| sign * sum(along, cosines)));
+/// The influence of a force at each distance along, lateral number by lateral number.
+#[derive(Default)]
+struct Rows {
+    /// m.
+    numbers: Vec<usize>,
+    /// What is even along.
+    even: Vec<Vec<f64>>,
+    /// What is odd along; empty at rest.
+    odd: Vec<Vec<f64>>,
+}
+
+impl Rows {
+    /// Sums them between cells across.
+    fn together(&self, grid: &CellGrid, columns: usize) -> CellInfluence {
+        let (waves, across) = (grid.waves(), grid.across);
+        let sign = if waves.sides == Sides::Guided { 1.0 } else { -1.0 };
+        let cosines = |distance: f64| -> Vec<f64> {
+            self.numbers.iter().map(|&m| 0.5 * (waves.ky(m) * distance).cos()).collect()
+        };
+        let free: Vec<Vec<f64>> = (0..across).map(|j| cosines(j as f64 * grid.pitch())).collect();
+        let images: Vec<Vec<f64>> = (0..2 * across - 1)
+            .map(|j| cosines(waves.width + grid.from_middle(0) * 2.0 + j as f64 * grid.pitch()))
+            .collect();
+        let both = |rows: &[Vec<f64>]| {
+            let sum = |along: usize, cosines: &[f64]| {
+                rows.iter().zip(cosines).map(|(row, cosine)| row[along] * cosine).sum::<f64>()
+            };
+            let (mut toeplitz, mut hankel) = (Vec::new(), Vec::with_capacity(columns * images.len()));
+            for along in 0..columns {
+                toeplitz.extend(free.iter().map(|cosines| sum(along, cosines)));
+                hankel.extend(images.iter().map(|cosines| sign * sum(along, cosines)));
+            }
+            (toeplitz, hankel)
+        };
+        let (toeplitz, hankel) = both(&self.even);
+        let odd = (!self.odd.is_empty()).then(|| both(&self.odd));
+        let odd = odd.map(|(toeplitz, hankel)| OddInfluence { toeplitz, hankel });
+        CellInfluence { columns, across, toeplitz, hankel, odd }
     }
-    influence
 }
 
 /// The tread as a half-space at one real s.
@@ -268,7 +358,7 @@ impl Around<'_> {
     }
 
     /// sum over n of (1/L) sinc^2(kx dx/2) cos(kx i dx) of a compliance, i = 0..columns.
-    fn sum(&self, ring: &mut Ring, compliance: impl Fn(i64) -> f64) -> Vec<f64> {
+    fn sum(&self, ring: &mut Ring, mut compliance: impl FnMut(i64) -> f64) -> Vec<f64> {
         let elements = self.grid.elements();
         let mut folded = vec![0.0; elements / 2 + 1];
         for n in 0..=self.last {
@@ -282,11 +372,27 @@ impl Around<'_> {
         }
         ring.elements_of(|n| folded[n])[..self.columns].to_vec()
     }
+
+    /// Adds the odd part O of a wave n >= 0 to that of the number on the ring which it falls on: to that of 0 and N/2,
+    /// which stand for both signs, nothing.
+    fn fold_odd(&self, folded: &mut [f64], n: i64, odd: f64) {
+        let elements = self.grid.elements();
+        let place = n as usize % elements;
+        let mirrored = elements - place;
+        let value = self.grid.longitudinal_weight(n) * odd;
+        match place {
+            0 => {}
+            _ if place < mirrored => folded[place] += value,
+            _ if place > mirrored => folded[mirrored] -= value,
+            _ => {}
+        }
+    }
 }
 
 /// Values of a wave at many s. A type, not a closure: see `lane_sum`.
 struct WaveSum<'a> {
     wave: &'a CellWave,
+    turns: bool,
     at: &'a [&'a KernelAt],
     values: &'a mut Vec<FaceValues>,
 }
@@ -300,16 +406,125 @@ impl WithSimd for WaveSum<'_> {
             let members: [_; MOST_LANES] = std::array::from_fn(|lane| group[lane.min(group.len() - 1)]);
             let kernel = LaneKernel::new(simd, members);
             let mut sums = [FaceValues::default(); MOST_LANES];
-            for &(n, m, weight) in &self.wave.terms {
-                let both = kernel.normal(n, m);
-                let faces = both.surface.to_array().into_iter().zip(both.bottom.to_array());
-                for (sum, (surface, bottom)) in sums.iter_mut().zip(faces) {
-                    sum.driven += weight * surface;
-                    sum.bottom += weight * bottom;
-                    sum.evaluations += 1;
+            if self.turns {
+                // Both signs of a wave that is its own mirror have no odd part together.
+                let sides = if self.wave.is_mirror { 0.0 } else { 1.0 };
+                for &(n, m, weight) in &self.wave.terms {
+                    let faces = kernel.driven_parts(n.abs(), m, true);
+                    let [surface, bottom] = faces.map(|face| [face.even.to_array(), face.odd.to_array()]);
+                    let odd_weight = weight * sides * n.signum() as f64;
+                    for (lane, sum) in sums.iter_mut().enumerate() {
+                        sum.driven += weight * surface[0][lane];
+                        sum.bottom += weight * bottom[0][lane];
+                        sum.odd[0] += odd_weight * surface[1][lane];
+                        sum.odd[1] += odd_weight * bottom[1][lane];
+                        sum.evaluations += 1;
+                    }
+                }
+            } else {
+                for &(n, m, weight) in &self.wave.terms {
+                    let both = kernel.normal(n, m);
+                    let faces = both.surface.to_array().into_iter().zip(both.bottom.to_array());
+                    for (sum, (surface, bottom)) in sums.iter_mut().zip(faces) {
+                        sum.driven += weight * surface;
+                        sum.bottom += weight * bottom;
+                        sum.evaluations += 1;
+                    }
                 }
             }
             self.values.extend_from_slice(&sums[..group.len()]);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{DEFAULT, Scene};
+    use crate::tyre::influence::{InfluenceSum, Projection, Truncation};
+
+    const ELEMENTS: usize = 32;
+    const TIME_STEP: f64 = 2e-4;
+
+    /// The default tyre at 250 km/h.
+    fn turning() -> Tyre {
+        let tyre = Scene::from_str(DEFAULT, "scene").unwrap().scene.tyre;
+        Tyre { angular_velocity: -250.0 / 3.6 / tyre.radius(), ..tyre }
+    }
+
+    fn sums(tyre: &Tyre, across: usize, truncation: CellTruncation) -> CellSums {
+        CellSums::new(tyre, CellGrid::new(tyre, ELEMENTS, across), truncation, 1e-8, 8.0 / TIME_STEP)
+    }
+
+    #[test]
+    fn the_instants_influence_of_a_turning_tyre_is_the_double_sum_over_signed_waves() {
+        let (tyre, across, columns) = (turning(), 4, 9);
+        let truncation = CellTruncation { lateral_terms: Some(6), aliases: Some(1) };
+        let sums = sums(&tyre, across, truncation);
+        let s = 1.5 / TIME_STEP;
+        let influence = sums.instant(s, columns);
+        let odd = influence.odd.as_ref().unwrap();
+        let (grid, at) = (sums.grid(), sums.kernel.at(s.into()));
+        let last = (ELEMENTS + ELEMENTS / 2) as i64;
+        let exact = |distance: i64, j: usize, other: usize| {
+            let mut sum = Complex64::ZERO;
+            for n in -last..=last {
+                let turn = Complex64::cis(grid.waves().kx(n) * grid.length() * distance as f64);
+                // The last wave and its mirror are one.
+                let once = if n.abs() == last { 0.5 } else { 1.0 };
+                for m in 0..=6 {
+                    let shapes = grid.waves().lateral_norm(m) * grid.shape(m, j) * grid.shape(m, other);
+                    sum += once * grid.longitudinal_weight(n) * shapes * turn * at.full(n, m)[2][2];
+                }
+            }
+            sum
+        };
+        let (mut largest, scale) = (0.0_f64, exact(0, 1, 1).re);
+        for (distance, j, other) in [(0_i64, 0, 0), (1, 0, 3), (-1, 0, 3), (3, 1, 2), (-3, 1, 2), (8, 3, 3), (-8, 3, 3)]
+        {
+            let (along, sign) = (distance.unsigned_abs() as usize, distance.signum() as f64);
+            let [free, image] = [along * across + usize::abs_diff(j, other), along * (2 * across - 1) + j + other];
+            let skew = sign * (odd.toeplitz[free] + odd.hankel[image]);
+            let found = influence.toeplitz[free] + influence.hankel[image] + skew;
+            let exact = exact(distance, j, other);
+            assert!((found - exact).norm() < 1e-9 * scale, "{distance} {j} {other}: {found:e} {exact:e}");
+            largest = largest.max(skew.abs() / scale);
+        }
+        println!("skew part {largest:.1e} of a cell's own influence");
+        assert!(largest > 1e-4, "{largest:e}");
+        let still = Tyre { angular_velocity: 0.0, ..tyre.clone() };
+        assert!(self::sums(&still, across, truncation).instant(s, columns).odd.is_none());
+        assert!(sums.instant(0.0, columns).odd.is_none());
+    }
+
+    #[test]
+    fn waves_of_one_cell_across_add_up_to_the_slices_own() {
+        let tyre = turning();
+        let first = CellGrid::new(&tyre, ELEMENTS, 1).waves().first_lateral_number();
+        let sums = sums(&tyre, 1, CellTruncation { lateral_terms: Some(first + 6), aliases: Some(1) });
+        let fixed = Truncation::Fixed { lateral_terms: Some(4), aliases: Some(1) };
+        let slices = InfluenceSum::with(&tyre, Projection::new(&tyre, ELEMENTS), fixed, 1e-8, 8.0 / TIME_STEP);
+        let rows = sums.waves(WaveBand::WHOLE);
+        let mut odd_share = 0.0_f64;
+        for s in [Complex64::new(1.5 / TIME_STEP, 0.0), Complex64::new(300.0, 2e3), Complex64::new(0.0, 2e4)] {
+            for n in 0..=ELEMENTS / 2 {
+                let slice = slices.value(n, &slices.at(s), Field::Surface);
+                let mut cell = [Complex64::ZERO; 2];
+                for row in &rows {
+                    let mut values = Vec::new();
+                    sums.values(&row.waves[n], [&sums.at(s)], &mut values);
+                    let shape = sums.grid().shape(row.m, 0).powi(2);
+                    cell[0] += shape * values[0].driven;
+                    cell[1] += shape * values[0].odd[0];
+                }
+                let scale = 1e-10 * slice.value.norm();
+                let [even, odd] = [cell[0] - slice.value, cell[1] - slice.odd].map(|error| error.norm());
+                assert!(even < scale && odd < scale, "{n} {s}: {cell:?} {slice:?}");
+                odd_share = odd_share.max(slice.odd.norm() / slice.value.norm());
+                let ends = n == 0 || 2 * n == ELEMENTS;
+                assert!(!ends || cell[1].norm() <= 0.0);
+            }
+        }
+        assert!(odd_share > 1e-2, "{odd_share:e}");
     }
 }

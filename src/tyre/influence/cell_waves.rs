@@ -21,6 +21,9 @@ pub struct CellTruncation {
 pub struct CellWave {
     /// n, m and weights \[1/m^2\].
     pub terms: Vec<(i64, usize, f64)>,
+    /// True if it is its own mirror, the number 0 or N/2 of the ring: the odd part of its function is 0.
+    #[serde(skip)]
+    pub is_mirror: bool,
 }
 
 /// Waves of one lateral number, n rising.
@@ -60,7 +63,8 @@ impl CellRow {
         let wave = |n: i64| {
             let first = if 2 * n == elements { -n } else { n };
             let around = (-(most as i64)..=most as i64).map(|p| first + p * elements);
-            CellWave { terms: around.map(|n| (n, m, norm * grid.longitudinal_weight(n))).collect() }
+            let terms = around.map(|n| (n, m, norm * grid.longitudinal_weight(n))).collect();
+            CellWave { terms, is_mirror: n == 0 || 2 * n == elements }
         };
         Self { m, folded: false, first: 0, waves: (0..=elements / 2).map(wave).collect() }
     }
@@ -101,7 +105,7 @@ impl WaveBand {
                     let weight = self.share(k) * self.part as f64 * grid.longitudinal_weight(n) * lateral(m);
                     (weight > 0.0 && k <= ends).then_some((n, m, weight))
                 });
-                CellWave { terms: terms.collect() }
+                CellWave { terms: terms.collect(), is_mirror: bin == 0 || 2 * bin == ring }
             };
             let mut all: Vec<CellWave> = (0..=ring / 2).map(wave).collect();
             let first = all.iter().position(|wave| !wave.terms.is_empty())?;

@@ -1,21 +1,24 @@
 //! Convolution quadrature: time-domain weights that inherit the tyre's passivity.
 //!
 //! u(t_l) = sum_p w_p F(t_(l-p)) with sum_p w_p zeta^p = H(delta(zeta)/dt) (Lubich 1988, *Numer. Math.* 52, 129 and
-//! 413). The weights are causal by construction; for an A-stable rule they are passive where H is.
+//! 413). The weights are causal by construction; for an A-stable rule they are passive where H is. Of a tyre that turns
+//! the even and the odd part of H_n = E_n + i O_n have weights each: both are real at real s.
 //!
 //! 1. evaluate H on the circle |zeta| = rho < 1 at K points (the lower half follows by conjugation);
 //! 2. inverse FFT, divide by rho^p. With rho^K = eps the values wrapped round from lag p + K are eps times their size,
 //!    and rounding errors grow by rho^-p <= eps^-1/2 over the lags p < K/2 that are used.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use num_complex::Complex64;
 use rayon::prelude::*;
-use realfft::RealFftPlanner;
+use realfft::{ComplexToReal, RealFftPlanner};
 
-use super::folded_sum::InfluenceSum;
+use super::folded_sum::{InfluenceSum, InfluenceValue};
 use super::kernel::Field;
+use super::lane_sum::FaceValues;
 use crate::time_rule::TimeRule;
 
 /// Wrap-around relative to itself: rho^K.
@@ -69,8 +72,10 @@ impl Contour {
 /// Weights per wavenumber, in the order of lags.
 #[derive(Clone, Debug)]
 pub struct Weights {
-    /// Row n = 0..=N/2, column p = 0..lags: w_(n,p) \[m/N\].
+    /// Row n = 0..=N/2, column p = 0..lags: w_(n,p) \[m/N\]; of a tyre that turns those of the even part E_n.
     pub values: Vec<f64>,
+    /// Those of the odd part O_n, likewise; empty at rest.
+    pub odd: Vec<f64>,
     /// Number of lags kept.
     pub lags: usize,
     /// Static influence Ht_n(0), n = 0..=N/2 \[m/N\].
@@ -114,50 +119,50 @@ impl Weights {
         let rows = sum.projection().elements / 2 + 1;
         let scale: Vec<f64> = (0..lags).map(|p| contour.circle.scale(p)).collect();
         let mut values = vec![0.0; rows * lags];
+        let mut odd = vec![0.0; if sum.turns() { rows * lags } else { 0 }];
+        let mut odd_rows: Vec<&mut [f64]> = odd.chunks_mut(lags).collect();
+        odd_rows.resize_with(rows, Default::default);
         let (at_rest, evaluations): (Vec<f64>, Vec<u64>) = values
             .par_chunks_mut(lags)
+            .zip(odd_rows)
             .enumerate()
             .map_init(
-                || (inverse.make_input_vec(), inverse.make_output_vec(), inverse.make_scratch_vec(), Vec::new()),
-                |(spectrum, signal, scratch, faces), (n, row)| {
+                || (FromCircle::new(&inverse), Vec::new(), Vec::new()),
+                |(from_circle, values, faces), (n, (row, odd_row))| {
                     if stop.load(Ordering::Relaxed) {
                         return (0.0, 0);
                     }
-                    let mut evaluations = 0;
+                    values.clear();
                     if sum.in_lockstep(field) {
                         faces.clear();
                         sum.faces(n, &at, field, faces);
-                        for (entry, faces) in spectrum.iter_mut().zip(faces.iter()) {
-                            *entry = faces.driven;
-                            evaluations += faces.evaluations;
-                        }
+                        let own = |faces: &FaceValues| (faces.driven, faces.odd[0], faces.evaluations);
+                        values.extend(faces.iter().map(own));
                     } else {
-                        for (entry, at) in spectrum.iter_mut().zip(&at) {
-                            let value = sum.value(n, at, field);
-                            *entry = value.value;
-                            evaluations += value.evaluations;
-                        }
+                        let own = |value: InfluenceValue| (value.value, value.odd, value.evaluations);
+                        values.extend(at.iter().map(|at| own(sum.value(n, at, field))));
                     }
-                    // The two real points of the circle.
-                    spectrum[0].im = 0.0;
-                    spectrum[contour.circle.length / 2].im = 0.0;
-                    // Lengths match by construction; a mismatch would leave zeros that the weight check below the sum
-                    // reveals.
-                    let _ = inverse.process_with_scratch(spectrum, signal, scratch);
-                    for ((weight, &sample), &factor) in row.iter_mut().zip(signal.iter()).zip(&scale) {
-                        *weight = sample * factor;
+                    from_circle.weights(values.iter().map(|value| value.0), &scale, row);
+                    if !odd_row.is_empty() {
+                        from_circle.weights(values.iter().map(|value| value.1), &scale, odd_row);
                     }
                     let rest = sum.value(n, &at_rest, field);
+                    let evaluations: u64 = values.iter().map(|value| value.2).sum();
                     (rest.value.re, evaluations + rest.evaluations)
                 },
             )
             .unzip();
-        Self { values, lags, evaluations: evaluations.iter().sum(), at_rest }
+        Self { values, odd, lags, evaluations: evaluations.iter().sum(), at_rest }
     }
 
     /// w_(n,p) for all lags p.
     pub fn of(&self, n: usize) -> &[f64] {
         &self.values[n * self.lags..(n + 1) * self.lags]
+    }
+
+    /// The odd part of w_(n,p) for all lags p; none at rest.
+    pub fn odd_of(&self, n: usize) -> &[f64] {
+        self.odd.get(n * self.lags..(n + 1) * self.lags).unwrap_or_default()
     }
 
     /// The part of the static influence that lies beyond the lags kept, relative to the static influence: since
@@ -166,5 +171,33 @@ impl Weights {
         let total: f64 = self.at_rest.iter().sum();
         let kept: f64 = self.values.iter().sum();
         ((total - kept) / total).abs()
+    }
+}
+
+/// Transform from the values on a circle to weights, with its room.
+struct FromCircle<'a> {
+    inverse: &'a Arc<dyn ComplexToReal<f64>>,
+    spectrum: Vec<Complex64>,
+    signal: Vec<f64>,
+    scratch: Vec<Complex64>,
+}
+
+impl<'a> FromCircle<'a> {
+    fn new(inverse: &'a Arc<dyn ComplexToReal<f64>>) -> Self {
+        let (spectrum, signal) = (inverse.make_input_vec(), inverse.make_output_vec());
+        Self { inverse, spectrum, signal, scratch: inverse.make_scratch_vec() }
+    }
+
+    /// The weights of a function that is real at real s, each times its own factor.
+    fn weights(&mut self, values: impl Iterator<Item = Complex64>, scale: &[f64], weights: &mut [f64]) {
+        self.spectrum.iter_mut().zip(values).for_each(|(entry, value)| *entry = value);
+        // The two real points of the circle.
+        let last = self.spectrum.len() - 1;
+        (self.spectrum[0].im, self.spectrum[last].im) = (0.0, 0.0);
+        // Lengths match by construction; a mismatch would leave zeros that the weight check below the sum reveals.
+        let _ = self.inverse.process_with_scratch(&mut self.spectrum, &mut self.signal, &mut self.scratch);
+        for ((weight, &sample), &factor) in weights.iter_mut().zip(&self.signal).zip(scale) {
+            *weight = sample * factor;
+        }
     }
 }

@@ -78,9 +78,9 @@ pub struct SumAt {
     curvature: Option<Change<Complex64>>,
 }
 
-/// Bytes of a [`SumAt`], at most: of a flat tyre, and of a curved one. A test counts them for the default tyres up to
-/// the time steps of 2048 elements.
-const POINT_BYTES: [f64; 2] = [6e3, 2e4];
+/// Bytes of a [`SumAt`], at most: of a flat tyre, of a curved one, and of one that turns. A test counts them for the
+/// default tyres up to the time steps of 2048 elements.
+const POINT_BYTES: [f64; 3] = [6e3, 2e4, 3e4];
 
 /// Short waves of a curved tyre, and moments of the sum's weights for n = 0..=N/2.
 #[derive(Debug)]
@@ -147,7 +147,8 @@ impl InfluenceSum {
             let limit = series_limit(at_largest.tread());
             Arc::new(Curvature::new(ShortWaves::new(tyre, from, limit, largest_s, tolerance), &projection))
         });
-        Self { kernel, projection, tolerance, turns: tyre.turns(), tail, curvature, lateral_terms, aliases }
+        let turns = tyre.curvature && tyre.turns();
+        Self { kernel, projection, tolerance, turns, tail, curvature, lateral_terms, aliases }
     }
 
     /// Tells whether H_n and H_-n differ: odd parts are then not zero.
@@ -157,7 +158,7 @@ impl InfluenceSum {
 
     /// Bytes of a tyre's kernel with its tail at so many s \[bytes\]: what [`Self::at_all`] holds, at most.
     pub fn expected_bytes(tyre: &Tyre, points: usize) -> f64 {
-        points as f64 * POINT_BYTES[usize::from(tyre.curvature)]
+        points as f64 * POINT_BYTES[usize::from(tyre.curvature) + usize::from(tyre.curvature && tyre.turns())]
     }
 
     /// The wavenumbers and weights.
@@ -296,9 +297,10 @@ mod tests {
     #[test]
     fn the_kernel_on_a_contour_holds_no_more_than_is_expected_of_flat_and_curved_tyres() {
         let mut misses = Vec::new();
-        for text in [PLATE, DEFAULT] {
+        for (text, angular_velocity) in [(PLATE, 0.0), (DEFAULT, 0.0), (DEFAULT, -70.0)] {
             for (elements, tolerance) in [(256, 1e-4), (512, 1e-7), (2048, 1e-5)] {
                 let tyre = Scene::from_str(text, "default").unwrap().scene.tyre;
+                let tyre = Tyre { angular_velocity, ..tyre };
                 // Bands of waves belong to s, moments to elements: few of these make it quick.
                 let projection = Projection::new(&tyre, 32);
                 let time_step = tyre.circumference / (elements as f64 * 22.2);
@@ -319,7 +321,10 @@ mod tests {
 
     /// Bytes of its series; those of the layers are few.
     fn bytes(at: &SumAt) -> usize {
-        let curvature = at.curvature.as_ref().map_or(0, |change| change.even.capacity() * size_of_val(&change.even[0]));
+        let curvature = at
+            .curvature
+            .as_ref()
+            .map_or(0, |change| (change.even.capacity() + change.odd.capacity()) * size_of_val(&change.even[0]));
         let tail = at.tail.as_ref().map_or(0, HalfSpaceTailAt::heap_bytes);
         size_of_val(at) + curvature + tail
     }

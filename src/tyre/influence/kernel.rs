@@ -170,7 +170,6 @@ impl KernelAt {
     }
 
     /// The parts of C_xz of the waves n and -n, n >= 0 \[m/Pa\]: at rest all of it is odd.
-    #[allow(dead_code, reason = "tangential sums of a tyre that turns will")]
     pub(crate) fn tangential_parts(&self, n: i64, m: usize) -> Parts<Complex64> {
         if self.turns() && self.curved(n, m).is_some() {
             return Parts::of([n, -n].map(|n| self.full(n, m)[0][2]));
@@ -263,7 +262,6 @@ impl<'a, S: Simd> LaneKernel<'a, S> {
 
     /// The parts of C_xz of the waves n and -n, n >= 0 \[m/Pa\]: at rest all of it is odd, [`Self::tangential_over_i`].
     #[inline(always)]
-    #[allow(dead_code, reason = "tangential sums of a tyre that turns will")]
     pub(in crate::tyre) fn tangential_parts(&self, simd: S, n: i64, m: usize) -> Parts<Lanes<S>> {
         match &self.curved {
             Some((waves, _)) if waves.turns() && waves.get(n, m).is_some() => {

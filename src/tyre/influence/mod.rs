@@ -35,7 +35,7 @@ mod wave_compliance;
 mod waves;
 
 pub use cell_grid::CellGrid;
-pub use cell_sums::{CellInfluence, CellSums, CellSumsAt};
+pub use cell_sums::{CellInfluence, CellSums, CellSumsAt, OddInfluence, WaveValues};
 pub use cell_waves::{CellRow, CellTruncation, CellWave, WaveBand};
 pub use curved_waves::{steep_bytes, wave_bytes, wave_count};
 pub use folded_sum::{InfluenceSum, InfluenceValue, SumAt, Truncation};

@@ -5,12 +5,14 @@
 //! between them by cubics: where the wave resonates C is sharp and 1/C, a stiffness, nearly a parabola. Between
 //! resonances it is the other way round, but there C is small. With [`STEP`] the error is below 1e-3 of the wave's
 //! largest value (measured; the test bounds it).
+//!
+//! Of a tyre that turns there is a second table, of -n: C_-n(i w) is conj C_n(-i w).
 
 use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::kernel::{Kernel, KernelAt, LaneKernel};
+use super::kernel::{Kernel, KernelAt, LaneKernel, Parts};
 use super::waves::Waves;
 use crate::numeric::MOST_LANES;
 use crate::numeric::lagrange::uniform_cubic;
@@ -34,6 +36,8 @@ pub struct SurfaceWaves {
     points: usize,
     /// 1/C_zz by n, m, frequency \[Pa/m\].
     stiffnesses: Vec<Complex64>,
+    /// The same of the waves -n; empty at rest.
+    backwards: Vec<Complex64>,
 }
 
 impl SurfaceWaves {
@@ -54,14 +58,22 @@ impl SurfaceWaves {
         let waves = Waves::new(tyre);
         let at: Vec<KernelAt> = (0..points).map(|point| kernel.at(Complex64::new(0.0, angular(point)))).collect();
         let around = most_around + 1;
-        let mut stiffnesses = vec![Complex64::ZERO; around * lateral.len() * points];
-        stiffnesses.par_chunks_mut(lateral.len() * points).enumerate().for_each(|(n, rows)| {
-            dispatch(Rows { n: n as i64, lateral: &lateral, at: &at, rows });
-        });
-        Self { waves, lateral, around, points, stiffnesses }
+        let width = lateral.len() * points;
+        let mut stiffnesses = vec![Complex64::ZERO; around * width];
+        let mut backwards = vec![Complex64::ZERO; if at[0].turns() { around * width } else { 0 }];
+        let fill = |n: usize, rows: &mut [Complex64], backwards: &mut [Complex64]| {
+            dispatch(Rows { n: n as i64, lateral: &lateral, at: &at, rows, backwards });
+        };
+        let rows = stiffnesses.par_chunks_mut(width).enumerate();
+        if backwards.is_empty() {
+            rows.for_each(|(n, rows)| fill(n, rows, &mut []));
+        } else {
+            rows.zip(backwards.par_chunks_mut(width)).for_each(|((n, rows), backwards)| fill(n, rows, backwards));
+        }
+        Self { waves, lateral, around, points, stiffnesses, backwards }
     }
 
-    /// Evaluations of the compliance that a table takes.
+    /// Evaluations of the compliance that a table takes; one gives both ways round.
     pub fn evaluations(&self) -> u64 {
         self.stiffnesses.len() as u64
     }
@@ -74,6 +86,8 @@ impl SurfaceWaves {
     /// C_zz \[m/Pa\] of the lateral numbers of a wave of n periods, either way round, at a frequency \[Hz\], negative
     /// or not, into `out`; zero for waves and frequencies beyond the table.
     pub fn at(&self, n: i64, frequency: f64, out: &mut [Complex64]) {
+        let runs_backwards = (n < 0) != (frequency < 0.0) && !self.backwards.is_empty();
+        let table = if runs_backwards { &self.backwards } else { &self.stiffnesses };
         let n = n.unsigned_abs() as usize;
         let place = coordinate(frequency.abs()) / STEP;
         let first = (place as usize).saturating_sub(1);
@@ -84,7 +98,7 @@ impl SurfaceWaves {
         let weights = uniform_cubic(place - first as f64);
         for (index, value) in out.iter_mut().enumerate() {
             let row = (n * self.lateral.len() + index) * self.points + first;
-            let known = self.stiffnesses[row..row + 4].iter().zip(weights);
+            let known = table[row..row + 4].iter().zip(weights);
             let compliance = known.map(|(value, weight)| value * weight).sum::<Complex64>().inv();
             *value = if frequency < 0.0 { compliance.conj() } else { compliance };
         }
@@ -103,6 +117,8 @@ struct Rows<'a> {
     lateral: &'a [usize],
     at: &'a [KernelAt],
     rows: &'a mut [Complex64],
+    /// Those of -n; empty at rest.
+    backwards: &'a mut [Complex64],
 }
 
 impl WithSimd for Rows<'_> {
@@ -115,8 +131,18 @@ impl WithSimd for Rows<'_> {
             let members: [_; MOST_LANES] = std::array::from_fn(|lane| &at[lane.min(at.len() - 1)]);
             let kernel = LaneKernel::new(simd, members);
             for (index, &m) in self.lateral.iter().enumerate() {
-                let surface = kernel.normal(self.n, m).surface.to_array();
                 let first = index * points + group * S::F64_LANES;
+                if !self.backwards.is_empty() {
+                    let [Parts { even, odd }, _] = kernel.driven_parts(self.n, m, true);
+                    let parts = even.to_array().into_iter().zip(odd.to_array());
+                    let rows = self.rows[first..].iter_mut().zip(&mut self.backwards[first..]);
+                    for ((row, backwards), (even, odd)) in rows.zip(parts).take(at.len()) {
+                        let turned = Complex64::i() * odd;
+                        (*row, *backwards) = ((even + turned).inv(), (even - turned).inv());
+                    }
+                    continue;
+                }
+                let surface = kernel.normal(self.n, m).surface.to_array();
                 for (row, compliance) in self.rows[first..first + at.len()].iter_mut().zip(surface) {
                     *row = compliance.inv();
                 }
@@ -132,8 +158,9 @@ mod tests {
 
     #[test]
     fn interpolated_waves_are_those_of_the_kernel() {
-        for scene in [PLATE, DEFAULT] {
+        for (scene, angular_velocity) in [(PLATE, 0.0), (DEFAULT, 0.0), (DEFAULT, -100.0)] {
             let tyre = Scene::from_str(scene, "scene").unwrap().scene.tyre;
+            let tyre = Tyre { angular_velocity, ..tyre };
             let table = SurfaceWaves::new(&tyre, 60, 3, 2500.0, 1e-7);
             let kernel = Kernel::new(&tyre, 2e4, 1e-7);
             let mut values = [Complex64::ZERO; 3];
@@ -144,13 +171,15 @@ mod tests {
                         table.stiffnesses[row..row + table.points].iter().fold(0.0_f64, |a, b| a.max(b.inv().norm()))
                     })
                     .collect();
-                for frequency in [0.0, 13.7, 67.9, 91.3, -108.8, 333.3, 1001.7, -2499.0] {
-                    table.at(-(n as i64), frequency, &mut values);
+                let signs = if tyre.turns() { &[1, -1][..] } else { &[-1] };
+                let frequencies = [0.0, 13.7, 67.9, 91.3, -108.8, 108.8, 333.3, 1001.7, -2499.0];
+                for (n, frequency) in signs.iter().flat_map(|sign| frequencies.map(|f| (sign * n as i64, f))) {
+                    table.at(n, frequency, &mut values);
                     let at = kernel.at(Complex64::new(0.0, std::f64::consts::TAU * frequency));
                     for ((value, &m), largest) in values.iter().zip(&table.lateral).zip(&largest) {
-                        let exact = at.normal(n as i64, m, crate::tyre::influence::Field::Surface);
+                        let exact = at.normal(n, m, crate::tyre::influence::Field::Surface);
                         let error = (value - exact).norm() / largest;
-                        assert!(error < 1e-3, "n = {n}, m = {m}, {frequency} Hz: {error:.1e}");
+                        assert!(error < 1e-3, "{angular_velocity}/s, n = {n}, m = {m}, {frequency} Hz: {error:.1e}");
                     }
                 }
             }

@@ -59,6 +59,9 @@ impl ComplexField for Counted {
     fn plus_scaled(self, factor: f64, z: Self) -> Self {
         counted(4, self.0 + z.0 * factor)
     }
+    fn times_i(self) -> Self {
+        Self(Complex64::i() * self.0)
+    }
     fn reciprocal(self) -> Self {
         counted(6, self.0.inv())
     }

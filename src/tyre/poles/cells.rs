@@ -2,7 +2,8 @@
 //!
 //! A pair is a single wave and a few aliases of little weight: its function has far fewer resonances than a sum over m.
 //! Each lateral number is a row of fits, each started from its neighbour with one n less; rows go to threads as they
-//! are free, and nothing depends on who takes which.
+//! are free, and nothing depends on who takes which. Of a tyre that turns the odd part of a wave's function is fitted
+//! with it, over the same poles.
 
 use std::sync::atomic::AtomicBool;
 
@@ -17,7 +18,7 @@ use super::table::PoleTable;
 use super::wavenumber::Fitted;
 use crate::numeric::in_parallel;
 use crate::storage::{Cached, Format, Kind};
-use crate::tyre::influence::{CellRow, CellSums, CellWave, FaceValues};
+use crate::tyre::influence::{CellRow, CellSums, CellWave, FaceValues, WaveValues};
 
 /// Requirements of the fits.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -37,6 +38,8 @@ pub struct CellModel {
     poles: PoleTable,
     /// R \[m/(N s)\].
     residues: Vec<Complex64>,
+    /// R of the odd parts \[m/(N s)\]; empty at rest.
+    odd: Vec<Complex64>,
     /// Evaluations of the compliance that the fits took.
     evaluations: u64,
 }
@@ -62,21 +65,39 @@ impl CellModel {
         self.evaluations
     }
 
+    /// Tells whether it is of a tyre that turns: some of its waves then have odd parts.
+    pub fn turns(&self) -> bool {
+        !self.odd.is_empty()
+    }
+
+    /// Values of all waves at a real s \[1/s\].
+    pub fn values(&self, s: f64) -> WaveValues {
+        let all = |of: fn(Modes<'_>, Complex64) -> Complex64| -> Vec<f64> {
+            (0..self.len()).map(|wave| of(self.modes(wave), s.into()).re).collect()
+        };
+        let odd = || all(|modes, s| modes.evaluate_odd(s));
+        WaveValues { even: all(|modes, s| modes.evaluate(s)), odd: if self.turns() { odd() } else { Vec::new() } }
+    }
+
     /// Poles and residues of a wave.
     pub fn modes(&self, wave: usize) -> Modes<'_> {
         let (poles, pairs) = self.poles.of(wave);
-        Modes { poles, residues: &self.residues[self.poles.range(wave)], odd: &[], pairs, constant: 0.0 }
+        let range = self.poles.range(wave);
+        // Waves that do not feel the tyre turn have none.
+        let odd = self.odd.get(range.clone()).filter(|odd| odd.iter().any(|residue| residue.norm() > 0.0));
+        Modes { poles, residues: &self.residues[range], odd: odd.unwrap_or(&[]), pairs, constant: 0.0 }
     }
 }
 
 impl Cached for CellModel {
     const KIND: Kind = Kind {
         extension: "cells",
-        format: Format { magic: b"TWAVECEL", version: 1, name: "a model of contact cells" },
+        format: Format { magic: b"TWAVECEL", version: 2, name: "a model of contact cells" },
     };
 
     fn is_sound(&self) -> bool {
-        self.poles.is_sound() && self.residues.len() == self.poles.stored()
+        let stored = self.poles.stored();
+        self.poles.is_sound() && self.residues.len() == stored && [0, stored].contains(&self.odd.len())
     }
 }
 
@@ -95,7 +116,9 @@ pub fn fit_cells(
     let sample = |wave: &CellWave, rungs: &[usize], faces: &mut Vec<FaceValues>| {
         let first = faces.len();
         sums.values(wave, rungs.iter().map(|&rung| &at[rung]), faces);
-        faces[first..].iter_mut().for_each(|faces| faces.bottom = Complex64::ZERO);
+        for faces in &mut faces[first..] {
+            (faces.bottom, faces.odd[1]) = (Complex64::ZERO, Complex64::ZERO);
+        }
     };
     // The belt is not asked for: any scale will do.
     let target = RowTarget { tolerance: options.tolerance, most_poles: options.most_poles, bottom_scale: 1.0 };
@@ -108,8 +131,16 @@ pub fn fit_cells(
         for Fitted { entry, .. } in row? {
             model.poles.push(&entry.poles);
             model.residues.extend_from_slice(&entry.residues[0]);
+            if !entry.odd[0].is_empty() {
+                // Waves before it that do not feel the tyre turn.
+                model.odd.resize(model.poles.stored() - entry.poles.len(), Complex64::ZERO);
+                model.odd.extend_from_slice(&entry.odd[0]);
+            }
             model.evaluations += entry.statistics.evaluations;
         }
+    }
+    if model.turns() {
+        model.odd.resize(model.poles.stored(), Complex64::ZERO);
     }
     Ok(model)
 }

@@ -3,7 +3,7 @@
 //!
 //! A model is like that of a strip's sum over m, without its shapes, which the user of the model adds. Unlike the waves
 //! that carry the past of cells, which are handed to shorter rings where they are short, these have every n, all
-//! aliases of the instant's lobes, and the belt.
+//! aliases of the instant's lobes, and the belt. Of a tyre that turns they have odd parts as a strip's do.
 
 use std::sync::atomic::AtomicBool;
 
@@ -74,7 +74,8 @@ pub fn fit_lateral(
         if let Some(wave) = row.waves.first() {
             sums.values(wave, at[..=RUNGS].iter().step_by(SCALE_STRIDE), &mut faces);
         }
-        let bottom_scale = faces.iter().fold(0.0_f64, |largest, faces| largest.max(faces.bottom.norm()));
+        let bottom = |faces: &FaceValues| faces.bottom.norm().hypot(faces.odd[1].norm());
+        let bottom_scale = faces.iter().fold(0.0_f64, |largest, faces| largest.max(bottom(faces)));
         let target = RowTarget { tolerance: options.fit.tolerance, most_poles: options.fit.most_poles, bottom_scale };
         let sample = |wave: &CellWave, rungs: &[usize], faces: &mut Vec<FaceValues>| {
             sums.values(wave, rungs.iter().map(|&rung| &at[rung]), faces);

@@ -204,7 +204,7 @@ impl RationalModel {
     }
 
     /// A model put together from one entry for each wavenumber n = 0..=N/2.
-    pub(super) fn assemble(
+    pub(crate) fn assemble(
         elements: usize,
         driven: Field,
         top: f64,

@@ -8,6 +8,16 @@
 //! times a transfer function with real coefficients, which has the poles of H_n: the same waves, seen along x. So only
 //! residues are fitted, over the model's poles that the band can feel, and a constant for the rest.
 //!
+//! Of a tyre that turns T_n has a part that is even in n, too: Coriolis forces twist it where it moves outwards. With
+//! real functions P and Q of s, n >= 0,
+//!
+//! ```text
+//! T_n = i (P_n + i Q_n),   T_-n = -i (P_n - i Q_n)
+//! ```
+//!
+//! so that T_n/i is to P and Q what H_n is to its even and odd part. P is 0 for n = 0 and n = N/2, Q is not; at rest Q
+//! is 0.
+//!
 //! Above the cut-off the tread is a half-space, whose surface moves sideways by (1 - 2 nu)/(2 mu k) at most: nearly
 //! nothing for rubber. What is left out is bounded by that times the weight that is left.
 //!
@@ -17,14 +27,14 @@
 use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
 
-use super::model::RationalModel;
+use super::model::{Modes, RationalModel};
 use crate::numeric::lanes::{dispatch, store};
 use crate::numeric::rational::vector_fitting::regularised_residues;
-use crate::numeric::rational::{RationalError, Samples};
+use crate::numeric::rational::{PartialFractions, RationalError, Samples};
 use crate::numeric::{Lanes, MOST_LANES, in_parallel, largest_or_zero};
 use crate::scene::Tyre;
 use crate::tyre::influence::Projection;
-use crate::tyre::influence::kernel::{Kernel, KernelAt, LaneKernel};
+use crate::tyre::influence::kernel::{Kernel, KernelAt, LaneKernel, Parts};
 use crate::tyre::influence::lane_sum::Below;
 use crate::tyre::influence::projection::Lateral;
 
@@ -43,13 +53,17 @@ const DEEP: f64 = 18.0;
 /// The same beside the shear waves: k over their wavenumber.
 const SLOW: f64 = 4.0;
 
-/// Residues of T_n/i over the poles of a model, n = 0..=N/2.
+/// Residues of T_n/i over the poles of a model, n = 0..=N/2: of a tyre that turns those of P_n and Q_n.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TangentialModel {
     /// By n, in the order of the model's poles \[m/(N s)\].
     pub residues: Vec<Vec<Complex64>>,
     /// By n \[m/N\].
     pub constants: Vec<f64>,
+    /// Of Q_n, likewise; empty at rest.
+    pub odd_residues: Vec<Vec<Complex64>>,
+    /// Of Q_n, likewise; empty at rest.
+    pub odd_constants: Vec<f64>,
     /// Largest error on fresh samples, relative to the largest |T_n| of all n.
     pub error: f64,
     /// Largest bound on what the sums leave out, likewise.
@@ -58,10 +72,18 @@ pub struct TangentialModel {
     pub evaluations: u64,
 }
 
-/// One wavenumber.
+impl TangentialModel {
+    /// The motion's modes, from those of the normal motion of the same wavenumber n.
+    pub fn modes<'a>(&'a self, n: usize, normal: Modes<'a>) -> Modes<'a> {
+        let odd = self.odd_residues.get(n).map_or(&[][..], Vec::as_slice);
+        Modes { residues: &self.residues[n], odd, constant: self.constants[n], ..normal }
+    }
+}
+
+/// One wavenumber: of P_n and, of a tyre that turns, of Q_n.
 struct Fitted {
-    residues: Vec<Complex64>,
-    constant: f64,
+    residues: Vec<Vec<Complex64>>,
+    constants: Vec<f64>,
     largest: f64,
     error: f64,
     omitted: f64,
@@ -99,8 +121,13 @@ fn fit_all(sums: &TangentialSum, model: &RationalModel, top: f64) -> Result<Tang
         all.error = all.error.max(wavenumber.error);
         all.omitted = all.omitted.max(wavenumber.omitted);
         all.evaluations += wavenumber.evaluations;
-        all.residues.push(wavenumber.residues);
-        all.constants.push(wavenumber.constant);
+        let places = [(&mut all.residues, &mut all.constants), (&mut all.odd_residues, &mut all.odd_constants)];
+        for ((residues, constants), part) in
+            places.into_iter().zip(wavenumber.residues.into_iter().zip(wavenumber.constants))
+        {
+            residues.push(part.0);
+            constants.push(part.1);
+        }
     }
     all.error /= largest;
     all.omitted /= largest;
@@ -126,19 +153,28 @@ fn fit(sums: &TangentialSum, model: &RationalModel, n: usize, top: f64) -> Resul
     let (values, exact) = (sums.values(n, &points), sums.values(n, &checks));
     let omitted = values.iter().chain(&exact).fold(0.0_f64, |omitted, value| omitted.max(value.omitted));
     let evaluations = values.iter().chain(&exact).map(|value| value.evaluations).sum();
-    let responses: Vec<Complex64> = values.iter().map(|value| value.over_i).collect();
-    let largest = responses.iter().fold(0.0_f64, |largest, value| largest.max(value.norm()));
-    let weight = if largest > 0.0 { largest.recip() } else { 1.0 };
-    let samples =
-        Samples { point_weights: vec![1.0; points.len()], points, responses: vec![responses], weights: vec![weight] };
-    let fractions = regularised_residues(&samples, &poles, true, RIDGE)?.remove(0);
-    let misses = checks.iter().zip(exact).map(|(&s, exact)| (exact.over_i - fractions.evaluate(s)).norm());
+    let parts = if sums.turns { 2 } else { 1 };
+    let responses: Vec<Vec<Complex64>> =
+        (0..parts).map(|part| values.iter().map(|value| value.over_i[part]).collect()).collect();
+    let size = |part: &Vec<Complex64>| part.iter().fold(0.0_f64, |largest, value| largest.max(value.norm()));
+    let largest: f64 = responses.iter().map(size).sum();
+    let weight = |part: &Vec<Complex64>| if size(part) > 0.0 { size(part).recip() } else { 1.0 };
+    let weights = responses.iter().map(weight).collect();
+    let samples = Samples { point_weights: vec![1.0; points.len()], points, responses, weights };
+    let fractions = regularised_residues(&samples, &poles, true, RIDGE)?;
+    // Of both ways round no more than the sum of the parts' errors.
+    let misses = checks.iter().zip(exact).map(|(&s, exact)| {
+        fractions.iter().zip(exact.over_i).map(|(part, exact)| (exact - part.evaluate(s)).norm()).sum::<f64>()
+    });
     let error = misses.fold(0.0_f64, f64::max);
-    let mut all = vec![Complex64::ZERO; modes.poles.len()];
-    for (index, residue) in felt.into_iter().zip(fractions.residues) {
-        all[index] = residue;
-    }
-    Ok(Fitted { residues: all, constant: fractions.constant, largest, error, omitted, evaluations })
+    let constants = fractions.iter().map(|part| part.constant).collect();
+    let of_all = |part: PartialFractions| {
+        let mut all = vec![Complex64::ZERO; modes.poles.len()];
+        felt.iter().zip(part.residues).for_each(|(&index, residue)| all[index] = residue);
+        all
+    };
+    let residues = fractions.into_iter().map(of_all).collect();
+    Ok(Fitted { residues, constants, largest, error, omitted, evaluations })
 }
 
 /// Relative accuracy of the compliance itself.
@@ -151,13 +187,14 @@ struct TangentialSum {
     projection: Projection,
     /// The only lateral number, if it is one wave across and not a strip's sum.
     only: Option<usize>,
+    turns: bool,
 }
 
 /// A value with what it took.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct TangentialValue {
-    /// T_n/i \[m/N\]: real coefficients.
-    over_i: Complex64,
+    /// P_n, which at rest is T_n/i, and Q_n \[m/N\]: real coefficients.
+    over_i: [Complex64; 2],
     /// Bound on what was left out \[m/N\].
     omitted: f64,
     /// Evaluations of the compliance.
@@ -168,13 +205,18 @@ impl TangentialSum {
     /// The sums of a tyre of N elements.
     fn new(tyre: &Tyre, elements: usize, top: f64) -> Self {
         let (kernel, projection) = (Kernel::new(tyre, top, KERNEL_TOLERANCE), Projection::new(tyre, elements));
-        Self { kernel, projection, only: None }
+        Self { kernel, projection, only: None, turns: tyre.turns() }
     }
 
     /// Wavenumber above which the tread is a half-space \[1/m\].
     fn cut_off(at: &KernelAt) -> f64 {
         let tread = at.tread();
         (DEEP / tread.thickness).max(SLOW * tread.inertia_over_shear().norm().sqrt())
+    }
+
+    /// Sign of the part of an alias that is odd in it: n = 0 and n = N/2 have none.
+    fn sign_of_odd(&self, n: usize, alias: i64) -> f64 {
+        if n == 0 || 2 * n == self.projection.elements { 0.0 } else { alias.signum() as f64 }
     }
 
     /// T_n at each s of a list, n from 0 to N/2.
@@ -192,7 +234,7 @@ impl TangentialSum {
     }
 
     /// A value from what has been summed of it, with the weights and the number of its waves.
-    fn value(&self, at: &KernelAt, over_i: Complex64, weights: f64, evaluations: u64) -> TangentialValue {
+    fn value(&self, at: &KernelAt, over_i: [Complex64; 2], weights: f64, evaluations: u64) -> TangentialValue {
         // The half-space at rest; with the ratio r = mu/(lambda + 2 mu), 1 - 2 nu = r/(1 - r).
         let (tread, waves) = (at.tread(), self.projection.waves);
         let ratio = tread.modulus_ratio / (1.0 - tread.modulus_ratio);
@@ -223,16 +265,33 @@ impl WithSimd for LaneValues<'_> {
             let kernel = LaneKernel::new(simd, members);
             let cut_offs = members.map(TangentialSum::cut_off);
             let around: Vec<i64> = sums.projection.aliases_below(n, largest_or_zero(&cut_offs)).collect();
-            let mut sum = Lanes::zero(simd);
+            let mut parts = [Lanes::zero(simd); 2];
             let below = Below { projection: &sums.projection, around: &around, lateral, cut_offs: &cut_offs };
-            let (weights, evaluations) = below.visit(
-                simd,
-                #[inline(always)]
-                |alias, m, _, weight| sum = sum.plus_weighted(weight, kernel.tangential_over_i(simd, alias, m)),
-            );
-            let (sum, weights) = (sum.to_array(), store(simd, weights));
-            let done = group.iter().zip(sum).zip(weights).zip(evaluations);
-            values.extend(done.map(|(((at, sum), weights), number)| sums.value(at, sum, weights, number)));
+            let (weights, evaluations) = if sums.turns {
+                below.visit(
+                    simd,
+                    #[inline(always)]
+                    |alias, m, _, weight| {
+                        // C_xz = even + i odd of a wave, i (P + i Q) of all.
+                        let Parts { even, odd } = kernel.tangential_parts(simd, alias.abs(), m);
+                        let signed = |sign: f64| simd.mul_f64s(weight, simd.splat_f64s(sign));
+                        parts[0] = parts[0].plus_weighted(signed(sums.sign_of_odd(n, alias)), odd);
+                        parts[1] = parts[1].plus_weighted(signed(-1.0), even);
+                    },
+                )
+            } else {
+                below.visit(
+                    simd,
+                    #[inline(always)]
+                    |alias, m, _, weight| {
+                        parts[0] = parts[0].plus_weighted(weight, kernel.tangential_over_i(simd, alias, m));
+                    },
+                )
+            };
+            let [p, q] = parts.map(Lanes::to_array);
+            let weights = store(simd, weights);
+            let done = group.iter().zip(p.into_iter().zip(q)).zip(weights).zip(evaluations);
+            values.extend(done.map(|(((at, (p, q)), weights), number)| sums.value(at, [p, q], weights, number)));
         }
     }
 }
@@ -257,27 +316,68 @@ mod tests {
     }
 
     #[test]
-    fn values_in_lockstep_are_the_full_kernels_of_flat_and_curved_tyres() {
-        for curvature in [false, true] {
-            let tyre = Tyre { curvature, ..tyre(0.25) };
-            let sums = TangentialSum::new(&tyre, 64, 2e4);
-            let points: Vec<Complex64> = (0..11).map(|k| Complex64::new(0.0, 10.0 * 2f64.powi(k))).collect();
-            let (n, projection) = (7, &sums.projection);
-            for (s, value) in points.iter().zip(sums.values(n, &points)) {
-                let at = sums.kernel.at(*s);
-                let cut_off = TangentialSum::cut_off(&at);
-                let mut sum = Complex64::ZERO;
-                for alias in projection.aliases_below(n, cut_off) {
-                    for Lateral { m, ky, weight } in projection.lateral_below(cut_off) {
-                        let (kx, sign) = (projection.waves.kx(alias), alias.signum() as f64);
-                        if kx.hypot(ky) < cut_off {
-                            let compliance = at.full(alias.abs(), m)[0][2] * sign;
-                            sum += compliance * (weight * projection.longitudinal_weight(alias));
-                        }
+    fn a_turning_tyres_tangential_motion_is_carried_both_ways_round() {
+        let tyre = Tyre { curvature: true, angular_velocity: -100.0, ..tyre(0.25) };
+        let model = fit_model(&tyre, &FitOptions::new(&tyre, 32, 20.0).with_tolerance(1e-4)).unwrap();
+        let tangential = tangential_model(&tyre, &model, 2e4).unwrap();
+        println!("error {:.1e}, omitted {:.1e}", tangential.error, tangential.omitted);
+        assert!(tangential.error < 1e-2 && tangential.omitted < 1e-2);
+        let sums = TangentialSum::new(&tyre, 32, 2e4);
+        let (mut largest, mut worst, mut twist) = (0.0_f64, 0.0_f64, 0.0_f64);
+        for n in 0..=16 {
+            let modes = tangential.modes(n, model.modes(n, model.driven).unwrap());
+            for frequency in [97.0, 640.0, 3100.0, 15e3] {
+                let s = Complex64::new(0.0, frequency);
+                let q = modes.evaluate_odd(s) + tangential.odd_constants[n];
+                for (sign, i) in [(1, Complex64::i()), (-1, -Complex64::i())] {
+                    let found = i * (modes.evaluate(s) + i * q);
+                    let exact = of_full_kernel(&sums, sign * n as i64, s);
+                    worst = worst.max((found - exact).norm());
+                    largest = largest.max(exact.norm());
+                }
+                twist = if n == 0 { twist.max(q.norm()) } else { twist };
+            }
+        }
+        assert!(worst < 1e-2 * largest, "{worst:e} of {largest:e}");
+        assert!(twist > 1e-2 * largest, "what moves all of it outwards twists it: {twist:e} of {largest:e}");
+    }
+
+    /// The sum of the full kernel's C_xz over signed waves; the two that n = N/2 and -N/2 are have half each.
+    fn of_full_kernel(sums: &TangentialSum, n: i64, s: Complex64) -> Complex64 {
+        let (at, projection) = (sums.kernel.at(s), &sums.projection);
+        let cut_off = TangentialSum::cut_off(&at);
+        let of = |sign: i64| {
+            let mut sum = Complex64::ZERO;
+            for alias in projection.aliases_below(n.unsigned_abs() as usize, cut_off).map(|alias| sign * alias) {
+                for Lateral { m, ky, weight } in projection.lateral_below(cut_off) {
+                    if projection.waves.kx(alias).hypot(ky) < cut_off {
+                        sum += at.full(alias, m)[0][2] * (weight * projection.longitudinal_weight(alias));
                     }
                 }
-                let error = (value.over_i * Complex64::i() - sum).norm() / sum.norm();
-                assert!(error < 1e-9, "curvature {curvature}, s {s}: {error:.1e}");
+            }
+            sum
+        };
+        if 2 * n.unsigned_abs() as usize == projection.elements { 0.5 * (of(1) + of(-1)) } else { of(n.signum() | 1) }
+    }
+
+    #[test]
+    fn values_in_lockstep_are_the_full_kernels_of_flat_curved_and_turning_tyres() {
+        for (curvature, angular_velocity) in [(false, 0.0), (true, 0.0), (true, -100.0)] {
+            let tyre = Tyre { curvature, angular_velocity, ..tyre(0.25) };
+            let sums = TangentialSum::new(&tyre, 64, 2e4);
+            let points: Vec<Complex64> = (0..11).map(|k| Complex64::new(0.0, 10.0 * 2f64.powi(k))).collect();
+            let i = Complex64::i();
+            // At rest nothing but rounding is there of the longest and of the shortest wave.
+            for n in if tyre.turns() { vec![0, 7, 32] } else { vec![7] } {
+                for (&s, value) in points.iter().zip(sums.values(n, &points)) {
+                    let [p, q] = value.over_i;
+                    assert!(tyre.turns() || q == Complex64::ZERO);
+                    for (sign, found) in [(1, i * (p + i * q)), (-1, -i * (p - i * q))] {
+                        let sum = of_full_kernel(&sums, sign * n as i64, s);
+                        let error = (found - sum).norm() / (sum.norm() + 1e-20);
+                        assert!(error < 1e-9, "{curvature}, {angular_velocity}/s, n {n}, s {s}: {error:.1e}");
+                    }
+                }
             }
         }
     }
@@ -289,7 +389,8 @@ mod tests {
         let s = Complex64::new(0.0, 3000.0);
         // N - n is the alias -n: the other direction.
         let [one, other] = [5, 32 - 5].map(|n| sums.values(n, &[s])[0]);
-        assert!((one.over_i + other.over_i).norm() < 1e-10 * one.over_i.norm() + one.omitted + other.omitted);
-        assert!(one.over_i.norm() > 100.0 * one.omitted);
+        let [p, of_other] = [one, other].map(|value| value.over_i[0]);
+        assert!((p + of_other).norm() < 1e-10 * p.norm() + one.omitted + other.omitted);
+        assert!(p.norm() > 100.0 * one.omitted);
     }
 }

@@ -11,7 +11,7 @@ mod sentences;
 mod sources;
 
 /// Lowest first; modules of one level do not know each other.
-const LEVELS: [&[&str]; 17] = [
+const LEVELS: [&[&str]; 18] = [
     &["numeric", "counters"],
     &["storage"],
     &["half_space", "time_rule", "radiation"],
@@ -23,6 +23,7 @@ const LEVELS: [&[&str]; 17] = [
     &["results"],
     &["plan"],
     &["effects"],
+    &["planning"],
     &["run"],
     &["study"],
     &["report"],
@@ -77,6 +78,28 @@ fn no_module_uses_one_that_comes_later() {
     }
     assert!(looked_at > 1000, "only {looked_at} uses were found");
     assert!(found.is_empty(), "uses of later modules: {found:#?}");
+}
+
+#[test]
+fn plans_and_pages_reach_effects_through_their_list_alone() {
+    let sources = sources();
+    let uses = Uses::new(&sources);
+    let rooms = sources.iter().filter(|source| source.file.starts_with("effects/") && source.file.ends_with("/mod.rs"));
+    let rooms: BTreeSet<&str> = rooms.filter_map(|source| source.module.get(1).map(String::as_str)).collect();
+    assert_eq!(rooms.len(), tyrewave::effects::EFFECTS.len(), "an effect is a folder and a line: {rooms:?}");
+    let (mut looked_at, mut found) = (0, BTreeSet::new());
+    for source in &sources {
+        let Some("results" | "plan" | "planning" | "report") = source.module.first().map(String::as_str) else {
+            continue;
+        };
+        for path in uses.used(source) {
+            looked_at += 1;
+            if path.len() > 1 && path[0] == "effects" && rooms.contains(path[1].as_str()) {
+                found.insert(format!("{} uses {}", source.file, path.join("::")));
+            }
+        }
+    }
+    assert!(looked_at > 100 && found.is_empty(), "effects that are known by name: {found:#?}");
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 mod resolved;
 mod time_domain;
+mod turning;
 
 use std::f64::consts::PI;
 use std::sync::OnceLock;
@@ -12,10 +13,11 @@ use rand_chacha::ChaCha8Rng;
 
 use super::*;
 use crate::response::PowerSpectrum;
-use crate::scene::{PLATE, Scene, TimeRule};
+use crate::scene::{PLATE, Scene, TimeRule, Tyre};
 use crate::storage::state::read_back;
 use crate::tyre::influence::Field;
-use crate::tyre::poles::{FitOptions, RationalModel, fit};
+use crate::tyre::poles::model::Entry;
+use crate::tyre::poles::{FitOptions, Modes, RationalModel, TangentialModel, fit};
 
 const ELEMENTS: usize = 16;
 const COLUMNS: usize = 5;
@@ -30,8 +32,41 @@ fn model() -> &'static RationalModel {
     })
 }
 
+/// A model as if its tyre turned: with odd parts as large as the even ones, of waves that are not their own mirror.
+fn turned(model: &RationalModel) -> RationalModel {
+    let entries = (0..=model.largest_wavenumber()).map(|n| {
+        let faces = [model.driven, Field::Bottom].map(|face| model.modes(n, face).unwrap());
+        let size = if n == 0 || n == model.largest_wavenumber() { 0.0 } else { 1.0 };
+        let odd = faces.map(|modes| {
+            let odd = modes.residues.iter().enumerate().map(|(index, residue)| {
+                let turn = if index < modes.pairs { Complex64::new(0.6, 0.8) } else { Complex64::new(-0.7, 0.0) };
+                size * turn * residue
+            });
+            odd.collect()
+        });
+        Entry {
+            poles: faces[0].poles.to_vec(),
+            residues: faces.map(|modes| modes.residues.to_vec()),
+            odd,
+            constants: faces.map(|modes| modes.constant),
+            ..Entry::default()
+        }
+    });
+    RationalModel::assemble(model.elements, model.driven, model.top, model.tolerance, entries)
+}
+
+/// H_n(s) of a wave of either sign, at any s.
+fn of_wave(modes: &Modes<'_>, n: i64, s: Complex64) -> Complex64 {
+    modes.evaluate(s) + Complex64::i() * n.signum() as f64 * modes.evaluate_odd(s)
+}
+
 fn response() -> TyreResponse<'static> {
     TyreResponse { model: model(), scale: 1.0, spring: 0.0, tangential: None }
+}
+
+fn turning_response() -> TyreResponse<'static> {
+    static MODEL: OnceLock<RationalModel> = OnceLock::new();
+    TyreResponse { model: MODEL.get_or_init(|| turned(model())), ..response() }
 }
 
 fn layout(elements: usize, substeps: usize, revolutions: usize, phase: usize) -> SegmentLayout {
@@ -138,22 +173,33 @@ fn nothing_is_lost_between_places_and_waves() {
 
 #[test]
 fn both_frames_have_the_same_power_and_maps_and_bands_hold_it() {
+    let tyre = Scene::from_str(PLATE, "default").unwrap().scene.tyre;
+    // Turning with the layout.
+    let angular_velocity = -2.0 * PI / (2 * ELEMENTS) as f64 / TIME_STEP;
+    let turning = Tyre { curvature: true, angular_velocity, ..tyre };
+    let fitted = fit(&turning, &FitOptions::new(&turning, ELEMENTS, 20.0).with_tolerance(1e-3)).unwrap();
+    assert!(fitted.turns());
+    let responses =
+        [(response(), true), (TyreResponse { model: &fitted, ..response() }, true), (turning_response(), false)];
     for (rule, kind) in [
         (TimeRule::Bdf2, TransferKind::Exact),
         (TimeRule::Sdirk2, TransferKind::Exact),
         (TimeRule::Sdirk2, TransferKind::Rule),
         (TimeRule::Sdirk3, TransferKind::Rule),
     ] {
-        same_power(SegmentLayout { rule, ..layout(ELEMENTS, 2, 3, 1) }, kind);
+        for (response, passive) in &responses {
+            let dissipation = same_power(SegmentLayout { rule, ..layout(ELEMENTS, 2, 3, 1) }, kind, response);
+            let dissipates = dissipation.mean_pattern > 0.0 && dissipation.vibration > 0.0;
+            assert!(dissipates || !passive, "a passive tyre dissipates");
+        }
     }
 }
 
-fn same_power(layout: SegmentLayout, kind: TransferKind) {
+fn same_power(layout: SegmentLayout, kind: TransferKind, response: &TyreResponse<'_>) -> Dissipation {
     let patch = accumulated(&layout, &noise(&layout, 5 * layout.hop(), 9.0, 11)).finish().unwrap();
     let fields = [VibrationField::Tread, VibrationField::Belt];
     let request = SpectraRequest { fields: &fields, kind, maps: true };
-    let (spectra, dissipation) = field_spectra(&patch, &response(), &request).unwrap();
-    assert!(dissipation.mean_pattern > 0.0 && dissipation.vibration > 0.0, "a passive tyre dissipates");
+    let (spectra, dissipation) = field_spectra(&patch, response, &request).unwrap();
     for field in &spectra {
         let varying = field.material_varying.mean_square();
         assert!((field.material.mean_square() / (varying + field.mean_pattern) - 1.0).abs() < 1e-12);
@@ -166,19 +212,22 @@ fn same_power(layout: SegmentLayout, kind: TransferKind) {
             assert!((sum / road - 1.0).abs() < 1e-12, "{:?}: maps hold the vibration", field.field);
         }
     }
+    dissipation
 }
 
 #[test]
 fn points_all_round_have_the_mean_over_the_circumference() {
     for (rule, kind) in [(TimeRule::Bdf2, TransferKind::Exact), (TimeRule::Sdirk2, TransferKind::Rule)] {
-        points_all_round(SegmentLayout { rule, ..layout(ELEMENTS, 2, 2, 0) }, kind);
+        for response in [response(), turning_response()] {
+            points_all_round(SegmentLayout { rule, ..layout(ELEMENTS, 2, 2, 0) }, kind, &response);
+        }
     }
 }
 
-fn points_all_round(layout: SegmentLayout, kind: TransferKind) {
+fn points_all_round(layout: SegmentLayout, kind: TransferKind, response: &TyreResponse<'_>) {
     let stages = layout.stages();
     let mut accumulator = VibrationAccumulator::new(layout);
-    let table = VelocityTable::new(&layout, &response(), kind, VibrationField::Belt).unwrap();
+    let table = VelocityTable::new(&layout, response, kind, VibrationField::Belt).unwrap();
     // More points than waves: no two waves look alike on them.
     let count = 2 * ELEMENTS;
     let positions: Vec<f64> = (0..count).map(|point| point as f64 * 1.95 / count as f64 - 0.9).collect();
@@ -217,14 +266,32 @@ fn all_elements_have_the_mean_over_the_circumference() {
         let top = layout.angular_frequency(layout.bins() - 1);
         let tangential = crate::tyre::poles::tangential_model(&tyre, &model, top).unwrap();
         let response = TyreResponse { model: &model, scale: 1.0, spring: 1e-6, tangential: Some(&tangential) };
+        // As if it turned: of the tangential motion another function is even.
+        let other = TangentialModel {
+            odd_residues: tangential.residues.iter().cycle().skip(1).zip(&tangential.residues).map(swapped).collect(),
+            odd_constants: tangential.constants.iter().rev().copied().collect(),
+            ..tangential.clone()
+        };
+        let turning = turned(&model);
+        let turning = TyreResponse { model: &turning, tangential: Some(&other), ..response };
         for (rule, kind) in [
             (TimeRule::Bdf2, TransferKind::Exact),
             (TimeRule::Sdirk2, TransferKind::Rule),
             (TimeRule::Sdirk3, TransferKind::Rule),
         ] {
-            mean_over_elements(SegmentLayout { rule, ..layout }, kind, first, &response);
+            for response in [&response, &turning] {
+                mean_over_elements(SegmentLayout { rule, ..layout }, kind, first, response);
+            }
         }
     }
+}
+
+/// Residues of another wavenumber for as many poles.
+fn swapped((other, own): (&Vec<Complex64>, &Vec<Complex64>)) -> Vec<Complex64> {
+    own.iter()
+        .zip(other.iter().cycle())
+        .map(|(own, other)| if own.im == 0.0 { other.re.into() } else { *other })
+        .collect()
 }
 
 fn mean_over_elements(layout: SegmentLayout, kind: TransferKind, first: i64, response: &TyreResponse<'_>) {
@@ -252,6 +319,12 @@ fn mean_over_elements(layout: SegmentLayout, kind: TransferKind, first: i64, res
 
 #[test]
 fn a_standing_force_is_still_beside_the_road_and_turns_with_the_tyre() {
+    for response in [response(), turning_response()] {
+        standing_force(&response);
+    }
+}
+
+fn standing_force(response: &TyreResponse<'_>) {
     let layout = layout(ELEMENTS, 1, 2, 0);
     let force = 700.0;
     let mut row = [0.0; COLUMNS];
@@ -259,11 +332,12 @@ fn a_standing_force_is_still_beside_the_road_and_turns_with_the_tyre() {
     let forces: Vec<f64> = (0..3 * layout.hop()).flat_map(|_| row).collect();
     let patch = accumulated(&layout, &forces).finish().unwrap();
     let request = SpectraRequest { fields: &[VibrationField::Tread], kind: TransferKind::Exact, maps: false };
-    let (spectra, dissipation) = field_spectra(&patch, &response(), &request).unwrap();
+    let (spectra, dissipation) = field_spectra(&patch, response, &request).unwrap();
     let rotation = 2.0 * PI / (ELEMENTS as f64 * TIME_STEP);
+    // A pattern at rest over the road, exp(i n (x - V t)): the wave n at -n V/R.
     let velocity = |n: usize| {
-        let s = Complex64::new(0.0, n as f64 * rotation);
-        s * model().evaluate(n, s, Field::Surface).unwrap()
+        let s = Complex64::new(0.0, -(n as f64) * rotation);
+        s * of_wave(&response.model.modes(n, Field::Surface).unwrap(), n as i64, s)
     };
     let twice = |n: usize| if n == 0 || n == ELEMENTS / 2 { 1.0 } else { 2.0 };
     let square: f64 = (0..=ELEMENTS / 2).map(|n| twice(n) * velocity(n).norm_sqr() * force * force).sum();
@@ -307,11 +381,12 @@ fn stopped_anywhere_it_goes_on_with_the_same_bits_on_any_number_of_threads() {
 
 fn stopped_anywhere(layout: SegmentLayout) {
     let forces = noise(&layout, 5 * layout.hop() + 7, 20.0, 2);
-    let table = VelocityTable::new(&layout, &response(), TransferKind::Exact, VibrationField::Belt).unwrap();
+    let response = turning_response();
+    let table = VelocityTable::new(&layout, &response, TransferKind::Exact, VibrationField::Belt).unwrap();
     let new = || {
         let mut accumulator = VibrationAccumulator::new(layout);
         accumulator.add_points(&table, &[0.2]);
-        let table = VelocityTable::new(&layout, &response(), TransferKind::Exact, VibrationField::Tread).unwrap();
+        let table = VelocityTable::new(&layout, &response, TransferKind::Exact, VibrationField::Tread).unwrap();
         accumulator.set_elements(ElementVelocities::new(&layout, 3, vec![table], vec![9]));
         accumulator
     };

@@ -40,6 +40,19 @@ fn carried(elements: usize) -> CarriedWaves {
     CarriedWaves { part: 1, rows, model }
 }
 
+/// Carried waves as if their tyre turned: with odd parts of those that are not their own mirror.
+fn turned_waves(waves: &CarriedWaves) -> CarriedWaves {
+    let rows = waves.rows.iter().flat_map(|row| row.waves.iter().enumerate());
+    let odd = rows.enumerate().flat_map(|(wave, (n, _))| {
+        let size = if n == 0 || 2 * n == 14 { 0.0 } else { 0.7 };
+        waves.model.modes(wave).residues.iter().map(move |residue| size * residue)
+    });
+    let mut model = serde_json::to_value(&waves.model).unwrap();
+    model["odd"] = serde_json::to_value(odd.collect::<Vec<_>>()).unwrap();
+    let model = serde_json::from_value(model).unwrap();
+    CarriedWaves { part: waves.part, rows: waves.rows.clone(), model }
+}
+
 fn answer(model: &RationalModel) -> TyreResponse<'_> {
     TyreResponse { model, scale: 1.0, spring: 0.0, tangential: None }
 }
@@ -65,7 +78,16 @@ fn by_cell(layout: &SegmentLayout, forces: &[f64]) -> Vec<f64> {
 #[test]
 fn velocities_and_power_are_the_double_sums_over_waves_written_out() {
     let elements = 14;
-    let (grid, models, waves) = (grid(elements), models(elements, &HEARD), carried(elements));
+    let (models, waves) = (models(elements, &HEARD), carried(elements));
+    double_sums(elements, &models, &waves);
+    let turning: Vec<RationalModel> = models.iter().map(turned).collect();
+    let waves = turned_waves(&waves);
+    assert!(waves.model.turns());
+    double_sums(elements, &turning, &waves);
+}
+
+fn double_sums(elements: usize, models: &[RationalModel], waves: &CarriedWaves) {
+    let grid = grid(elements);
     let shape = |m: usize, j: usize| grid.shape(m, j);
     for (substeps, revolutions, phase) in [(1, 2, 0), (2, 1, 1)] {
         let even = layout(elements, substeps, revolutions, phase);
@@ -73,14 +95,14 @@ fn velocities_and_power_are_the_double_sums_over_waves_written_out() {
         let (plain, weighted) = (by_cell(&even, &plain), by_cell(&even, &weighted));
         let (of_heard, of_power) = (resolved(even, HEARD.len(), 2), resolved(even, CARRIED.len(), 1));
         let fields = [VibrationField::Tread, VibrationField::Belt];
-        let shares = || HEARD.iter().zip(&models).map(|(&m, model)| (grid.mean_shape(m), answer(model)));
+        let shares = || HEARD.iter().zip(models).map(|(&m, model)| (grid.mean_shape(m), answer(model)));
         let responses: Vec<_> = shares().collect();
         let tables = fields.map(|field| {
             let table = VelocityTable::resolved(&of_heard, &responses, TransferKind::Rule, field).unwrap();
             HeardVelocity::of(&table, &of_heard)
         });
         let mut velocities = VibrationAccumulator::resolved(of_heard, Heard::Velocities(tables.into()));
-        let power = HeardPower::new(&of_power, std::slice::from_ref(&waves), &CARRIED);
+        let power = HeardPower::new(&of_power, std::slice::from_ref(waves), &CARRIED);
         let mut power = VibrationAccumulator::resolved(of_power, Heard::Power(power));
         let mut heard = LateralForces::new(&grid, HEARD.into());
         let mut all = LateralForces::new(&grid, CARRIED.into());
@@ -118,16 +140,16 @@ fn velocities_and_power_are_the_double_sums_over_waves_written_out() {
                 for (expected, face) in expected.iter_mut().zip([Field::Surface, Field::Bottom]) {
                     let velocity: Complex64 = HEARD
                         .iter()
-                        .zip(&models)
+                        .zip(models)
                         .map(|(&m, model)| {
-                            let own = model.evaluate(index, s, face).unwrap();
+                            let own = of_wave(&model.modes(index, face).unwrap(), n, s);
                             grid.mean_shape(m) * s * own * force(n, m, bin)
                         })
                         .sum();
                     expected[signed.unsigned_abs() as usize] += scale * velocity.norm_sqr();
                 }
                 for (row, &m) in CARRIED.iter().enumerate() {
-                    let own = waves.model.modes(row * (elements / 2 + 1) + index).evaluate(s);
+                    let own = of_wave(&waves.model.modes(row * (elements / 2 + 1) + index), n, s);
                     put_in += scale * (s * own).re * force(n, m, bin).norm_sqr();
                 }
             }

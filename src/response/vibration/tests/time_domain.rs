@@ -142,9 +142,9 @@ fn velocity_transforms(layout: &SegmentLayout, displacement: &[Vec<f64>], kind: 
         .collect()
 }
 
-/// Spectra everywhere, at points and at elements of the forces of a segment, compared with those of the displacements
-/// that the windowed forces give; the power dissipated.
-fn compare(
+/// Spectra everywhere, maps, and spectra at points and at elements of the forces of a segment, compared with those of
+/// the displacements that the windowed forces give; the power dissipated.
+pub(super) fn compare(
     layout: &SegmentLayout,
     plain: &[f64],
     response: &TyreResponse<'_>,
@@ -184,6 +184,28 @@ fn compare(
     for (bin, exact) in material.iter().enumerate().take(last).skip(1) {
         let error = (fields[0].material.power[bin] - exact).abs() / largest;
         assert!(error < 1e-6, "{name}, material, bin {bin}: {error:e}");
+    }
+
+    // The waves exp(2 pi i (n e/N + k l/K)), each once in either map.
+    let wave = |n: i64, bin: i64| -> f64 {
+        let turn =
+            |element: usize| Complex64::from_polar(1.0, -2.0 * PI * (n * element as i64) as f64 / ELEMENTS as f64);
+        let of_element = |element: usize| velocities[element][bin.rem_euclid(layout.length() as i64) as usize];
+        (0..ELEMENTS).map(|element| turn(element) * of_element(element) / ELEMENTS as f64).sum::<Complex64>().norm_sqr()
+    };
+    let [of_material, of_road] = fields[0].maps.as_ref().unwrap();
+    let largest = of_material.density.iter().fold(0.0_f64, |a, &b| a.max(b)) * of_material.row_width;
+    for (bin, index) in (0..last).flat_map(|bin| (0..layout.wavenumbers()).map(move |index| (bin, index))) {
+        let n = layout.wavenumber(index);
+        let found = |map: &WavenumberMap| map.density[bin * layout.wavenumbers() + index] * map.row_width;
+        let exact = 2.0 * scale * layout.share(index) * wave(n, bin as i64);
+        let error = (found(of_material) - exact).abs() / largest;
+        assert!(bin == 0 || error < 1e-6, "{name}, material map, bin {bin}, n = {n}: {error:e}");
+        let material_bin = layout.material_bin(bin, n);
+        let exact = layout.sides(bin) * scale * layout.share(index) * wave(n, material_bin);
+        let error = (found(of_road) - exact).abs() / largest;
+        let doubtful = 2 * material_bin.unsigned_abs() as usize == layout.length();
+        assert!(doubtful || error < 1e-6, "{name}, map of the road, bin {bin}, n = {n}: {error:e}");
     }
 
     for (point, &element) in elements.iter().enumerate() {
@@ -237,7 +259,7 @@ fn compare(
 }
 
 /// Cases: substeps, revolutions, substep of the first step.
-const CASES: [(usize, usize, usize); 5] = [(1, 1, 0), (1, 3, 0), (2, 1, 1), (2, 2, 0), (3, 1, 2)];
+pub(super) const CASES: [(usize, usize, usize); 5] = [(1, 1, 0), (1, 3, 0), (2, 1, 1), (2, 2, 0), (3, 1, 2)];
 
 #[test]
 fn spectra_everywhere_and_at_points_are_those_of_the_time_domain() {

@@ -3,7 +3,6 @@
 use super::super::super::{Scene, Switch};
 use super::super::{BASE, edited};
 use super::{accepted, refused};
-use crate::test_models::replaced;
 
 /// Puts a table of effects before the contact's.
 #[track_caller]
@@ -39,12 +38,12 @@ fn effects_that_contradict_the_scene() {
 }
 
 #[test]
-fn auto_with_nothing_to_decide_from() {
-    let auto = ("[contact]", "[effects]\ncentrifugal_tension = \"auto\"\n[contact]");
-    let slack = replaced(BASE, &[("tension = [6e4, 2e4]", "tension = [0, 2e4]"), auto]);
-    let error = Scene::from_str(&slack, "x").unwrap_err();
-    assert!(error.to_string().contains("nothing to compare m'' V^2 with"), "{error}");
-    assert!(Scene::from_str(&replaced(&slack, &[("= \"auto\"", "= \"on\"")]), "x").is_ok());
+fn rotation_belongs_to_curved_tyres_and_takes_the_place_of_tension() {
+    effect_refused("rotation = \"on\"", "effects.rotation", "a flat plate does not turn", "curvature = true");
+    let (key, wrong) = ("effects.centrifugal_tension", "this key is gone");
+    effect_refused("centrifugal_tension = \"auto\"", key, wrong, "effects.rotation = \"auto\"");
+    let off = accepted("[contact]", "[effects]\nrotation = \"off\"\n[contact]");
+    assert_eq!(off.effects.rotation, Switch::Off);
 }
 
 #[test]

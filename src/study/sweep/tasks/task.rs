@@ -44,7 +44,7 @@ impl Task {
             road,
             seconds: forecast.wall_seconds,
             memory: forecast.memory,
-            alone: plan.decisions.radiation.is_some(),
+            alone: !plan.scene.receivers.is_empty(),
         })
     }
 

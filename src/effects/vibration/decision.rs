@@ -1,15 +1,15 @@
 //! Velocities of belt and tread.
 
-use super::row::{Decided, Row, given};
-use super::values::Decisions;
+use crate::plan::decisions::{Decided, Row, given};
 use crate::scene::{Effects, Scene, Switch, Vibration};
 
-pub(super) const TREAD: Row = Row {
+/// Rows of tread, belt and tangential motion.
+pub(super) static ROWS: [Row; 3] = [TREAD, BELT, TANGENTIAL];
+
+const TREAD: Row = Row {
     title: "tread vibration",
     short: "vibration",
-    decide: |scene, decisions| {
-        velocity(scene.effects.tread_vibration, "tread_vibration", decisions, |wanted| wanted.tread)
-    },
+    decide: |scene, _| velocity(scene, scene.effects.tread_vibration, "tread_vibration", |wanted| wanted.tread),
     switch: Some(|scene, on| {
         scene.effects.tread_vibration = if on { Switch::On } else { Switch::Off };
         want(scene, on, |vibration| &mut vibration.tread);
@@ -17,12 +17,10 @@ pub(super) const TREAD: Row = Row {
     of_cells: false,
 };
 
-pub(super) const BELT: Row = Row {
+const BELT: Row = Row {
     title: "belt vibration",
     short: "belt",
-    decide: |scene, decisions| {
-        velocity(scene.effects.belt_vibration, "belt_vibration", decisions, |wanted| wanted.belt)
-    },
+    decide: |scene, _| velocity(scene, scene.effects.belt_vibration, "belt_vibration", |wanted| wanted.belt),
     switch: Some(|scene, on| {
         scene.effects.belt_vibration = if on { Switch::On } else { Switch::Off };
         want(scene, on, |vibration| &mut vibration.belt);
@@ -30,11 +28,11 @@ pub(super) const BELT: Row = Row {
     of_cells: false,
 };
 
-pub(super) const TANGENTIAL: Row = Row {
+const TANGENTIAL: Row = Row {
     title: "tangential motion",
     short: "tangential",
-    decide: |scene, decisions| {
-        velocity(scene.effects.tangential_motion, "tangential_motion", decisions, |wanted| wanted.tangential)
+    decide: |scene, _| {
+        velocity(scene, scene.effects.tangential_motion, "tangential_motion", |wanted| wanted.tangential)
     },
     switch: Some(|scene, on| {
         scene.effects.tangential_motion = if on { Switch::On } else { Switch::Off };
@@ -44,7 +42,7 @@ pub(super) const TANGENTIAL: Row = Row {
 };
 
 /// Decides the vibration that the outputs ask for; without outputs, the default of the effects that are on.
-pub(super) fn vibration(scene: &Scene) -> Option<Vibration> {
+pub(super) fn wanted(scene: &Scene) -> Option<Vibration> {
     let Effects { tread_vibration, belt_vibration, tangential_motion, .. } = scene.effects;
     let [tread, belt, tangential] =
         [tread_vibration, belt_vibration, tangential_motion].map(|switch| switch == Switch::On);
@@ -53,8 +51,8 @@ pub(super) fn vibration(scene: &Scene) -> Option<Vibration> {
     scene.outputs.vibration.clone().or_else(asked_by_effects)
 }
 
-fn velocity(switch: Switch, key: &str, decisions: &Decisions, field: fn(&Vibration) -> bool) -> Decided {
-    let on = decisions.vibration.as_ref().is_some_and(field);
+fn velocity(scene: &Scene, switch: Switch, key: &str, field: fn(&Vibration) -> bool) -> Decided {
+    let on = wanted(scene).as_ref().is_some_and(field);
     let asked = if on { "auto: outputs.vibration asks for it" } else { "auto: no output asks for it" };
     let reason = given(switch, key).unwrap_or_else(|| asked.to_owned());
     let form = if on { "per wavenumber, from the forces" } else { "" }.to_owned();

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::plan::Plan;
 use crate::plan::front::FrontRow;
-use crate::plan::smooth_contact::Expected;
+use crate::plan::settle::Choice;
 use crate::radiation::draft::{self, DraftError, DraftErrors};
 use crate::radiation::{
     Block, Body, Cost, FrequencyRange, RadiationError, Resolution, SetUpCost, TransferGrid, TransferProblem,
@@ -13,7 +13,7 @@ use crate::response::ThirdOctaveBand;
 use crate::response::pressure::{PressureModel, PressureStream};
 use crate::response::vibration::{Across, SegmentLayout};
 use crate::results::sound::SoundError;
-use crate::scene::{Radiation, RadiationQuality, ReceiverPlace, Scene, Tyre, Vehicle, Zone};
+use crate::scene::{Numerics, Radiation, RadiationQuality, ReceiverPlace, Scene, Tyre, Vehicle, Zone};
 use crate::sound::Air;
 use crate::sound::pass_by::STENCIL;
 use crate::sound::receivers::{Beside, Standard, standard};
@@ -24,9 +24,9 @@ use crate::tyre::influence::Waves;
 const BLOCK: f64 = 0.5;
 /// Length of the segments that sound's spectra are averaged from \[s\]: a Hertz in the lowest bands, which are 5 Hz
 /// wide, and rise by 10 dB from one to the next.
-pub(crate) const SOUND_SEGMENT: f64 = 1.0;
+pub(super) const SOUND_SEGMENT: f64 = 1.0;
 /// Time over which a record fades in and out before its spectrum is taken \[s\].
-pub(crate) const SOUND_FADE: f64 = 0.25;
+pub(super) const SOUND_FADE: f64 = 0.25;
 /// Part of half the sampling rate up to which sound is radiated.
 const BELOW_NYQUIST: f64 = 0.9;
 /// Longest stretch that is kept to be listened to \[s\].
@@ -296,11 +296,6 @@ impl Plan {
         Body::standing_tyre(self.radius, width, radiation.shoulder, 0.5 * patch)?.with_gap(radiation.acoustic_gap)
     }
 
-    /// Expected length of the static contact \[m\].
-    fn expected_patch(&self) -> f64 {
-        Expected::of(&self.scene, self.standing(), self.decisions.tyre.radius(), self.element).length
-    }
-
     /// Length of the patch of the body that radiates, given that of the static contact \[m\].
     fn patch_length(&self, radiation: &Radiation, at_rest: f64) -> f64 {
         let step = self.patch_step();
@@ -309,20 +304,9 @@ impl Plan {
 
     /// Blocks of the forces; columns, phase and first position are the run's to say.
     pub(crate) fn sound_layout(&self) -> SegmentLayout {
-        let Scene { numerics, tyre, .. } = &self.scene;
-        let revolution = (numerics.elements * numerics.substeps) as f64 * self.time_step;
-        SegmentLayout {
-            elements: numerics.elements,
-            substeps: numerics.substeps,
-            revolutions: (BLOCK / revolution).ceil().clamp(1.0, 1e6) as usize,
-            columns: 0,
-            across: Across::Even,
-            rule: numerics.time_rule,
-            time_step: self.time_step,
-            phase: 0,
-            first_position: 0.0,
-            circumference: tyre.circumference,
-        }
+        let Numerics { elements, substeps, .. } = self.scene.numerics;
+        let revolution = (elements * substeps) as f64 * self.time_step;
+        self.segment_layout((BLOCK / revolution).ceil().clamp(1.0, 1e6) as usize)
     }
 
     /// The same, and how many lateral numbers are followed where a strip excites so many waves; of forces on cells all
@@ -343,17 +327,29 @@ impl Plan {
         PATCH_STEP * self.radius
     }
 
+    /// Tells how many lateral waves radiate of forces on cells.
+    pub(super) fn radiating_waves(&self) -> Option<Choice> {
+        let sound = self.sound().filter(|_| self.decisions.zone == Zone::Cells)?;
+        Some(Choice {
+            key: "radiation.lateral_waves",
+            value: sound.radiation.lateral_waves.to_string(),
+            reason: format!("even waves across; with the odd ones between them {} radiate", sound.lateral),
+        })
+    }
+
     /// Returns the sound of the run; `None` without receivers.
     pub fn sound(&self) -> Option<Sound> {
-        let radiation = self.decisions.radiation.as_ref()?;
+        let Scene { numerics, tyre, receivers, radiation, .. } = &self.scene;
+        if receivers.is_empty() {
+            return None;
+        }
         let fmax = radiation.fmax.min(BELOW_NYQUIST * 0.5 / self.time_step);
         let radiation = Radiation { fmax, ..radiation.clone() };
-        let Scene { numerics, tyre, receivers, .. } = &self.scene;
         let (layout, lateral) = self.followed(radiation.lateral_waves);
         let mut positions = Vec::new();
         let mut names: Vec<String> = receivers.iter().map(|receiver| receiver.name.clone()).collect();
         let mut files: Vec<String> = Vec::new();
-        let patch_length = || self.patch_length(&radiation, self.expected_patch());
+        let patch_length = || self.patch_length(&radiation, self.expected().length);
         let beside = Beside { half_width: 0.5 * tyre.width + radiation.shoulder, patch_length: &patch_length };
         let heard = receivers.iter().enumerate().map(|(index, receiver)| {
             let (first, microphones) = (positions.len(), standard(&receiver.place));

@@ -1,14 +1,14 @@
 //! Sound radiation.
 
-use super::row::{Decided, Row, given};
-use super::values::Decisions;
+use crate::plan::decisions::{Decided, Row, given};
 use crate::radiation::draft::{DraftError, DraftErrors};
 use crate::scene::{AirMotion, Radiation, RadiationQuality, Scene, Switch};
 
-pub(super) const RADIATION: Row = Row {
+/// Row of the radiation.
+pub(super) static ROWS: [Row; 1] = [Row {
     title: "radiation",
     short: "radiation",
-    decide,
+    decide: |scene, _| decide(scene),
     switch: Some(|scene, on| {
         scene.effects.radiation = if on { Switch::On } else { Switch::Off };
         if !on {
@@ -16,15 +16,15 @@ pub(super) const RADIATION: Row = Row {
         }
     }),
     of_cells: false,
-};
+}];
 
-fn decide(scene: &Scene, decisions: &mut Decisions) -> Decided {
+fn decide(scene: &Scene) -> Decided {
     let given = given(scene.effects.radiation, "radiation");
     if scene.receivers.is_empty() {
         let reason = given.unwrap_or_else(|| "auto: there is no [[receiver]]".to_owned());
         return Decided { on: false, form: String::new(), reason };
     }
-    let radiation = scene.radiation.clone();
+    let radiation = &scene.radiation;
     let air = match radiation.air {
         AirMotion::Road => "air at rest over the road",
         AirMotion::Axle => "air at rest beside the axle",
@@ -45,6 +45,5 @@ fn decide(scene: &Scene, decisions: &mut Decisions) -> Decided {
         1 => "auto: there is a [[receiver]]".to_owned(),
         several => format!("auto: there are {several} [[receiver]]"),
     });
-    decisions.radiation = Some(radiation);
     Decided { on: true, form, reason }
 }

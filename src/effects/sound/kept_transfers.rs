@@ -6,8 +6,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use num_complex::Complex32;
 use serde::{Deserialize, Serialize};
 
+use super::planned::Sound;
 use crate::numeric::in_parallel;
-use crate::plan::{Plan, Sound};
+use crate::plan::Plan;
 use crate::radiation::{FrequencyRange, FrequencyTransfers, Transfer, TransferProblem};
 use crate::scene::RadiationQuality;
 use crate::sound::Air;
@@ -39,12 +40,12 @@ impl Plan {
     /// Returns the frequencies that are kept for the sound of the run; none without receivers, or where nothing is
     /// solved. The static contact is not known yet: what is kept for a patch about as long as expected is taken for the
     /// run's.
-    pub(crate) fn frequencies_on_disk(&self) -> Vec<f64> {
+    pub(super) fn frequencies_on_disk(&self) -> Vec<f64> {
         let solved = |sound: &Sound| sound.radiation.quality == RadiationQuality::Full;
         let Some(sound) = self.sound().filter(solved) else { return Vec::new() };
         let Some(air) = Air::at(sound.radiation.temperature) else { return Vec::new() };
         let range = sound.range(&air);
-        let at_rest = self.amounts().expected.length;
+        let at_rest = self.expected().length;
         let step = self.patch_step();
         let doubt = (PATCH_DOUBT * at_rest / step) as i64;
         // The nearest first; a patch that the scene gives is the same whatever is tried.

@@ -1,0 +1,152 @@
+//! Parts of a page on one result as data: an effect states them, the report makes HTML of them.
+
+use thiserror::Error;
+
+use super::stored::{Spectrum, Stored, StoredError};
+use crate::results::PlotError;
+use crate::results::plots::ThirdOctavePlot;
+use crate::results::table::{Table, aligned};
+
+/// Meaning of grey in pictures of levels.
+pub const GREY: &str = "Grey: bands that the run does not vouch for.";
+
+/// Error of a report.
+#[derive(Debug, Error)]
+pub enum ReportError {
+    /// A results folder that cannot be read.
+    #[error(transparent)]
+    Stored(#[from] StoredError),
+    /// A picture that cannot be drawn.
+    #[error(transparent)]
+    Plot(#[from] PlotError),
+}
+
+/// Figure of a run: a number with its name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figure {
+    /// Name.
+    pub name: String,
+    /// Unit; empty for a mere number.
+    pub unit: &'static str,
+    /// Value.
+    pub value: f64,
+}
+
+impl Figure {
+    /// Makes a figure of a number that is there.
+    pub fn of(name: impl Into<String>, unit: &'static str, value: Option<f64>) -> Option<Self> {
+        value.map(|value| Self { name: name.into(), unit, value })
+    }
+}
+
+/// Table of third octaves that an effect writes.
+pub struct LevelTable {
+    /// Name of the file.
+    pub file: &'static str,
+    /// Quantity of the levels, reference included.
+    pub quantity: &'static str,
+    /// Column of the levels.
+    pub column: &'static str,
+    /// Gives the frequency \[Hz\] from which on valid levels have a known error, and the error \[dB\].
+    pub error: fn(&Stored) -> Option<(f64, f64)>,
+}
+
+/// Section of a page; parts of several effects under one heading follow each other.
+#[derive(Clone, Debug)]
+pub struct Section {
+    /// Heading.
+    pub heading: &'static str,
+    /// Content; a section without any is not shown.
+    pub blocks: Vec<Block>,
+}
+
+/// Block of a section.
+#[derive(Clone, Debug)]
+pub enum Block {
+    /// Picture and caption.
+    Picture([String; 2]),
+    /// Table of levels, folded.
+    Levels(Table),
+    /// Names with a sentence each.
+    List(Vec<[String; 2]>),
+    /// Sound to play, after some words.
+    Sound {
+        /// Words before it.
+        words: String,
+        /// Name of its file.
+        file: String,
+        /// Bytes of the file.
+        bytes: Vec<u8>,
+    },
+}
+
+/// Draws the spectra of a quantity in one picture, and lists them in a table; nothing where there is none.
+///
+/// # Errors
+/// Errors of the picture.
+pub fn levels(stored: &Stored, quantity: &str, title: &str) -> Result<Vec<Block>, ReportError> {
+    let of: Vec<&Spectrum> = stored.spectra.iter().filter(|spectrum| spectrum.quantity == quantity).collect();
+    let Some(first) = of.first() else { return Ok(Vec::new()) };
+    let drawn = of.iter().map(|spectrum| (spectrum.name.as_str(), spectrum.levels.as_slice())).collect();
+    let plot = ThirdOctavePlot { title, quantity: first.quantity, spectra: drawn, error: first.error };
+    let error = first.error.map_or(String::new(), |(from, error)| {
+        let from = if from > 0.0 { format!(" from {from:.0} Hz on") } else { String::new() };
+        format!(" Levels are within {error:.1} dB{from}, as far as the numerical solution goes.")
+    });
+    let rows = first.levels.iter().map(|level| {
+        let cells = of.iter().map(|spectrum| {
+            let found = spectrum.levels.iter().find(|other| other.band == level.band);
+            found.map_or(String::new(), |found| {
+                if found.valid { format!("{:.1}", found.level) } else { format!("({:.1})", found.level) }
+            })
+        });
+        std::iter::once(level.band.label()).chain(cells).collect::<Vec<_>>()
+    });
+    let header = std::iter::once("Hz".to_owned()).chain(
+        of.iter().map(|spectrum| if spectrum.name.is_empty() { "dB".to_owned() } else { spectrum.name.clone() }),
+    );
+    let picture = [plot.to_svg()?, format!("{title}. {GREY}{error}")];
+    Ok(vec![Block::Picture(picture), Block::Levels(aligned(header, rows))])
+}
+
+/// Reads pictures of the folder by name, each with its caption.
+///
+/// # Errors
+/// [`StoredError`].
+pub fn pictures(stored: &Stored, named: &[[&str; 2]]) -> Result<Vec<Block>, ReportError> {
+    let mut shown = Vec::new();
+    for [file, caption] in named {
+        shown.extend(stored.text(file)?.map(|svg| Block::Picture([svg, (*caption).to_owned()])));
+    }
+    Ok(shown)
+}
+
+/// Reads the pictures of the folder whose names begin so, in the order of their names; the rest of a name is told in
+/// the caption.
+///
+/// # Errors
+/// [`StoredError`].
+pub fn pictures_of(stored: &Stored, begin: &str, caption: &str) -> Result<Vec<Block>, ReportError> {
+    let mut shown = Vec::new();
+    for name in stored.summary.files.iter().filter(|name| name.starts_with(begin) && name.ends_with(".svg")) {
+        let caption = format!("{}: {caption}", shown_by(name, begin));
+        shown.extend(stored.text(name)?.map(|svg| Block::Picture([svg, caption])));
+    }
+    Ok(shown)
+}
+
+/// Receiver or field of a picture, from its file's name.
+fn shown_by(name: &str, begin: &str) -> String {
+    name.strip_prefix(begin).unwrap_or(name).trim_end_matches(".svg").replace('_', " ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_caption_names_its_receiver_once_and_as_the_scene_does() {
+        assert_eq!(shown_by("pass_by_coast-by.svg", "pass_by_"), "coast-by");
+        assert_eq!(shown_by("vibration_map_tread_non-rotating.svg", "vibration_map_"), "tread non-rotating");
+    }
+}

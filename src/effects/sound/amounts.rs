@@ -1,0 +1,60 @@
+//! Work and memory of the sound.
+
+use super::planned::{SOUND_SEGMENT, Sound};
+use crate::counters::{Counter, Stage};
+use crate::numeric::transform_multiply_adds;
+use crate::plan::{Amounts, Expected, Place, Plan, Unit};
+
+use crate::radiation::SetUpCost;
+use crate::response::SpectrumAccumulator;
+use crate::response::pressure::{PressureModel, PressureStream, PressureTransfers};
+use crate::response::vibration::SegmentLayout;
+use crate::tyre::influence::SurfaceWaves;
+
+/// Memory of the sound's transfers over that of their numbers: what the allocator keeps of the files or equations that
+/// they come from (measured).
+const TRANSFER_RESERVE: f64 = 1.3;
+/// Memory of the sound's blocks over that of their arrays (measured).
+const SOUND_RESERVE: f64 = 1.15;
+
+/// Adds boundary elements that are not kept from earlier runs, and the way of every force to every receiver.
+pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
+    let Some(sound) = &plan.sound() else { return };
+    let Expected { columns, length, .. } = amounts.expected;
+    if let Some(SetUpCost { frequencies, cost, bytes_kept }) = sound.expected(plan, length) {
+        let stage = Stage::Radiation;
+        amounts.add(stage, Unit::RadiationOperation, cost.factor_operations, Place::BeforeOnAll);
+        let kernels = cost.far_evaluations + cost.near_evaluations;
+        amounts.add(stage, Unit::RadiationKernel, kernels, Place::BeforeOnAll);
+        amounts.count(Counter::RadiationKernels, kernels);
+        amounts.count(Counter::RadiationSolves, frequencies as f64);
+        amounts.fit_memory_per_thread = amounts.fit_memory_per_thread.max(cost.bytes as f64);
+        amounts.fit_memory_that_stays = bytes_kept as f64;
+        amounts.hold("transfers of the sound", TRANSFER_RESERVE * bytes_kept as f64);
+    }
+    let (cells, lateral) = (Sound::GRID.around, sound.lateral);
+    let waves = SurfaceWaves::expected_evaluations(cells / 2, lateral, 0.5 / plan.time_step);
+    amounts.add(Stage::Radiation, Unit::Evaluation, waves, Place::BeforeOnAll);
+    amounts.count(Counter::ComplianceEvaluations, waves);
+    let layout = SegmentLayout { columns: columns as usize, ..sound.layout };
+    let bins = (sound.radiation.fmax / layout.resolution()).ceil() as usize;
+    let points = sound.points();
+    let steps = plan.steps - plan.warm_up_steps;
+    let blocks = PressureStream::blocks(&layout, steps);
+    let together = PressureStream::together(&layout, bins, steps);
+    let passes = blocks.div_ceil(together.max(1) as u64);
+    let integrals = PressureModel::integrals(sound.radiation.air, lateral);
+    let [shared, each] = PressureTransfers::multiply_adds(&layout, bins, together, cells, integrals);
+    let products = shared * PressureStream::batches(points).0 as f64 + each * points as f64;
+    amounts.add(Stage::Sound, Unit::TransferMultiplyAdd, passes as f64 * products, Place::MarchOnAll);
+    let transforms = 0.5 * (layout.places() + points) as f64 * transform_multiply_adds(layout.length());
+    amounts.add(Stage::Sound, Unit::SoundMultiplyAdd, blocks as f64 * transforms, Place::MarchOnAll);
+    let blocks = PressureStream::bytes(&layout, bins, steps, points, [cells, integrals]);
+    amounts.hold("blocks of the sound", SOUND_RESERVE * blocks);
+    let spectra = SpectrumAccumulator::bytes(plan.time_step, SOUND_SEGMENT);
+    amounts.hold("spectra of the sound", points as f64 * spectra);
+    let samples = PressureStream::samples(&layout, steps) as usize;
+    let [kept, read] = sound.heard_samples(samples, plan.speed);
+    amounts.add(Stage::Response, Unit::PassedSample, read, Place::BeforeOnAll);
+    amounts.hold("pressures to listen to", 4.0 * kept);
+}

@@ -1,0 +1,168 @@
+//! Results folder of a run, as effects and reports read it again.
+
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+use crate::plan::Plan;
+use crate::response::BandLevel;
+use crate::results::read_table::Table;
+use crate::results::summary::Summary;
+use crate::scene::{LoadedScene, SceneError};
+use crate::storage::array::{Array, ArrayError};
+use crate::storage::flat_folder;
+use crate::storage::input::{self, InputError, TABLE_BYTES};
+
+/// Fault of a folder.
+#[derive(Debug, Error)]
+pub enum StoredError {
+    /// A file that cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Error of the system.
+        source: std::io::Error,
+    },
+    /// A file that is not what its name says.
+    #[error("{}: {reason}", path.display())]
+    Content {
+        /// The file.
+        path: PathBuf,
+        /// Fault of the file.
+        reason: String,
+    },
+    /// Settings that this version of the program does not take.
+    #[error("the settings in {}: {source}", path.display())]
+    Settings {
+        /// The summary.
+        path: PathBuf,
+        /// Faults of the settings.
+        source: Box<SceneError>,
+    },
+}
+
+/// Third-octave levels of one signal.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spectrum {
+    /// Quantity of the levels, reference included: that of the effect's table.
+    pub quantity: &'static str,
+    /// Name of the signal; empty where there is one of the quantity.
+    pub name: String,
+    /// The levels, bands rising.
+    pub levels: Vec<BandLevel>,
+    /// The frequency \[Hz\] from which on it is known how far off valid levels may be, and how far that is \[dB\].
+    pub error: Option<(f64, f64)>,
+}
+
+/// An array that a run has written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StoredArray {
+    /// Its lengths.
+    pub shape: Vec<usize>,
+    /// Its numbers, row by row.
+    pub values: Vec<f64>,
+}
+
+/// Results that a finished or interrupted run has left.
+#[derive(Clone, Debug)]
+pub struct Stored {
+    /// The folder.
+    pub folder: PathBuf,
+    /// Its summary.
+    pub summary: Summary,
+    /// The scene as it was run.
+    pub loaded: LoadedScene,
+    /// Plan of the run, with its reasons.
+    pub plan: Plan,
+    /// All third octaves: forces, velocities, sound.
+    pub spectra: Vec<Spectrum>,
+    /// True if the file of a measured road comes from the caller: the folder's own word on it is not taken.
+    pub(crate) knows_road: bool,
+}
+
+impl Stored {
+    /// With the file of the measured road, where a caller knows it: it is not among the results.
+    #[must_use]
+    pub fn with_road(mut self, file: Option<&Path>) -> Self {
+        if let (Some(own), Some(file)) = (self.plan.scene.road.file_mut(), file) {
+            file.clone_into(own);
+            self.knows_road = true;
+        }
+        self
+    }
+
+    /// Finds the third octaves of a signal, by their quantity and its name.
+    pub fn spectrum(&self, quantity: &str, name: &str) -> Option<&Spectrum> {
+        self.spectra.iter().find(|spectrum| spectrum.quantity == quantity && spectrum.name == name)
+    }
+
+    /// Returns the run's name: its folder's.
+    pub fn name(&self) -> String {
+        self.folder.file_name().unwrap_or(self.folder.as_os_str()).to_string_lossy().into_owned()
+    }
+
+    /// Reads a text file of the folder; `None` where the run has not written it.
+    ///
+    /// # Errors
+    /// [`StoredError::Read`], also of one that is too large or no text.
+    pub fn text(&self, name: &str) -> Result<Option<String>, StoredError> {
+        file(&self.folder, name)?.map(|path| read_text(&path)).transpose()
+    }
+
+    /// Reads the bytes of a file of the folder.
+    ///
+    /// # Errors
+    /// As [`Self::text`].
+    pub fn bytes(&self, name: &str) -> Result<Vec<u8>, StoredError> {
+        let path = file(&self.folder, name)?.unwrap_or_else(|| self.folder.join(name));
+        input::read(&path, TABLE_BYTES).map_err(reading(&path))
+    }
+
+    /// Reads a column of numbers from an array of the folder; `None` where the run has not written it.
+    ///
+    /// # Errors
+    /// [`StoredError::Content`] of a file that holds no such column.
+    pub fn column(&self, name: &str) -> Result<Option<Vec<f64>>, StoredError> {
+        Ok(self.array(name)?.map(|array| array.values))
+    }
+
+    /// Reads an array of the folder; `None` where the run has not written it.
+    ///
+    /// # Errors
+    /// [`StoredError::Content`] of a file that holds none.
+    pub fn array(&self, name: &str) -> Result<Option<StoredArray>, StoredError> {
+        let Some(path) = file(&self.folder, name)? else { return Ok(None) };
+        let read = || {
+            let array = Array::open(&path)?;
+            let shape = array.shape().iter().map(|&length| length as usize).collect();
+            Ok(StoredArray { shape, values: array.into_values()? })
+        };
+        let array: Result<StoredArray, ArrayError> = read();
+        array.map(Some).map_err(|error| StoredError::Content { path, reason: error.to_string() })
+    }
+
+    /// Reads a table of the folder; `None` where the run has not written it.
+    ///
+    /// # Errors
+    /// [`StoredError`].
+    pub fn table(&self, name: &str) -> Result<Option<Table>, StoredError> {
+        let Some(text) = self.text(name)? else { return Ok(None) };
+        let wrong = |error| StoredError::Content { path: self.folder.join(name), reason: format!("no table: {error}") };
+        Table::parse(&text).map(Some).map_err(wrong)
+    }
+}
+
+/// Finds the path of a file of the folder; `None` where there is none.
+pub(crate) fn file(folder: &Path, name: &str) -> Result<Option<PathBuf>, StoredError> {
+    flat_folder::file(folder, name).map_err(|source| StoredError::Read { path: folder.join(name), source })
+}
+
+/// Reads a text of a folder.
+pub(crate) fn read_text(path: &Path) -> Result<String, StoredError> {
+    input::read_text(path, TABLE_BYTES).map_err(reading(path))
+}
+
+fn reading(path: &Path) -> impl FnOnce(InputError) -> StoredError {
+    |error| StoredError::Read { path: path.to_owned(), source: error.into() }
+}

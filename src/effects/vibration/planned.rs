@@ -1,0 +1,192 @@
+//! Numbers of the vibration.
+
+use super::decision::wanted;
+use crate::counters::{Counter, Stage};
+use crate::plan::amounts::wavenumbers;
+use crate::plan::settle::Choice;
+use crate::plan::{Amounts, Place, Plan, Unit};
+use crate::response::vibration::{
+    Across, ElementVelocities, HeardPower, HeardVelocity, SegmentLayout, VelocityTable, VibrationAccumulator,
+    point_bytes,
+};
+use crate::scene::{Diagnostic, LoadedScene, Numerics, Scene, SceneError, Vibration, Zone, short};
+use crate::tyre::poles::expected_fit;
+use crate::tyre::poles::lateral::{LateralFitOptions, lateral_terms};
+
+/// Time of drawing a map over that of other plots (measured).
+const MAP_PLOTS: f64 = 20.0;
+/// Memory of the vibration over that of its segments: velocities, tables and pictures at the end (measured).
+const VIBRATION_RESERVE: f64 = 1.8;
+/// Revolutions of the segments in which the power of all waves of cells is found, at most: there are ten times as many
+/// of them as are heard. What is blurred by the window falls with the square of their number, as it does for slices:
+/// 2e-3 of the power of a rough road at 2 of them, 3e-4 at 4.5 (N = 96, `sdirk2`).
+const POWER_REVOLUTIONS: usize = 4;
+/// Time of fitting one wave of a lateral number over that of a strip's sum over m (measured for cells' waves).
+const WAVE_FIT: f64 = 0.25;
+
+/// The segments of a run's vibration; phase and first position are the run's to say.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VibrationSegments {
+    /// Segments of the velocities.
+    pub velocities: SegmentLayout,
+    /// Segments of contact over cells.
+    pub cells: Option<CellSegments>,
+}
+
+/// Parts of the vibration of cells.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CellSegments {
+    /// Lateral numbers that the velocities, means across the strip, hear.
+    pub heard: Vec<usize>,
+    /// How many the run carries: there may be more than a machine can list.
+    pub carried: usize,
+    /// Segments of the power, which all waves put in.
+    pub power: SegmentLayout,
+}
+
+impl Vibration {
+    /// Fields that are wanted.
+    fn fields(&self) -> usize {
+        [self.tread, self.belt, self.tangential].map(usize::from).iter().sum()
+    }
+}
+
+impl Plan {
+    /// Returns the velocities to follow from the forces, if any.
+    pub fn vibration(&self) -> Option<Vibration> {
+        wanted(&self.scene)
+    }
+
+    /// Segments for a window of so many columns; `None` where the run is shorter than a revolution.
+    pub fn vibration_segments(&self, vibration: &Vibration, columns: usize) -> Option<VibrationSegments> {
+        let Numerics { elements, substeps, .. } = self.scene.numerics;
+        let steps = self.steps - self.warm_up_steps;
+        let revolution = (elements * substeps) as u64;
+        let revolutions = SegmentLayout::revolutions_for(vibration.segment, revolution, self.time_step, steps)?;
+        let even = SegmentLayout { columns, ..self.segment_layout(revolutions) };
+        if self.decisions.zone == Zone::Slices {
+            return Some(VibrationSegments { velocities: even, cells: None });
+        }
+        let (grid, last) = (self.cell_grid(), self.last_lateral_number());
+        let tolerance = vibration.lateral_tolerance.unwrap_or(Vibration::LATERAL_TOLERANCE);
+        let heard = grid.heard_by_mean(tolerance, last);
+        let carried = last + 1 - grid.waves().first_lateral_number();
+        let resolved = |components: usize, kept: usize| Across::Resolved { components, kept };
+        let velocities = SegmentLayout { across: resolved(heard.len(), vibration.fields()), ..even };
+        let revolutions = revolutions.min(POWER_REVOLUTIONS);
+        let power = SegmentLayout { revolutions, across: resolved(carried, 1), ..even };
+        Some(VibrationSegments { velocities, cells: Some(CellSegments { heard, carried, power }) })
+    }
+
+    /// Tells how many lateral waves are heard of forces on cells.
+    pub(super) fn heard_waves(&self) -> Option<Choice> {
+        let vibration = self.vibration().filter(|_| self.decisions.zone == Zone::Cells)?;
+        let cells = self.vibration_segments(&vibration, 1)?.cells?;
+        Some(Choice {
+            key: "outputs.vibration.lateral_tolerance",
+            value: short(vibration.lateral_tolerance.unwrap_or(Vibration::LATERAL_TOLERANCE)),
+            reason: format!(
+                "means across the strip hear {} of the {} waves across that the run carries",
+                cells.heard.len(),
+                cells.carried
+            ),
+        })
+    }
+
+    /// Returns the requirements of the models of single lateral numbers.
+    pub fn lateral_fit(&self) -> LateralFitOptions {
+        LateralFitOptions { fit: self.fit, aliases: self.scene.numerics.wavenumber_aliases }
+    }
+}
+
+/// Complains about elements whose vibration is wanted and that the tyre does not have.
+///
+/// # Errors
+/// [`SceneError::Invalid`].
+pub(super) fn check_elements(loaded: &LoadedScene, scene: &Scene) -> Result<(), SceneError> {
+    let count = scene.numerics.elements;
+    let wanted = scene.outputs.vibration.iter().flat_map(|vibration| vibration.elements.iter().enumerate());
+    let complain = |(index, element): (usize, &usize)| {
+        let wrong = format!("the tyre has no element {element}: numerics.elements = {count}");
+        let right = format!("write a whole number from 0 to {}", count.saturating_sub(1));
+        loaded.complain(&format!("outputs.vibration.elements[{index}]"), wrong, right)
+    };
+    let diagnostics: Vec<Diagnostic> = wanted.filter(|(_, element)| **element >= count).map(complain).collect();
+    if diagnostics.is_empty() { Ok(()) } else { Err(SceneError::invalid(diagnostics, 0)) }
+}
+
+/// Adds work and memory of the vibration.
+pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
+    let Some(vibration) = &plan.vibration() else { return };
+    let scene = &plan.scene;
+    // A run too short for it has none.
+    let Some(segments) = plan.vibration_segments(vibration, amounts.expected.columns as usize) else { return };
+    let layout = segments.velocities;
+    let steps = (plan.steps - plan.warm_up_steps) as f64;
+    let count = |layout: &SegmentLayout| (2.0 * steps / layout.length() as f64 - 1.0).max(1.0).floor();
+    let unit = Unit::VibrationMultiplyAdd;
+    let wanted = vibration.fields();
+    let mut multiply_adds = layout.multiply_adds();
+    if !vibration.elements.is_empty() {
+        multiply_adds += ElementVelocities::multiply_adds(&layout, wanted * vibration.elements.len());
+    }
+    amounts.add(Stage::Vibration, unit, count(&layout) * multiply_adds, Place::March);
+    if let Some(cells) = &segments.cells {
+        let multiply_adds = count(&cells.power) * cells.power.multiply_adds();
+        amounts.add(Stage::Vibration, unit, multiply_adds, Place::March);
+    }
+    let fields = wanted as f64;
+    // Each field once for the spectra, once more for the points and for the rule's own transfer; a pair of poles is
+    // one. Of resolved forces all is known before the first segment.
+    let at_places = !(vibration.points.is_empty() && vibration.elements.is_empty());
+    let times = match (&segments.cells, at_places) {
+        (Some(_), _) => fields,
+        (None, true) => 2.0 * fields + 1.0,
+        (None, false) => fields + 1.0,
+    };
+    // Even and odd parts of the waves of a tyre that turns.
+    let turns = plan.decisions.tyre.turns();
+    let parts = if turns { 2.0 } else { 1.0 };
+    let times = parts * times;
+    let poles = match &segments.cells {
+        None => 0.5 * amounts.poles,
+        Some(cells) => add_models(amounts, plan, cells.heard.len()),
+    };
+    let bins = (layout.stages() * layout.bins()) as f64;
+    amounts.add(Stage::Vibration, Unit::VibrationPole, times * poles * bins, Place::Before);
+    if vibration.tangential {
+        amounts.add(Stage::Influence, Unit::TangentialPole, poles, Place::BeforeOnAll);
+    }
+    if scene.outputs.plots {
+        // A map has a thousand times as much to draw as a spectrum has.
+        let maps = if vibration.map { 2.0 * fields * MAP_PLOTS } else { 0.0 };
+        amounts.add(Stage::Response, Unit::Plot, 1.0 + maps, Place::Before);
+    }
+    let evaluations = times * wavenumbers(scene) * bins * layout.components() as f64;
+    amounts.count(Counter::VibrationEvaluations, evaluations);
+    let held = point_bytes(&layout, wanted, vibration, turns);
+    amounts.hold("forces and spectra of segments", VIBRATION_RESERVE * held);
+    if let Some(CellSegments { power, .. }) = &segments.cells {
+        let [waves, ..] = plan.expected_waves(amounts.expected.columns);
+        let of_stages = (power.stages() * power.stages() * power.bins()) as f64;
+        amounts.add(Stage::Vibration, Unit::VibrationPole, parts * 0.5 * amounts.poles * of_stages, Place::Before);
+        amounts.count(Counter::VibrationEvaluations, parts * waves * of_stages);
+        // One field's table after the other, unless places want them all.
+        let double = if at_places { fields } else { 1.0 } * VelocityTable::bytes(&layout, turns);
+        let of_power = HeardPower::bytes(power, waves, turns);
+        let tables = fields * HeardVelocity::bytes(&layout, turns) + double + of_power;
+        amounts.hold("transfers of the cells' waves", tables);
+        amounts.hold("forces and spectra of the power", VibrationAccumulator::bytes(power, 0));
+    }
+}
+
+/// Adds the models of so many lateral numbers; gives their poles, pairs as one.
+fn add_models(amounts: &mut Amounts, plan: &Plan, numbers: usize) -> f64 {
+    let waves = wavenumbers(&plan.scene) * numbers as f64;
+    let terms = lateral_terms(plan.scene.numerics.wavenumber_aliases) as f64 / lateral_terms(Some(1)) as f64;
+    amounts.add(Stage::Fit, Unit::Fit, WAVE_FIT * terms * waves / 257.0, Place::BeforeOnAll);
+    amounts.fit_memory_per_thread = amounts.fit_memory_per_thread.max(expected_fit::BYTES);
+    let poles = plan.expected_poles_of_wave() * waves;
+    amounts.hold("models of the lateral numbers", 24.0 * poles);
+    0.5 * poles
+}

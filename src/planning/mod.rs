@@ -1,0 +1,101 @@
+//! Planning: a scene becomes a plan. Physics and effects are asked in the order of their lists, so that an effect
+//! states its decision, its choices and its work in its own room.
+
+use crate::effects::EFFECTS;
+use crate::plan::decisions::{Decisions, MISSING, PHYSICS, Row};
+use crate::plan::settle::{self, Choice};
+use crate::plan::{Amounts, Forecast, PLATE_FROM, Plan, UnitCosts, feasible, inflation, kept_poles};
+use crate::scene::{LoadedScene, Scene, SceneError};
+
+/// Lists the rows of the plan's table, in the order of the data's way.
+pub fn rows() -> impl Iterator<Item = &'static Row> {
+    PHYSICS.iter().chain(EFFECTS.into_iter().flat_map(|effect| effect.rows())).chain(&MISSING)
+}
+
+/// Decides every setting of a loaded scene, for commands that do not follow a [`Plan`].
+///
+/// # Errors
+/// [`SceneError::Invalid`] where wishes contradict each other, or given numbers cannot reach them.
+pub fn settled(loaded: LoadedScene) -> Result<LoadedScene, SceneError> {
+    let (scene, _) = decide(&loaded)?;
+    Ok(loaded.settled(scene))
+}
+
+/// Decides every setting of a scene; gives it, and the choices.
+fn decide(loaded: &LoadedScene) -> Result<(Scene, Vec<Choice>), SceneError> {
+    let (scene, choices) = settle::decide(loaded)?;
+    EFFECTS.iter().try_for_each(|effect| effect.check(loaded, &scene))?;
+    Ok((scene, choices))
+}
+
+impl Decisions {
+    /// Decides on a scene.
+    pub fn new(scene: &Scene) -> Self {
+        Self::by(rows(), scene, EFFECTS.iter().any(|effect| effect.takes_models(scene)))
+    }
+}
+
+impl Plan {
+    /// Plans a loaded scene: decides what it leaves open, and expects a fit where there is one.
+    ///
+    /// # Errors
+    /// As [`settled`]; a tyre whose sums over waves have no end, or too many terms.
+    pub fn of(loaded: &LoadedScene) -> Result<Self, SceneError> {
+        let (scene, mut choices) = decide(loaded)?;
+        feasible::check(loaded, &scene)?;
+        choices.extend(inflation::choices(&scene.tyre));
+        let mut plan = Self::new(&scene);
+        plan.check_rotation(loaded)?;
+        plan.decisions.notes.extend(plan.outrun_tread());
+        choices.extend(EFFECTS.iter().filter_map(|effect| effect.choice(&plan)));
+        plan.choices = choices;
+        if !scene.tyre.curvature && (scene.numerics.accuracy.is_some() || scene.numerics.preset.is_some()) {
+            let note = format!(
+                "the stated accuracy is that of the numerical solution: the flat plate's absolute levels are \
+                 indicative below about {PLATE_FROM} Hz"
+            );
+            plan.decisions.notes.push(note);
+        }
+        Ok(plan)
+    }
+
+    /// Plans a scene with every setting decided; expects a fit where there is one.
+    pub fn new(scene: &Scene) -> Self {
+        Self::decided(scene, Decisions::new(scene))
+    }
+
+    /// With what the user's cache holds for it and for its effects: amounts and forecast know it then.
+    #[must_use]
+    pub fn with_kept_model(mut self) -> Self {
+        self.kept_poles = kept_poles(&self);
+        EFFECTS.iter().for_each(|effect| effect.look_up(&mut self));
+        self
+    }
+
+    /// Counts the work of each stage in units, and memory by what holds it.
+    pub fn amounts(&self) -> Amounts {
+        let mut amounts = Amounts::of_physics(self);
+        EFFECTS.iter().for_each(|effect| effect.add_amounts(self, &mut amounts));
+        amounts.add_results(self);
+        amounts
+    }
+
+    /// Forecasts time and memory on this machine. `process`: memory of the process itself \[bytes\].
+    pub fn forecast(&self, costs: &UnitCosts, threads: usize, process: f64) -> Forecast {
+        Forecast::new(&self.amounts(), self.steps, costs, threads, process)
+    }
+
+    /// Refuses a plan that needs more memory or time than the scene allows, and what cannot be simulated at all.
+    ///
+    /// # Errors
+    /// [`SceneError::Invalid`] with a complaint that points into the scene.
+    pub fn check(&self, loaded: &LoadedScene) -> Result<(), SceneError> {
+        self.check_amounts(loaded, &self.amounts())
+    }
+}
+
+/// Lists the results that a run of a plan will not give, known without running it: the user should act on them.
+pub fn foreseen(plan: &Plan) -> Vec<String> {
+    let missing = EFFECTS.into_iter().flat_map(|effect| effect.missing(plan));
+    plan.warnings().into_iter().chain(missing).collect()
+}

@@ -1,0 +1,109 @@
+//! Waves round a tyre that turns, beside those of the standing one, and its critical speeds.
+//!
+//! Rotation parts the two waves of n periods: that against the rotation is the faster one. A force that stands beside
+//! the axle runs round the tyre against its rotation with the speed V, at n V/L for n periods: where this line meets a
+//! wave against the rotation, the tyre rolls into its own wave.
+
+use crate::plan::Decisions;
+use crate::scene::{Scene, Switch};
+use crate::tyre::critical_speed::{TreadWave, limit, tread_wave};
+use crate::tyre::modes::{Modes, ModesError, Motion, modes};
+use crate::tyre::poles::Direction;
+use crate::tyre::slowest_wave::{SlowestWave, slowest_wave_below};
+
+/// Highest speed at which the belt's waves are looked for \[m/s\].
+pub const HIGHEST: f64 = 200.0;
+
+/// Lowest radial modes of n periods and of the lowest lateral number \[Hz\], where there are any.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RollingWave {
+    /// Periods round the tyre.
+    pub n: usize,
+    /// Of the standing tyre.
+    pub standing: Option<f64>,
+    /// Running with the rotation.
+    pub forwards: Option<f64>,
+    /// Running against it.
+    pub backwards: Option<f64>,
+}
+
+/// Waves and critical speeds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RollingWaves {
+    /// Speed at which it rolls \[m/s\].
+    pub speed: f64,
+    /// Growth of the radius \[m\].
+    pub growth: f64,
+    /// By n, from 0 on.
+    pub waves: Vec<RollingWave>,
+    /// Slowest wave of the belt, of the tyre that turns as it rolls; `None`: none up to [`HIGHEST`] or the limit.
+    pub belt: Option<SlowestWave>,
+    /// The same of a tyre that does not turn.
+    pub belt_held: Option<SlowestWave>,
+    /// Wave of the tread's surface.
+    pub tread: Option<TreadWave>,
+    /// Speed up to which the turning tyre is stable \[m/s\].
+    pub limit: Option<f64>,
+}
+
+/// Finds the waves n = 0..=`largest_n` up to a frequency \[Hz\], and the critical speeds of a scene's tyre, which turns
+/// unless it is flat.
+///
+/// # Errors
+/// As [`modes`].
+pub fn rolling_waves(scene: &Scene, largest_n: usize, highest: f64) -> Result<RollingWaves, ModesError> {
+    let mut turning = scene.clone();
+    turning.effects.rotation = Switch::Auto;
+    let Decisions { tyre, growth, .. } = Decisions::new(&turning);
+    let standing = modes(&scene.tyre, largest_n, 1, highest)?;
+    let rolling = if tyre.turns() { modes(&tyre, largest_n, 1, highest)? } else { standing.clone() };
+    let waves = (0..=largest_n).map(|n| RollingWave {
+        n,
+        standing: lowest(&standing, n, None),
+        forwards: lowest(&rolling, n, Some(Direction::Forwards)),
+        backwards: lowest(&rolling, n, Some(Direction::Backwards)),
+    });
+    let limit = limit(&tyre);
+    Ok(RollingWaves {
+        speed: scene.rolling.speed(),
+        growth,
+        waves: waves.collect(),
+        belt: slowest_wave_below(&tyre, limit.map_or(HIGHEST, |limit| limit.min(HIGHEST))),
+        belt_held: slowest_wave_below(&scene.tyre, HIGHEST),
+        tread: tread_wave(&tyre, tyre.turns()),
+        limit,
+    })
+}
+
+/// The lowest radial mode of n periods, of one direction where modes have one \[Hz\].
+fn lowest(modes: &Modes, n: usize, direction: Option<Direction>) -> Option<f64> {
+    let mut of_wave = modes.confirmed.iter().filter(|mode| mode.n == n && mode.motion == Motion::Radial);
+    of_wave.find(|mode| mode.direction.is_none() || mode.direction == direction).map(|mode| mode.frequency())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::DEFAULT;
+
+    #[test]
+    fn rotation_parts_the_waves_of_the_default_tyre_as_expected() {
+        let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
+        for (speed, expected) in [
+            (110.0, [(1, 86.0, 54.0), (2, 106.0, 81.0), (3, 126.0, 108.0), (6, 207.0, 201.0)]),
+            (250.0, [(1, 107.0, 33.0), (2, 129.0, 72.0), (3, 160.0, 120.0), (6, 280.0, 267.0)]),
+        ] {
+            scene.rolling.speed_kmh = speed;
+            let found = rolling_waves(&scene, 6, 400.0).unwrap();
+            for (n, against, with) in expected {
+                let RollingWave { forwards, backwards, .. } = found.waves[n];
+                let (forwards, backwards) = (forwards.unwrap(), backwards.unwrap());
+                assert!((backwards - against).abs() < 1.0, "{speed} km/h, n = {n}: {backwards} Hz against");
+                assert!((forwards - with).abs() < 1.0, "{speed} km/h, n = {n}: {forwards} Hz with");
+            }
+            // Section 4 of the model: no wave of the turning belt is slower than the tyre is stable.
+            assert_eq!(found.belt, None, "{found:?}");
+            assert!(found.belt_held.is_some_and(|wave| (wave.speed - 59.0).abs() < 1.0), "{found:?}");
+        }
+    }
+}

@@ -127,9 +127,8 @@ impl ShortWaves {
     pub(super) fn moments(&self, longitudinal: &[(f64, f64)], lateral: &[Weighted]) -> Change<f64> {
         let even = self.moments_of(longitudinal, lateral, |_| 1.0, Band::beyond);
         let odd = if self.tyre.turns() {
-            let beyond = |band: &Band, weight: f64, k_squared: f64| {
-                [weight * (band.limits[0] / k_squared).powf(1.5), 0.0]
-            };
+            let beyond =
+                |band: &Band, weight: f64, k_squared: f64| [weight * (band.limits[0] / k_squared).powf(1.5), 0.0];
             self.moments_of(longitudinal, lateral, |cosine| cosine, beyond)
         } else {
             Vec::new()

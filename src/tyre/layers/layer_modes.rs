@@ -510,12 +510,7 @@ where
 
 /// c_j = inertia m_j + sum of left_p g_pj.
 #[inline(always)]
-fn force_of<T: ComplexField>(
-    vectors: &[[[f64; BLOCK]; 6]],
-    inertia: T,
-    left: &[T; MOST_PARTS],
-    j: usize,
-) -> [T; 6] {
+fn force_of<T: ComplexField>(vectors: &[[[f64; BLOCK]; 6]], inertia: T, left: &[T; MOST_PARTS], j: usize) -> [T; 6] {
     let mut c = [inertia; 6];
     for row in 0..6 {
         let mut sum = inertia * vectors[0][row][j];

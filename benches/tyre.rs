@@ -88,7 +88,7 @@ fn influence(criterion: &mut Criterion) {
 }
 
 /// A wave of the curved tyre by the ways to it, with the error of each against steps a sixth as long; then the sums of
-/// one wavenumber at many s side by side, curved and flat.
+/// one wavenumber at many s side by side, curved and flat, at rest and turning: both directions then.
 fn curved(criterion: &mut Criterion) {
     let tyre = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
     let (n, m, s) = (60, 4, Complex64::new(50.0, 2.0 * PI * 1000.0));
@@ -108,6 +108,13 @@ fn curved(criterion: &mut Criterion) {
     group.sample_size(20);
     group.bench_function("prepare a wave", |bench| bench.iter(|| cylinder.wave(black_box(n), m)));
     group.bench_function("prepared wave at s", |bench| bench.iter(|| wave.normal(black_box(&at))));
+    let turning = Tyre { angular_velocity: -69.4 / tyre.radius(), ..tyre.clone() };
+    let turning_cylinder = Cylinder::new(&turning, top, 1e-5);
+    let (turning_wave, turning_at) = (turning_cylinder.wave(n, m), turning_cylinder.at(s));
+    group.bench_function("prepare a wave, turning", |bench| bench.iter(|| turning_cylinder.wave(black_box(n), m)));
+    group.bench_function("prepared wave at s, turning, both ways", |bench| {
+        bench.iter(|| turning_wave.normal_both_ways(black_box(&turning_at)));
+    });
     group.bench_function("steps at s", |bench| bench.iter(|| stack.compliance(n, m, black_box(s), STEP)));
     let without = |tyre: &Tyre| {
         let mut tyre = tyre.clone();
@@ -115,10 +122,15 @@ fn curved(criterion: &mut Criterion) {
         tyre
     };
     let flat = Tyre { curvature: false, inflation: None, cavity: None, ..tyre.clone() };
-    let (isotropic, isotropic_flat) = (without(&tyre), without(&flat));
-    for (name, tyre) in
-        [("curved", &tyre), ("curved, no cords", &isotropic), ("flat", &flat), ("flat, no cords", &isotropic_flat)]
-    {
+    let (isotropic, isotropic_flat, isotropic_turning) = (without(&tyre), without(&flat), without(&turning));
+    for (name, tyre) in [
+        ("curved", &tyre),
+        ("curved, turning", &turning),
+        ("curved, no cords", &isotropic),
+        ("curved, no cords, turning", &isotropic_turning),
+        ("flat", &flat),
+        ("flat, no cords", &isotropic_flat),
+    ] {
         let sum = InfluenceSum::with(tyre, Projection::new(tyre, ELEMENTS), Truncation::Tail, 1e-7, top);
         let points: Vec<_> = (1..=256).map(|k| sum.at(Complex64::new(0.0, 2.0 * PI * 10.0 * f64::from(k)))).collect();
         let mut values = Vec::new();

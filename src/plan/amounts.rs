@@ -101,7 +101,7 @@ impl Amounts {
             result_bytes: 0.0,
         };
         if plan.needs_model() {
-            amounts.model(scene, plan.kept_poles);
+            amounts.model(plan);
         }
         match (plan.decisions.zone, scene.numerics.history) {
             (Zone::Slices, History::Direct) => amounts.direct(scene, plan),
@@ -159,22 +159,23 @@ impl Amounts {
         let forces = 8.0 * lags * (3.0 * columns + 9.0);
         self.hold("weights and forces of the past", forces);
         // The kernel at all points of the contour, the weights that they are transformed to, and those by element.
-        let waves = wave_bytes(&scene.tyre, scene.numerics.influence_tolerance);
+        let waves = wave_bytes(&plan.decisions.tyre, scene.numerics.influence_tolerance);
         let kernel = InfluenceSum::expected_bytes(&scene.tyre, Circle::new(plan.lags).points().count());
         self.fit_memory = self.fit_memory.max(waves + kernel + 8.0 * lags * wavenumbers);
         self.fit_memory_that_stays = forces;
     }
 
     /// The fitted model that the recursion and the vibration need.
-    fn model(&mut self, scene: &Scene, kept: Option<usize>) {
+    fn model(&mut self, plan: &Plan) {
+        let (scene, kept) = (&plan.scene, plan.kept_poles);
         let numerics = &scene.numerics;
         let (elements, tolerance) = (numerics.elements as f64, numerics.pole_tolerance);
         self.poles = kept.map_or_else(|| expected_fit::poles(elements, tolerance), |kept| kept as f64);
         if kept.is_none() {
-            let share = expected_fit::share(elements, tolerance, &scene.tyre);
+            let share = expected_fit::share(elements, tolerance, &plan.decisions.tyre);
             self.add(Stage::Fit, Unit::Fit, share, Place::BeforeOnAll);
             self.fit_memory_per_thread = expected_fit::BYTES;
-            let waves = wave_bytes(&scene.tyre, 0.01 * tolerance);
+            let waves = wave_bytes(&plan.decisions.tyre, 0.01 * tolerance);
             self.fit_memory = waves + InfluenceSum::expected_bytes(&scene.tyre, expected_fit::POINTS);
         }
         self.count(Counter::ComplianceEvaluations, if kept.is_none() { expected_fit::EVALUATIONS } else { 0.0 });

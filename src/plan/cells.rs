@@ -198,7 +198,7 @@ impl Amounts {
         self.add(Stage::Fit, Unit::Fit, 0.25 * waves / 257.0, Place::BeforeOnAll);
         self.fit_memory_per_thread = expected_fit::BYTES;
         // Waves of odd and of even number.
-        self.fit_memory = 2.0 * wave_bytes(&scene.tyre, scene.numerics.influence_tolerance);
+        self.fit_memory = 2.0 * wave_bytes(&plan.decisions.tyre, scene.numerics.influence_tolerance);
         let recursion = expected_multiply_adds(rule, STEPS, waves as usize, poles, turns);
         self.add(Stage::History, Unit::PoleMultiplyAdd, steps * recursion, Place::Behind);
     }

@@ -33,6 +33,8 @@ pub const KEPT: f64 = 0.3;
 const CURVED: f64 = 6.0;
 /// The same of one evaluation, in lanes (measured).
 pub const CURVED_EVALUATION: f64 = 3.3;
+/// Time of a tyre that turns over that at rest: waves of both directions, and more for each to prepare (measured).
+const TURNING: f64 = 2.1;
 
 /// Cost of a wave prepared for s = 0 alone, in evaluations of a flat tyre (measured).
 pub const WAVE_AT_REST: f64 = 1400.0;
@@ -44,7 +46,7 @@ pub fn poles(elements: f64, tolerance: f64) -> f64 {
 
 /// Time relative to that of the default tyre with 512 elements to 1e-5.
 pub fn share(elements: f64, tolerance: f64, tyre: &Tyre) -> f64 {
-    let shape = if tyre.curvature { CURVED } else { 1.0 };
+    let shape = if tyre.curvature { CURVED } else { 1.0 } * if tyre.turns() { TURNING } else { 1.0 };
     let place = (-tolerance.log10() - 3.0).clamp(0.0, BY_TOLERANCE.len() as f64 - 1.0);
     let low = (place as usize).min(BY_TOLERANCE.len() - 2);
     let (a, b) = (BY_TOLERANCE[low], BY_TOLERANCE[low + 1]);

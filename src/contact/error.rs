@@ -38,8 +38,8 @@ pub enum ContactError {
     },
     /// The skew part of the first weight G0 of a tyre that turns is too large beside the symmetric one.
     #[error(
-        "the tyre turns too far in a step: the odd part of its instantaneous influence is {skewness:.2} of the even one; \
-         choose more elements or substeps, or a lower speed"
+        "the tyre turns too far in a step: the odd part of its influence within a step is {skewness:.2} of the even \
+         one; choose more elements or substeps, or a lower speed"
     )]
     TooSkew {
         /// Largest ratio of both over the wavenumbers.

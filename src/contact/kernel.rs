@@ -1,8 +1,8 @@
 //! From influence functions to what the points in contact feel of each other within a step: the first weight G0.
 //!
-//! Of a tyre that turns with Om, w_(n,0) = H_n(s) = E_n + i O_n at a real s, and G0 is real and not symmetric: its
-//! symmetric part is that of the E_n, its skew part that of the O_n. By the energies of the motion |O_n| <= (2 Om/s) E_n,
-//! so that the symmetric part is positive definite and G0 has one solution of every contact.
+//! With the rotation Om, w_(n,0) = H_n(s) = E_n + i O_n at a real s, and G0 is real and not symmetric: its
+//! symmetric part is that of the E_n, its skew part that of the O_n. By the energies of the motion |O_n| <= (2 Om/s)
+//! E_n, so that the symmetric part is positive definite and G0 has one solution of every contact.
 //!
 //! Tread laws:
 //! - `elastic`: influence functions of the tread surface;
@@ -19,8 +19,8 @@ use super::static_contact::{StaticContact, matched};
 use crate::numeric::Ring;
 use crate::scene::Tread;
 
-/// Largest |O_n|/E_n of a first weight: each correction of the forces leaves less than this part of the skew part's share,
-/// see [`complementarity`](super::complementarity). A tyre has some thousandths.
+/// Largest |O_n|/E_n of a first weight: each correction of the forces leaves less than this part of the skew part's
+/// share, see [`complementarity`](super::complementarity). A tyre has some thousandths.
 const MOST_SKEW: f64 = 0.25;
 
 /// Influence between the points in contact within a step.
@@ -42,8 +42,8 @@ impl ContactKernel {
     /// the even and of the odd parts, the latter empty at rest.
     ///
     /// # Errors
-    /// [`ContactError::NotPositive`] unless all eigenvalues of the circulant G0 are positive, of a tyre that turns those
-    /// of its symmetric part; [`ContactError::TooSkew`] if the others are not small beside them.
+    /// [`ContactError::NotPositive`] unless all eigenvalues of the circulant G0 are positive, of a tyre that turns
+    /// those of its symmetric part; [`ContactError::TooSkew`] if the others are not small beside them.
     pub fn new(
         law: Tread,
         [first_weights, odd_weights]: [&[f64]; 2],

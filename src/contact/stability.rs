@@ -9,8 +9,8 @@
 //! followed in steps that turn w by less than 0.8 rad.
 //!
 //! w is real at real zeta and conjugate at conjugate zeta, so that half a circle says it all. Of a tyre that turns the
-//! waves forwards and backwards are conjugate to each other there: on the lower half the one is what the other is on the
-//! upper, both have as many zeros, and these are found from the upper halves of both.
+//! waves forwards and backwards are conjugate to each other there: on the lower half the one is what the other is on
+//! the upper, both have as many zeros, and these are found from the upper halves of both.
 //!
 //! An A-stable quadrature of a passive tyre has no such zero: it maps the disk into Re s > 0, where Re(s H) > 0. There
 //! delta(zeta) w_n(zeta), with the same delta for all wavenumbers, is positive real, which a compression to the

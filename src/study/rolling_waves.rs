@@ -19,7 +19,7 @@ pub const HIGHEST: f64 = 200.0;
 pub struct RollingWave {
     /// Periods round the tyre.
     pub n: usize,
-    /// Of the standing tyre.
+    /// Frequency of the standing tyre.
     pub standing: Option<f64>,
     /// Running with the rotation.
     pub forwards: Option<f64>,

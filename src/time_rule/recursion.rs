@@ -23,7 +23,7 @@
 //! conjugate-symmetric poles, so that a pair is stored once and u = 2 Re b. An *instant* is a time at which forces are
 //! solved for: a step, or a stage of a Runge-Kutta rule.
 //!
-//! Of a tyre that turns, H_n = E_n + i O_n, the odd part O_n has the same poles and residues of its own: R' = q R. Its
+//! With rotation, H_n = E_n + i O_n, the odd part O_n has the same poles and residues of its own: R' = q R. Its
 //! displacements are Re(q b) over the states of E_n, [`Recursion::foretell_both`], and go from one system to the other:
 //! Re u = E Re F - O Im F, Im u = E Im F + O Re F.
 

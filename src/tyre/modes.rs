@@ -11,7 +11,7 @@
 //!    what moves, radially, round the tyre or across it, names the mode, and a pole that several entries share is
 //!    listed once.
 //!
-//! Of a tyre that turns the waves n and -n differ, and each is looked for: C(-n, m, s) is sampled on the upper half of
+//! With rotation, the waves n and -n differ, and each is looked for: C(-n, m, s) is sampled on the upper half of
 //! the plane, too.
 //!
 //! A pole of step 2 that step 3 does not confirm, and that the samples feel, is reported as [`Modes::unconfirmed`].

@@ -5,8 +5,8 @@
 //! wave's resonance on, where V is the speed of the free wave. Above the slowest one waves stand behind the patch, the
 //! mean force no longer grows with the indentation for sure, and the motion may grow without bound.
 //!
-//! A tyre that turns does so at the speed V that is looked at, and a pattern that stands beside the axle has s = i n Om:
-//! of its two waves of n periods the one that runs against the rotation, with elements counted against it.
+//! A tyre that turns does so at the speed V that is looked at, and a pattern that stands beside the axle has s = i n
+//! Om: of its two waves of n periods the one that runs against the rotation, with elements counted against it.
 //!
 //! Waves shorter than 2 pi times the layers' thickness are left out: those are of the tread alone, whose own shear
 //! waves are as slow, but die out within a wavelength. (Default tyre at 250 km/h with the tension that its rolling

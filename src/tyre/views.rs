@@ -19,8 +19,8 @@ use super::poles::{Direction, RationalModel};
 use crate::numeric::in_parallel;
 use crate::scene::TimeRule;
 
-/// |H_n(2 pi i f)| \[m/N\], of a tyre that turns for the waves of one direction: one row for each wavenumber, one column
-/// for each frequency \[Hz\]. `None` for a field that the model does not have.
+/// |H_n(2 pi i f)| \[m/N\], of a tyre that turns for the waves of one direction: one row for each wavenumber, one
+/// column for each frequency \[Hz\]. `None` for a field that the model does not have.
 pub fn magnitudes(
     model: &RationalModel,
     field: Field,
@@ -62,8 +62,8 @@ fn odd_weight(n: usize, distance: usize, elements: usize) -> f64 {
     -multiplicity(n, elements) * phase(n, distance, elements).sin()
 }
 
-/// g_j(t) \[m/(N s)\] of a unit force impulse: one row for each distance j \[elements\], N - j towards smaller elements,
-/// one column for each time t >= 0 \[s\]. A constant of the model (an impulse at t = 0) is left out.
+/// g_j(t) \[m/(N s)\] of a unit force impulse: one row for each distance j \[elements\], N - j towards smaller
+/// elements, one column for each time t >= 0 \[s\]. A constant of the model (an impulse at t = 0) is left out.
 pub fn impulse_responses(
     model: &RationalModel,
     field: Field,
@@ -105,9 +105,9 @@ pub struct Causality {
     pub precursor: f64,
     /// Share of sum w_p^2 that lies before t = 0.
     pub energy_before: f64,
-    /// For n = 0..=N/2: square root of that share for H_n alone, with H_-n where that differs. A function whose Laurent coefficients of negative
-    /// index vanish has an imaginary part that is the Hilbert transform of its real part on the contour: this is the
-    /// Kramers-Kronig residual there.
+    /// For n = 0..=N/2: square root of that share for H_n alone, with H_-n where that differs. A function whose Laurent
+    /// coefficients of negative index vanish has an imaginary part that is the Hilbert transform of its real part on
+    /// the contour: this is the Kramers-Kronig residual there.
     pub kramers_kronig: Vec<f64>,
 }
 
@@ -274,7 +274,8 @@ mod tests {
         let mut least = f64::INFINITY;
         for (row, j) in found.iter().zip(distances) {
             for (value, t) in row.iter().zip(times) {
-                // All waves n = -8..8 one by one: n > 0 has the pole of its own direction, and the other one's conjugate.
+                // All waves n = -8..8 one by one: n > 0 has the pole of its own direction, and the other one's
+                // conjugate.
                 let of = |n: i64| {
                     let mode = turning_ring::mode(elements, n.unsigned_abs() as usize, turning);
                     let ring = |direction| mode.residue(direction) * (mode.pole(direction) * t).exp();

@@ -294,7 +294,7 @@ fn effects_are_compared_in_tables_and_pictures_and_those_a_scene_cannot_have_are
         assert!(text.contains(row) && csv.contains(row), "{row} is missing\n{text}\n{csv}");
     }
     // None, all, each of eight effects twice, half and twice the local compliance.
-    assert_eq!(csv.lines().count(), 1 + 2 + 2 * 8 + 2, "{csv}");
+    assert_eq!(csv.lines().count(), 1 + 2 + 2 * 7 + 2, "{csv}");
     assert!(text.contains("half the local compliance") && text.contains("known within a factor of two"), "{text}");
     assert!(target.join("effects_added.svg").exists() && target.join("effects_taken_away.svg").exists());
     let (text, csv, _) = of("kind = \"smooth\"");

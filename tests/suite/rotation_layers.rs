@@ -8,9 +8,9 @@ use tyrewave::scene::{DEFAULT, Foundation, Law, Layer, Material, Scene};
 use tyrewave::test_models::reference;
 use tyrewave::tyre::layers::cases;
 use tyrewave::tyre::layers::compliance::Matrix3;
-use tyrewave::tyre::layers::curved::{CurvedStack, STEP};
+use tyrewave::tyre::layers::curved::{CurvedStack, STEP, growth};
 use tyrewave::tyre::layers::cylinder::Cylinder;
-use tyrewave::tyre::layers::rotation::{Rotation, growth};
+use tyrewave::tyre::layers::rotation::Rotation;
 
 /// Relative accuracy that waves are prepared for, as influence functions ask for.
 const TOLERANCE: f64 = 1e-7;
@@ -96,7 +96,7 @@ fn growth_and_hoop_stress_are_those_of_the_reference() {
     }
 }
 
-/// Of the reference, turning.
+/// A tyre of the reference, turning.
 fn turning(name: &str) -> CurvedStack {
     let tyres = cases::curved_tyres(&references().to_string()).unwrap();
     tyres.into_iter().find(|(own, _)| own == name).unwrap().1
@@ -178,7 +178,7 @@ fn turning_tyres_are_passive_below_their_limit_and_not_beyond() {
     let at_speed = |speed: f64| {
         let mut stack = turning("cord belt, 250 km/h");
         stack.sidewall_mass = 0.0;
-        stack.rotation = Rotation::new(&stack, speed / stack.radius);
+        stack.rotation = stack.turning(speed / stack.radius);
         stack
     };
     let least = |stack: &CurvedStack, points: &[(i64, usize, f64)]| {
@@ -209,14 +209,15 @@ fn turning_tyres_are_passive_below_their_limit_and_not_beyond() {
     assert!(found < 0.0, "{found}");
 }
 
-/// A pattern that stands on the ground, s = i n Om: inertia, Coriolis force and softening of the growth's tension nearly
-/// cancel, where Om has the right sign; its moduli are those at that frequency. Compliances over that at rest, s = 0.
+/// A pattern that stands on the ground, s = i n Om: inertia, Coriolis force and softening of the growth's tension
+/// nearly cancel, where Om has the right sign; its moduli are those at that frequency. Compliances over that at rest, s
+/// = 0.
 #[test]
 fn a_pattern_frozen_to_the_ground_hardly_feels_the_rotation_but_that_of_the_wrong_sign() {
     let mut stack = turning("cord belt, 250 km/h");
     (stack.sidewall_mass, stack.cavity) = (0.0, None);
     let resting = CurvedStack { rotation: Rotation::default(), ..stack.clone() };
-    stack.rotation = Rotation::new(&resting, 69.444 / stack.radius);
+    stack.rotation = resting.turning(69.444 / stack.radius);
     let mut reversed = stack.clone();
     reversed.rotation.angular_velocity *= -1.0;
     let of = |stack: &CurvedStack, n, s| stack.compliance(n, 0, s, STEP).0[2][2].norm();
@@ -239,13 +240,13 @@ fn at_rest_nothing_changes() {
     let from = stack.inner_radius();
     let own = stack.layers[0].tension.map(|tension| tension / stack.layers[0].thickness);
     assert_eq!(stack.rotation.prestress(&stack.layers[0], from).map(f64::to_bits), own.map(f64::to_bits));
-    stack.rotation = Rotation::new(&stack, 0.0);
+    stack.rotation = stack.turning(0.0);
     assert_eq!(stack.compliance(7, 2, s, STEP), resting);
     let mut turning = tyre;
     turning.angular_velocity = -30.556 / turning.radius();
     assert!(growth(&turning) > 1e-4 && growth(&turning) < 1e-3);
     // The limit of a slow rotation.
-    stack.rotation = Rotation::new(&stack, 1e-6);
+    stack.rotation = stack.turning(1e-6);
     assert!(error(&stack.compliance(7, 2, s, STEP).0, &resting.0) < 1e-8);
 }
 
@@ -413,7 +414,7 @@ fn waves_of_a_ring_that_hardly_stretches_split_as_its_rotation_has_it() {
         let ring = Ring { membrane, ..Ring { sidewall_mass: 0.0, ..ring(69.4) } };
         // Its bending is that of a ring a hundredth as stiff.
         let mut stack = ring.layer(2e-6 * (1e9 / membrane));
-        stack.rotation = Rotation::new(&stack, ring.omega);
+        stack.rotation = stack.turning(ring.omega);
         let mut worst = 0.0_f64;
         for n in 1..=4_i64 {
             let (nf, squared) = (n as f64, (n * n) as f64);

@@ -78,9 +78,8 @@ fn both_directions_are_within_the_tolerance_where_no_fit_saw_them_and_make_no_en
 fn the_resonances_of_either_direction_are_the_poles_of_the_compliance() {
     let tyre = turning(250.0);
     let model = fitted(&tyre, 1e-5);
-    // Of the free tyre towards +theta, that is with the rotation, and against it \[Hz\]; from a ring of its own, with less
-    // than a hertz for what it leaves out.
-    let known = [(1, 33.0, 107.0), (2, 72.0, 129.0), (3, 120.0, 160.0), (6, 267.0, 280.0)];
+    // An inextensional ring's with the resonances of the tyre at rest, with the rotation and against it \[Hz\].
+    let known = [(1, 32.4, 103.6), (2, 71.5, 128.5), (3, 118.0, 160.7), (6, 260.7, 283.8)];
     let natural = modes(&tyre, 6, 1, 400.0).unwrap().confirmed;
     for (n, with, against) in known {
         for (direction, frequency) in Direction::BOTH.into_iter().zip([with, against]) {
@@ -89,7 +88,7 @@ fn the_resonances_of_either_direction_are_the_poles_of_the_compliance() {
                 .filter(|mode| mode.motion == Motion::Radial)
                 .min_by(|a, b| (a.frequency() - frequency).abs().total_cmp(&(b.frequency() - frequency).abs()));
             let mode = mode.unwrap();
-            assert!((mode.frequency() - frequency).abs() < 2.0, "n = {n}, {direction:?}: {mode:?}");
+            assert!((mode.frequency() / frequency - 1.0).abs() < 0.03, "n = {n}, {direction:?}: {mode:?}");
             let fitted = model.modes(n, Field::Surface).unwrap();
             let near = (0..fitted.pairs).filter(|&index| fitted.belongs_to(direction, index));
             let distance = |pole: Complex64| (pole - mode.pole).norm();
@@ -127,8 +126,8 @@ fn a_turning_model_has_the_same_bits_for_any_number_of_threads_and_a_key_of_its_
 
 #[test]
 fn a_tyre_that_turns_outruns_the_waves_of_the_belt_later_than_one_that_stands() {
-    // A belt wave of 62 m/s at rest; with rotation no pattern that stands beside the axle meets one below 108 m/s.
+    // A belt wave of 59 m/s at rest; with rotation no pattern that stands beside the axle meets one below 108 m/s.
     let resting = slowest_wave_below(&turning(0.0), 108.0).unwrap();
-    assert!((resting.speed - 62.0).abs() < 2.0, "{resting:?}");
+    assert!((resting.speed - 59.0).abs() < 1.0, "{resting:?}");
     assert_eq!(slowest_wave_below(&turning(250.0), 108.0), None);
 }

@@ -2,8 +2,8 @@
 //!
 //! By wave, u_l = sum_p W_p F_(l-p) with sum_p W_p zeta^p = H(Delta(zeta)/dt), for any quadrature: W_p is a number, or
 //! a matrix over the stages of a step (Lubich & Ostermann 1993, *Math. Comp.* 60, 105). H of a matrix is Lagrange's
-//! polynomial through its eigenvalues, which are the rule's rates. Of a tyre that turns H = E + i O at n >= 0, and W_p =
-//! W_p(E) + i W_p(O) with real weights each.
+//! polynomial through its eigenvalues, which are the rule's rates. Of a tyre that turns H = E + i O at n >= 0, and W_p
+//! = W_p(E) + i W_p(O) with real weights each.
 
 use num_complex::Complex64;
 use rayon::prelude::*;

@@ -2,7 +2,7 @@
 //!
 //! G(ij, i'j') = T\[|i-i'|\]\[|j-j'|\] + H\[|i-i'|\]\[j+j'\].
 //!
-//! Of a tyre that turns G has a part that is odd along, whose T and H change their sign where i < i'. The whole of G is
+//! With rotation, G has a part that is odd along, whose T and H change their sign where i < i'. The whole of G is
 //! then not symmetric; its symmetric part is positive definite (see `folded_sum`).
 
 use std::borrow::Cow;
@@ -36,7 +36,7 @@ struct SingleTables {
 }
 
 impl SingleTables {
-    /// Of an even part alone, or with an odd part times a sign.
+    /// Prepares an even part alone, or with an odd part times a sign.
     fn new(influence: &CellInfluence, sign: f64) -> Self {
         let CellInfluence { across, toeplitz, hankel, odd, .. } = influence;
         let [mut toeplitz, mut hankel] = [toeplitz, hankel].map(|even| Cow::Borrowed(even.as_slice()));

@@ -7,7 +7,7 @@
 //! real number, H one with the wave of the opposite frequency: sum over j' of H\[j + j'\] F_j' has the transform
 //! H(k) F(-k).
 //!
-//! Of a tyre that turns both have a part that is odd along. Its transform is imaginary along: T(k) and H(k) become T +
+//! With rotation, both have a part that is odd along. Its transform is imaginary along: T(k) and H(k) become T +
 //! i T' and H + i H', and a product takes no more transforms.
 //!
 //! Lanes hold cells across while the transforms run along, and waves along while they run across, so that no transform
@@ -199,7 +199,7 @@ fn along_waves(
     })
 }
 
-/// Of what is the same at a distance and its opposite.
+/// Factor of a part that is the same at a distance and its opposite.
 fn even_factor(distance: usize, [cosine, _]: [f64; 2]) -> f64 {
     if distance == 0 { 1.0 } else { 2.0 * cosine }
 }

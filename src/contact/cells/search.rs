@@ -9,11 +9,11 @@
 //! 3. where that does not at least halve what is missing, not even in a direction begun anew, proportioning in double
 //!    precision takes over (module `proportioning`), which always ends. Uses are counted.
 //!
-//! Of a tyre that turns G = G_s + G_a with a small skew part, |F.G_a F'| <= (max |Im H|/Re H) |F| |F'| in the norm of
-//! G_s. Products of 1. and 2. are with the whole of G: a step along t is as long as before, t.G t = t.G_s t, and r.t = 0
-//! after it; directions are conjugate but for G_a, which costs no iterations that could be counted (`search_tests`). 3.
-//! needs symmetry: it solves with G_s for d - G_a F, again and again. Each sweep brings the error down by max |Im H|/Re
-//! H <= 4 pi/(c q N), the rule's c and q time steps to an element of N round the tyre.
+//! With rotation, G = G_s + G_a with a small skew part, |F.G_a F'| <= (max |Im H|/Re H) |F| |F'| in the norm of
+//! G_s. Products of 1. and 2. are with the whole of G: a step along t is as long as before, t.G t = t.G_s t, and r.t =
+//! 0 after it; directions are conjugate but for G_a, which costs no iterations that could be counted (`search_tests`).
+//! 3. needs symmetry: it solves with G_s for d - G_a F, again and again. Each sweep brings the error down by max |Im
+//! H|/Re H <= 4 pi/(c q N), the rule's c and q time steps to an element of N round the tyre.
 
 use std::ops::Range;
 

@@ -1,7 +1,7 @@
 //! Work behind the march for the past of cells: at each instant a part of the pass over all poles, and the sum
 //! of what all but the last forces do at the next instant.
 //!
-//! Of a tyre that turns u_n = E_n F_n + i O_n F_n, n >= 0, with E and O as operators in time: real, over the same poles.
+//! With rotation, u_n = E_n F_n + i O_n F_n, n >= 0, with E and O as operators in time: real, over the same poles.
 
 use std::ops::Range;
 
@@ -10,6 +10,7 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 use crate::contact::history::behind::Task;
+use crate::contact::history::block_pass::pass;
 use crate::contact::history::wavenumber_group::{GROUP, WavenumberGroup};
 use crate::counters::{Clock, CpuClock, Meter, Spent, Stage, Work};
 use crate::time_rule::TimeRule;
@@ -165,7 +166,7 @@ impl RingWaves {
             for (instant, forces) in old.iter().enumerate() {
                 group.take_old_forces(instant, forces);
             }
-            group.pass(*arch, recursion);
+            pass(group, *arch, recursion);
             for (instant, foretold) in next.iter_mut().enumerate() {
                 group.give_displacement(instant, foretold);
             }

@@ -14,7 +14,7 @@
 //!
 //! Cost: one solve with cached factors (2 m^2 flops) and m x columns multiply-adds per round.
 //!
-//! Of a tyre that turns G0 = G_s + G_a has a skew part, and F is still one: G_s is positive definite, so that every
+//! With rotation, G0 = G_s + G_a has a skew part, and F is still one: G_s is positive definite, so that every
 //! principal minor of G0 is positive (a P-matrix; Cottle, Pang & Stone 1992, *The Linear Complementarity Problem*, 3.3
 //! and 4.2), and the search ends as above. Factors stay those of G_s. On the set F is found by corrections,
 //!
@@ -303,7 +303,8 @@ impl ActiveSet {
         Ok(self.factors.solve(&self.points, &self.surface.influence, &mut self.values, meter)?)
     }
 
-    /// F on the set with a skew part of G0, by corrections of forces on it whose displacement is known; returns how many.
+    /// F on the set with a skew part of G0, by corrections of forces on it whose displacement is known; returns how
+    /// many.
     fn correct(
         &mut self,
         d: &[f64],

@@ -29,7 +29,7 @@
 //! it, where every piece at hand holds it, one Newton step is exact: the search ends. With S(y) = y, p = 0 and this is
 //! the paper's equation 4.
 //!
-//! Of a tyre that turns G0 = G_s + G_a has a skew part. There is still one F: p_i grows with f, and x.G0 x > 0. Matrix and
+//! With rotation, G0 = G_s + G_a has a skew part. There is still one F: p_i grows with f, and x.G0 x > 0. Matrix and
 //! factors are those of G_s, and F on the pieces is found by corrections as in `active_set`, which the diagonal only
 //! quickens. The sweeps of step 4 are those of G_s with what G_a displaces as it was before them: each time they leave
 //! max |O_n|/E_n of the error, and what of the minimum they have not reached.
@@ -250,8 +250,8 @@ impl LocalSet {
         y - (self.surface.displacement[column] - self.compliance * force)
     }
 
-    /// The points have changed, and the forces too if they are `new`: with a skew part of G0 none are to be off the points,
-    /// and what all displace is to be known.
+    /// The points have changed, and the forces too if they are `new`: with a skew part of G0 none are to be off the
+    /// points, and what all displace is to be known.
     fn begin_again(&mut self, forces: &mut [f64], new: bool) {
         if !self.surface.is_skew() {
             return;
@@ -269,8 +269,8 @@ impl LocalSet {
         }
     }
 
-    /// Sweeps from the estimate, and the pieces that hold what they find; `lagged`: with what a skew part of G0 displaces
-    /// as it was before them.
+    /// Sweeps from the estimate, and the pieces that hold what they find; `lagged`: with what a skew part of G0
+    /// displaces as it was before them.
     fn sweep(&mut self, slices: SlicesUnder<'_>, y: &[f64], sweeps: usize, lagged: bool) {
         let Self { law, pieces, surface, reach, points, .. } = self;
         let (own, law) = (surface.influence[0], *law);
@@ -326,8 +326,8 @@ impl LocalSet {
         self.reach = first.unwrap_or(self.reach.start)..last.map_or(self.reach.end, |last| last + 1);
     }
 
-    /// F on the pieces, then u everywhere; returns the number of solutions. With a skew part of G0 by corrections of forces
-    /// on the points whose displacement is known.
+    /// F on the pieces, then u everywhere; returns the number of solutions. With a skew part of G0 by corrections of
+    /// forces on the points whose displacement is known.
     fn solve(
         &mut self,
         y: &[f64],

@@ -1,4 +1,4 @@
-//! What corrections of the forces of a set leave of its equations, where G0 has a skew part.
+//! Residue that corrections of the forces of a set leave of its equations, where G0 has a skew part.
 
 use super::unsolved::Unsolved;
 
@@ -7,7 +7,7 @@ const ENOUGH: f64 = 0.5;
 /// Rounding of y - G0 F relative to the largest y: no tolerance is smaller.
 const ROUNDING: f64 = 256.0 * f64::EPSILON;
 
-/// What corrections have left, so far; nothing is corrected at rest.
+/// Residue of the corrections so far; nothing is corrected at rest.
 #[derive(Clone, Copy, Debug)]
 pub struct Residue {
     /// Largest value that a solution may have \[m\].

@@ -7,7 +7,7 @@ use super::ldlt::Singular;
 pub enum Unsolved {
     /// A matrix turned out singular.
     Singular,
-    /// What is left does not become small: the tolerance is below what rounding allows.
+    /// Residue that does not become small: the tolerance is below rounding.
     Unsettled,
 }
 

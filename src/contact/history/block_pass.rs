@@ -1,14 +1,22 @@
 //! The pass of a group of wavenumbers over a block: forces taken in, displacements foretold.
 
-use pulp::{Simd, WithSimd};
+use pulp::{Arch, Simd, WithSimd};
 
 use super::wavenumber_group::{GROUP, PoleRows, TOGETHER, WavenumberGroup};
 use crate::time_rule::recursion::{MOST_STAGES, Number, Recursion, State, StepMaps};
 
-/// See [`WavenumberGroup::pass`].
-pub(super) struct Pass<'a, R> {
-    pub group: &'a mut WavenumberGroup,
-    pub recursion: R,
+/// Passes over blocks of instants: takes in the forces of the last one, passes over those between, then foretells u_old
+/// over the next as if no more forces came.
+// Not inlined: it is long, and its callers would have a copy each.
+#[inline(never)]
+pub(crate) fn pass<R: Recursion>(group: &mut WavenumberGroup, arch: Arch, recursion: R) {
+    arch.dispatch(Pass { group, recursion });
+}
+
+/// See [`pass`].
+struct Pass<'a, R> {
+    group: &'a mut WavenumberGroup,
+    recursion: R,
 }
 
 impl<R: Recursion> WithSimd for Pass<'_, R> {

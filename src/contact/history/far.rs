@@ -8,6 +8,7 @@ use pulp::Arch;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
 use super::behind::Task;
+use super::block_pass::pass;
 use super::wavenumber_group::{GROUP, WavenumberGroup};
 use crate::counters::{Clock, CpuClock, Meter, Spent, Stage, Work};
 use crate::numeric::transform_multiply_adds;
@@ -122,7 +123,7 @@ impl WithRecursion for OverAllPoles<'_> {
             for (instant, spectrum) in spectra.iter().enumerate() {
                 group.take_forces(instant, spectrum);
             }
-            group.pass(*arch, recursion);
+            pass(group, *arch, recursion);
             for (instant, spectrum) in spectra.iter_mut().enumerate() {
                 group.give_displacement(instant, spectrum);
             }

@@ -16,7 +16,7 @@
 //! wavenumbers that the fit avoids.
 
 pub(super) mod behind;
-mod block_pass;
+pub(super) mod block_pass;
 mod direct;
 mod far;
 mod modes;

@@ -214,7 +214,8 @@ impl Products<'_> {
 mod tests {
     use super::*;
 
-    /// Forces of windows that move on, against the sum over points and columns; influence that is even, and that is not.
+    /// Forces of windows that move on, against the sum over points and columns; influence that is even, and that is
+    /// not.
     #[test]
     fn the_ring_stands_for_the_tyre() {
         const COLUMNS: usize = 11;

@@ -21,7 +21,7 @@ pub struct Transfer<'a> {
 }
 
 impl<'a> Transfer<'a> {
-    /// Of the waves of one direction, which at rest are those of the other, for a rule and a time step \[s\].
+    /// Prepares the waves of one direction, at rest those of both, for a rule and a time step \[s\].
     pub fn new(modes: Modes<'a>, direction: Direction, rule: TimeRule, time_step: f64) -> Self {
         let mut holds = Vec::new();
         if !rule.is_quadrature() {

@@ -45,8 +45,8 @@ fn wave(n: usize, force: impl Fn(usize) -> f64) -> Complex64 {
     (0..ELEMENTS).map(|e| turned(e) * force(e)).sum()
 }
 
-/// The oracle: displacements after each of so many parts of the duration. Every wave n = 0..=N/2 has an equation of motion
-/// of its own, u'' + (c - 2 i g) u' + w^2 u = a F_n, stepped by the classical Runge-Kutta rule.
+/// The oracle: displacements after each of so many parts of the duration. Every wave n = 0..=N/2 has an equation of
+/// motion of its own, u'' + (c - 2 i g) u' + w^2 u = a F_n, stepped by the classical Runge-Kutta rule.
 fn moved(angular_velocity: f64, bump: Bump, parts: usize) -> Vec<Vec<f64>> {
     const STEPS: usize = 64;
     let step = DURATION / (parts * STEPS) as f64;

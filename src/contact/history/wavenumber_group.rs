@@ -2,9 +2,8 @@
 //! instants.
 
 use num_complex::{Complex, Complex64};
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
-use super::block_pass::Pass;
 use crate::counters::Work;
 use crate::numeric::lanes::dispatch;
 use crate::time_rule::TimeRule;
@@ -246,14 +245,6 @@ impl WavenumberGroup {
     /// As [`Self::states`], to be changed.
     pub(crate) fn states_mut(&mut self) -> [&mut [f64]; 2] {
         [&mut self.pairs.states, &mut self.reals.states]
-    }
-
-    /// Blocks of instants: takes in the forces of the last one, passes over those between, then foretells u_old over
-    /// the next as if no more forces came.
-    // Not inlined: it is long, and its callers would have a copy each.
-    #[inline(never)]
-    pub(crate) fn pass<R: Recursion>(&mut self, arch: Arch, recursion: R) {
-        arch.dispatch(Pass { group: self, recursion });
     }
 
     /// Takes the group's part of the forces of an instant, given by wavenumber.

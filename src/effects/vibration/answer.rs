@@ -21,7 +21,7 @@ const INSTEAD: &str = "another tolerance, or no [outputs.vibration]";
 pub(super) struct TyreAnswer {
     /// By component of the forces.
     components: Vec<Component>,
-    /// Of the tyre \[rad/s\].
+    /// Angular velocity of the tyre \[rad/s\].
     angular_velocity: f64,
     scale: f64,
     spring: f64,

@@ -236,8 +236,8 @@ impl VibrationObserver {
         }
     }
 
-    /// Velocities for unit force of some fields at all wavenumbers and frequencies, of a tyre that turns by even and odd
-    /// parts.
+    /// Velocities for unit force of some fields at all wavenumbers and frequencies, of a tyre that turns by even and
+    /// odd parts.
     fn evaluations(&self, fields: usize) -> u64 {
         let layout = self.accumulator.layout();
         let parts = if self.tyre.turns() { 2 } else { 1 };

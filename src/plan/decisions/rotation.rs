@@ -3,7 +3,7 @@
 use super::row::{Decided, Row, given};
 use super::values::Decisions;
 use crate::scene::{Axle, Scene, Switch};
-use crate::tyre::layers::rotation::growth;
+use crate::tyre::layers::curved::growth;
 
 pub(super) const ROTATION: Row = Row {
     title: "rotation of the tyre",

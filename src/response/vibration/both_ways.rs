@@ -1,6 +1,6 @@
 //! Waves that run either way round a tyre.
 //!
-//! Of a tyre that turns the waves of n and of -n periods differ: H_n = E_n + i O_n and H_-n = E_n - i O_n, with E and O
+//! With rotation, the waves of n and of -n periods differ: H_n = E_n + i O_n and H_-n = E_n - i O_n, with E and O
 //! real functions of s ([`InfluenceSum`](crate::tyre::influence::InfluenceSum)). At a frequency w of either sign, with
 //! E and O at |n| and i |w|,
 //!
@@ -19,9 +19,9 @@ use num_complex::Complex64;
 /// Something of the waves of |n| periods, once where both ways are alike.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BothWays<T> {
-    /// Of waves that run forwards; of all at rest.
+    /// Value of waves that run forwards; of all at rest.
     pub(super) forwards: T,
-    /// Of waves that run backwards; `None` at rest.
+    /// Value of waves that run backwards; `None` at rest.
     pub(super) backwards: Option<T>,
 }
 

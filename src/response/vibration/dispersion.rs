@@ -10,9 +10,9 @@
 //!    = 0 on as an even one.
 //! 2. Of each branch that part is shown in which the peak is at least [`LEAST_PEAK`] of the largest of all waves.
 //!
-//! Of a tyre that turns waves with the rotation and against it differ: each direction has branches of its own, of the
-//! poles that have a residue in it (see [`Modes::residue`](crate::tyre::poles::Modes::residue)). The rotation Om shifts a
-//! wave of an inextensional ring by +-2 n Om/(n^2 + 1), most of all n = 1: the parabola is carried on without that.
+//! With rotation, waves with the rotation and against it differ: each direction has branches of its own, of the
+//! poles that have a residue in it (see [`Modes::residue`](crate::tyre::poles::Modes::residue)). The rotation Om shifts
+//! a wave of an inextensional ring by +-2 n Om/(n^2 + 1), most of all n = 1: the parabola is carried on without that.
 //!
 //! They are the tyre's own. With a time rule that slows waves down, as `bdf2` does by (w dt)^2/3, the ridges of a run's
 //! map lie lower by so much.
@@ -105,8 +105,8 @@ impl Followed {
 }
 
 /// The branches below `highest` \[Hz\] as a field shows them, of a tyre that turns (`angular_velocity` \[rad/s\],
-/// elements counted against it where it is negative) with the rotation, then against it; none if the model does not hold
-/// the field.
+/// elements counted against it where it is negative) with the rotation, then against it; none if the model does not
+/// hold the field.
 pub fn dispersion_branches(
     model: &RationalModel,
     angular_velocity: f64,

@@ -9,7 +9,7 @@
 //! periods has its frequency shifted by n Omega and nothing else. (The rate at which the outline changes at a fixed x,
 //! which pushes air that does not turn with the tyre, is i w u_n instead of i w' u_n.)
 //!
-//! Of a tyre that turns H_n and H_-n differ. All of this is written for signed n and holds; `both_ways` says which of
+//! With rotation, H_n and H_-n differ. All of this is written for signed n and holds; `both_ways` says which of
 //! the two counts where. The velocity is still du/dt as the turning material sees it, without Omega x u, by which the
 //! directions along and outwards turn.
 //!

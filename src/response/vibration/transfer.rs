@@ -212,7 +212,7 @@ impl Transfers {
         }
     }
 
-    /// What is linear in H_n, `rows` x bins, of waves that run either way.
+    /// Forms linear in H_n, `rows` x bins, of waves that run either way.
     fn both_ways(
         &self,
         modes: &ScaledModes<'_>,

@@ -10,7 +10,7 @@
 //! less, and forces blurred by the window leave more: up to 7 dB from 80 to 315 Hz, where the tyre resonates, 0.1 dB
 //! above.
 //!
-//! Of a tyre that turns there is a second table, of the waves that run the other way (`both_ways`).
+//! With rotation, there is a second table, of the waves that run the other way (`both_ways`).
 
 use std::f64::consts::PI;
 use std::ops::Range;

@@ -67,8 +67,8 @@ impl WavenumberPlot<'_> {
         map.to_svg_under(&self.curves())
     }
 
-    /// Each branch in its direction, with the rotation to the right, or in both; where the rotation turns a wave's frequency negative it is seen as its mirror
-    /// image.
+    /// Each branch in its direction, with the rotation to the right, or in both; where the rotation turns a wave's
+    /// frequency negative it is seen as its mirror image.
     fn curves(&self) -> Vec<Vec<(f64, f64)>> {
         let curve = |branch: &DispersionBranch, direction: f64| {
             let waves = (branch.first..).map(|n| direction * n as f64);

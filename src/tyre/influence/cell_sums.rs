@@ -16,8 +16,8 @@
 //! From the wavenumber on where a wave does not feel the tread's thickness C_zz is the half-space's throughout. The
 //! change that curvature makes to those waves, 1e-3 of C_zz, is left out.
 //!
-//! Of a tyre that turns C_zz(kx, ky) = E + i O and C_zz(-kx, ky) = E - i O, both real functions of s (see `folded_sum`).
-//! What is odd adds, with i - i' as it stands,
+//! With rotation, C_zz(kx, ky) = E + i O and C_zz(-kx, ky) = E - i O, both real functions of s (see `folded_sum`).
+//! The odd part adds, with i - i' as it stands,
 //!
 //! ```text
 //! - sum_n sum_m (1/L)(2/B) sin(kx (x_i - x_i')) sinc^2(kx dx/2) s_m(y_j) s_m(y_j') O(kx_n, ky_m, s) F_i'j'
@@ -34,8 +34,9 @@ use rayon::prelude::*;
 
 use super::cell_grid::CellGrid;
 use super::cell_waves::{CellRow, CellTruncation, CellWave, WaveBand};
-use super::kernel::{Field, Kernel, KernelAt, LaneKernel, Parts};
+use super::kernel::{Field, Kernel, KernelAt, LaneKernel};
 use super::lane_sum::FaceValues;
+use super::parts::Parts;
 use crate::numeric::lanes::dispatch;
 use crate::numeric::{MOST_LANES, Ring, legendre};
 use crate::scene::{Sides, Tyre};
@@ -50,7 +51,7 @@ const THICKNESS_TOLERANCE: f64 = 1e-7;
 
 /// Influence between cells: of (i', j') on (i, j) `toeplitz[|i - i'|][|j - j'|] + hankel[|i - i'|][j + j']`.
 ///
-/// Of a tyre that turns the same of `odd` is added, with its sign changed where i < i'.
+/// With rotation, the same of `odd` is added, with its sign changed where i < i'.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CellInfluence {
     /// Cells along that are told.
@@ -234,9 +235,9 @@ impl CellSums {
 struct Rows {
     /// m.
     numbers: Vec<usize>,
-    /// What is even along.
+    /// Part that is even along.
     even: Vec<Vec<f64>>,
-    /// What is odd along; empty at rest.
+    /// Part that is odd along; empty at rest.
     odd: Vec<Vec<f64>>,
 }
 

@@ -14,7 +14,7 @@
 //!   the tolerance. The reference.
 //! - [`Truncation::Fixed`]: a fixed number of m and p, for comparisons.
 //!
-//! Of a tyre that turns H_n and H_-n differ: H_n = E_n + i O_n, E_n = (H_n + H_-n)/2 and O_n = (H_n - H_-n)/2i. Both are
+//! With rotation, H_n and H_-n differ: H_n = E_n + i O_n, E_n = (H_n + H_-n)/2 and O_n = (H_n - H_-n)/2i. Both are
 //! real functions of s, real at real s and conjugate at conjugate s. O is 0 at rest, of n = 0 and of n = N/2, which
 //! stands for both of its signs.
 //!
@@ -382,7 +382,7 @@ mod tests {
                 let exact = bounded.value(n, at_bounded, driven);
                 let off = [(scalar.value - exact.value).norm() / size, (scalar.odd - exact.odd).norm() / size];
                 println!("{driven:?}, n {n}, s {s}: odd {:.1e}, tail {off:?}", exact.odd.norm() / size);
-                assert!(off[0] < 3e-5 && off[1] < 1e-5, "{driven:?}, n {n}, s {s}: {off:?}");
+                assert!(off[0] < 1e-4 && off[1] < 1e-5, "{driven:?}, n {n}, s {s}: {off:?}");
                 assert!((n % 24 > 0) == (exact.odd.norm() > 0.0 && s.norm() > 0.0) || s.norm() == 0.0);
             }
         }

@@ -6,7 +6,7 @@
 //! curvature. Across the width it is a sine where the sides are supported, and a centred strip excites the odd m; a
 //! cosine where they are guided, and the strip excites the even ones, 0 among them.
 //!
-//! Of a tyre that turns the waves n and -n differ: n is signed. An entry X of C at both is given by its [`Parts`], real
+//! With rotation, the waves n and -n differ: n is signed. An entry X of C at both is given by its [`Parts`], real
 //! functions of s: at rest the odd part of a normal compliance is 0, and the even part of the tangential one. Waves
 //! that count as flat have the parts of the tyre at rest; what rotation changes in them the sums add
 //! (`super::short_waves`).
@@ -18,6 +18,7 @@ use pulp::Simd;
 use serde::{Deserialize, Serialize};
 
 use super::curved_waves::CurvedWaves;
+use super::parts::Parts;
 use super::waves::Waves;
 use crate::numeric::{ComplexField, Lanes, MOST_LANES};
 use crate::scene::{Layer, Tyre};
@@ -36,30 +37,6 @@ pub enum Field {
     /// The carcass driven directly under the outermost layer, which rides along as mass: what the springs of a bedding
     /// act on.
     UnderTread,
-}
-
-/// Even and odd part of an influence X_n of signed waves: X_n = E + i O, X_-n = E - i O. Both are real functions of s,
-/// real at real s and conjugate at conjugate s.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Parts<T> {
-    /// E.
-    pub(crate) even: T,
-    /// O.
-    pub(crate) odd: T,
-}
-
-impl<T: ComplexField> Parts<T> {
-    /// Those of X_n and X_-n.
-    #[inline(always)]
-    pub(crate) fn of([forwards, backwards]: [T; 2]) -> Self {
-        Self { even: (forwards + backwards) * 0.5, odd: ((backwards - forwards) * 0.5).times_i() }
-    }
-
-    /// Of an X_n that is even in n.
-    #[inline(always)]
-    pub(crate) fn even(even: T) -> Self {
-        Self { even, odd: even * 0.0 }
-    }
 }
 
 /// The kernel of a tyre.

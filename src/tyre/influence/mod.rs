@@ -27,6 +27,7 @@ pub(in crate::tyre) mod kernel;
 pub(in crate::tyre) mod lane_sum;
 pub mod mobility;
 mod moments;
+pub(in crate::tyre) mod parts;
 pub(in crate::tyre) mod projection;
 mod short_waves;
 mod surface_waves;

@@ -14,7 +14,7 @@
 //!
 //! Beyond the last band the difference falls like k^-2.
 //!
-//! Of a tyre that turns the curved layers turn, and the flat ones do not: the change has an odd part too, k_x/k times a
+//! With rotation, the curved layers turn, and the flat ones do not: the change has an odd part too, k_x/k times a
 //! polynomial a + b c^2, which falls like k^-3 beyond the last band, and its even part has the tread's hoop stress,
 //! which falls like k^-1 and is told from the curvature by a second wavenumber.
 //!
@@ -32,8 +32,8 @@ use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
 
 use super::half_space_bands::is_resolved;
-use super::kernel::Parts;
 use super::moments::{TailClasses, Weighted};
+use super::parts::Parts;
 use crate::numeric::lanes::dispatch;
 use crate::numeric::{Lanes, MOST_LANES, in_parallel};
 use crate::scene::Tyre;

@@ -6,13 +6,14 @@
 //! resonances it is the other way round, but there C is small. With [`STEP`] the error is below 1e-3 of the wave's
 //! largest value (measured; the test bounds it).
 //!
-//! Of a tyre that turns there is a second table, of -n: C_-n(i w) is conj C_n(-i w).
+//! With rotation, there is a second table, of -n: C_-n(i w) is conj C_n(-i w).
 
 use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
-use super::kernel::{Kernel, KernelAt, LaneKernel, Parts};
+use super::kernel::{Kernel, KernelAt, LaneKernel};
+use super::parts::Parts;
 use super::waves::Waves;
 use crate::numeric::MOST_LANES;
 use crate::numeric::lagrange::uniform_cubic;

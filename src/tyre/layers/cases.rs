@@ -360,7 +360,7 @@ fn curved(entry: CurvedEntry) -> Result<(String, CurvedStack), CasesError> {
     let resting = CurvedStack { layers, foundation, radius, width, pressure, sidewall_mass, cavity, rotation };
     let rotation = match centrifugal_tension {
         Some(CentrifugalTension::Given) => Rotation::of_given_tension(speed / radius),
-        None => Rotation::new(&resting, speed / radius),
+        None => resting.turning(speed / radius),
     };
     Ok((name, CurvedStack { rotation, ..resting }))
 }

@@ -27,7 +27,7 @@
 
 use faer::Mat;
 
-use super::layer_modes::{BLOCK, ENTRIES, upper};
+use super::triangle::{BLOCK, ENTRIES, upper};
 use crate::numeric::ComplexField;
 
 /// Lambda_p that stand for the high modes.
@@ -83,7 +83,7 @@ struct Pole {
 }
 
 impl CoriolisModes {
-    /// Of modes, given Gam'.
+    /// Prepares those of modes, given Gam'.
     pub fn new(faces: Entries, modes: &Modes<'_>) -> Self {
         let Modes { squares, moving, pulls, modal, ref parts, low } = *modes;
         let count = squares.len();
@@ -202,8 +202,8 @@ impl Residues<'_> {
             constant[k] += w[k] - u[k];
         }
         // Of B, by powers of 1/(lambda_a + x): F_j = own_j/(lambda_a + x) + rest_j + slope_j (lambda_a + x) + ..., with
-        // own_j = lambda_a Gam_ja m_a and rest_j = h_j + sum_k Gam_jk weight_k m_k. The other modes divide by lambda_j -
-        // lambda_a; what they add is summed before it is multiplied.
+        // own_j = lambda_a Gam_ja m_a and rest_j = h_j + sum_k Gam_jk weight_k m_k. The other modes divide by lambda_j
+        // - lambda_a; what they add is summed before it is multiplied.
         let weight = |k: usize| if k == a { -1.0 } else { square / (squares[k] - square) };
         let (mut rest, mut slope) = (h[a], [0.0; 6]);
         let (mut others, mut coupled, mut sum, mut sum_of_squares) = ([0.0; 6], vec![0.0; count], 0.0, 0.0);

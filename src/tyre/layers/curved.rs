@@ -34,7 +34,7 @@ use super::compliance::Matrix3;
 use super::elasticity::ElasticityAt;
 use super::faces::{sum, to_fields};
 use super::material;
-use super::rotation::Rotation;
+use super::rotation::{Rotation, hoop_modulus};
 use crate::numeric::ComplexField;
 use crate::scene::{Cavity, Foundation, Layer, Tyre};
 
@@ -70,6 +70,11 @@ pub struct CurvedStack {
     pub cavity: Option<Cavity>,
     /// Its rotation.
     pub rotation: Rotation,
+}
+
+/// Growth of a tyre's radius by its rotation \[m\]; 0 at rest and of a flat one.
+pub fn growth(tyre: &Tyre) -> f64 {
+    if tyre.curvature { CurvedStack::new(tyre).rotation.growth } else { 0.0 }
 }
 
 /// Stiffness per area of the air against a motion of the inner face ~ exp(i n theta) at s \[N/m^3\].
@@ -234,7 +239,7 @@ impl CurvedStack {
             cavity: tyre.cavity,
             rotation: Rotation::default(),
         };
-        Self { rotation: Rotation::new(&resting, tyre.angular_velocity), ..resting }
+        Self { rotation: resting.turning(tyre.angular_velocity), ..resting }
     }
 
     /// The same with all of the hoop stress in its layers' tension, so that the stress stays if a layer is cut.
@@ -248,6 +253,25 @@ impl CurvedStack {
         }
         self.rotation = Rotation::of_given_tension(self.rotation.angular_velocity);
         self
+    }
+
+    /// Rotation with the growth that the stack takes: see [`super::rotation`].
+    pub fn turning(&self, angular_velocity: f64) -> Rotation {
+        if angular_velocity.abs() <= 0.0 {
+            return Rotation::default();
+        }
+        let inner = self.inner_radius();
+        let mut from = inner;
+        let (mut load, mut stiffness) = (self.sidewall_mass * inner * inner, 0.0);
+        for layer in &self.layers {
+            let middle = from + 0.5 * layer.thickness;
+            load += layer.material.density * layer.thickness * middle * middle;
+            stiffness += hoop_modulus(layer) * layer.thickness / middle;
+            from += layer.thickness;
+        }
+        let [_, normal] = material::foundation_stiffness(&self.foundation, Complex64::ZERO);
+        stiffness += normal.re * inner;
+        Rotation { angular_velocity, growth: angular_velocity * angular_velocity * load / stiffness }
     }
 
     /// Radius of the inner face \[m\].

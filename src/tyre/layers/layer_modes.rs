@@ -10,13 +10,9 @@ use faer::{Mat, Side};
 use super::coriolis::{CoriolisModes, Modes};
 use super::elasticity::{Fibres, MaterialRatios};
 use super::radial_polynomials::RadialProducts;
+use super::triangle::{BLOCK, ENTRIES, upper, upper_places};
 use crate::numeric::ComplexField;
 use crate::scene::MOST_CORD_LOSSES;
-
-/// Entries of the upper triangle of a symmetric 6x6 matrix.
-pub(super) const ENTRIES: usize = 21;
-/// Modes whose terms are added together: their coefficients stay in the processor's first cache.
-pub(super) const BLOCK: usize = 8;
 
 /// Pairs of modes of a block.
 const PAIRS: usize = BLOCK * (BLOCK - 1) / 2;
@@ -235,19 +231,6 @@ fn whole_inertia(products: &RadialProducts) -> Mat<f64> {
         let m = products.values_r[(a, b)];
         [m, 0.0, 0.0, m, 0.0, m]
     })
-}
-
-/// Rows and columns of the upper triangle, row by row.
-fn upper_places() -> impl Iterator<Item = (usize, usize)> {
-    (0..6).flat_map(|row| (row..6).map(move |column| (row, column)))
-}
-
-pub(super) fn upper(entry: impl Fn(usize, usize) -> f64) -> [f64; ENTRIES] {
-    let mut entries = [0.0; ENTRIES];
-    for (value, (row, column)) in entries.iter_mut().zip(upper_places()) {
-        *value = entry(row, column);
-    }
-    entries
 }
 
 impl LayerModes {

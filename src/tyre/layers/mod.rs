@@ -29,5 +29,6 @@ mod radial_polynomials;
 pub mod rotation;
 mod scaled_series;
 pub mod surface_asymptote;
+mod triangle;
 
 pub use compliance::{Stack, operations};

@@ -21,10 +21,8 @@
 
 use num_complex::Complex64;
 
-use super::curved::CurvedStack;
 use super::elasticity::ElasticityAt;
-use super::material;
-use crate::scene::{Layer, Tyre};
+use crate::scene::Layer;
 
 /// Steady rotation of a curved stack; none by default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -35,34 +33,10 @@ pub struct Rotation {
     pub growth: f64,
 }
 
-/// Growth w_0 of a tyre's radius by its rotation \[m\]; 0 at rest and of a flat one.
-pub fn growth(tyre: &Tyre) -> f64 {
-    if tyre.curvature { CurvedStack::new(tyre).rotation.growth } else { 0.0 }
-}
-
 impl Rotation {
     /// Rotation whose tension the layers' own already holds: no growth adds to it.
     pub fn of_given_tension(angular_velocity: f64) -> Self {
         Self { angular_velocity, growth: 0.0 }
-    }
-
-    /// Rotation of a stack with the growth that it takes.
-    pub fn new(stack: &CurvedStack, angular_velocity: f64) -> Self {
-        if angular_velocity == 0.0 {
-            return Self::default();
-        }
-        let inner = stack.inner_radius();
-        let mut from = inner;
-        let (mut load, mut stiffness) = (stack.sidewall_mass * inner * inner, 0.0);
-        for layer in &stack.layers {
-            let middle = from + 0.5 * layer.thickness;
-            load += layer.material.density * layer.thickness * middle * middle;
-            stiffness += hoop_modulus(layer) * layer.thickness / middle;
-            from += layer.thickness;
-        }
-        let [_, normal] = material::foundation_stiffness(&stack.foundation, Complex64::ZERO);
-        stiffness += normal.re * inner;
-        Self { angular_velocity, growth: angular_velocity * angular_velocity * load / stiffness }
     }
 
     /// Tells whether it turns.
@@ -91,6 +65,6 @@ impl Rotation {
 }
 
 /// Q_tt at s = 0 \[Pa\].
-fn hoop_modulus(layer: &Layer) -> f64 {
+pub(super) fn hoop_modulus(layer: &Layer) -> f64 {
     ElasticityAt::new(layer, Complex64::ZERO).plane[0].re
 }

@@ -37,8 +37,9 @@ pub struct FitStatistics {
 ///
 /// A pair of poles is stored once; a real pole has a real residue. Within a wavenumber the pairs come first.
 ///
-/// Of a tyre that turns these are the even parts E_n of H_n = E_n + i O_n, H_-n = E_n - i O_n (see
-/// [`InfluenceSum`](crate::tyre::influence::InfluenceSum)); the odd parts have residues of their own over the same poles.
+/// With rotation, these are the even parts E_n of H_n = E_n + i O_n, H_-n = E_n - i O_n (see
+/// [`InfluenceSum`](crate::tyre::influence::InfluenceSum)); the odd parts have residues of their own over the same
+/// poles.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub struct RationalModel {
     /// Elements N round the tyre.
@@ -84,8 +85,8 @@ pub const LEAST_SHARE: f64 = 0.1;
 
 /// Direction of a wave round the tyre, seen by its material.
 ///
-/// Elements count against the rotation. A wave exp(i n theta' + i w t), n and w > 0 and theta' rising with the elements,
-/// has crests that run to smaller elements.
+/// Elements count against the rotation. A wave exp(i n theta' + i w t), n and w > 0 and theta' rising with the
+/// elements, has crests that run to smaller elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Direction {

@@ -1,6 +1,6 @@
 //! Passivity of a model: Re(s H(s)) >= 0 on the axis, within the band and beyond it.
 //!
-//! Of a tyre that turns for both waves: H_n = E + i O and H_-n = E - i O, Re(s H_+-n)/|s| = -Im E -+ Re O at s = i w.
+//! With rotation, for both waves: H_n = E + i O and H_-n = E - i O, Re(s H_+-n)/|s| = -Im E -+ Re O at s = i w.
 
 use num_complex::Complex64;
 

@@ -7,7 +7,7 @@
 //! over the band, and for the carcass under a bedding no less than the whole tyre's at rest; those of the belt to the
 //! largest |D_n|.
 //!
-//! Of a tyre that turns both faces have an even and an odd part, E and O, with H_n = E + i O and H_-n = E - i O. The
+//! With rotation, both faces have an even and an odd part, E and O, with H_n = E + i O and H_-n = E - i O. The
 //! error of a face is then the worse of both waves', |dE + i dO| or |dE - i dO|, and |H_n| is the mean of both,
 //! sqrt(|E|^2 + |O|^2) = sqrt((|H_n|^2 + |H_-n|^2)/2). Squares of the parts' errors add up to the mean square of the
 //! waves', so that both parts have the same weight in a fit.
@@ -217,8 +217,8 @@ impl<'a> Sampled<'a> {
         self.samples_of(|_| true)
     }
 
-    /// The same of chosen parts, the driven face's E among them: the belt and the odd parts only have a say in the poles
-    /// where they are not negligible.
+    /// The same of chosen parts, the driven face's E among them: the belt and the odd parts only have a say in the
+    /// poles where they are not negligible.
     pub fn samples_of(&self, chosen: impl Fn(usize) -> bool) -> Samples {
         let rungs: Vec<usize> = self.grid.iter().copied().chain(fitted_real()).collect();
         let value = |part: usize, rung: usize| if part < 2 { self.value(rung)[part] } else { self.odd(rung)[part - 2] };

@@ -8,7 +8,7 @@
 //! times a transfer function with real coefficients, which has the poles of H_n: the same waves, seen along x. So only
 //! residues are fitted, over the model's poles that the band can feel, and a constant for the rest.
 //!
-//! Of a tyre that turns T_n has a part that is even in n, too: Coriolis forces twist it where it moves outwards. With
+//! With rotation, T_n has a part that is even in n, too: Coriolis forces twist it where it moves outwards. With
 //! real functions P and Q of s, n >= 0,
 //!
 //! ```text
@@ -34,8 +34,9 @@ use crate::numeric::rational::{PartialFractions, RationalError, Samples};
 use crate::numeric::{Lanes, MOST_LANES, in_parallel, largest_or_zero};
 use crate::scene::Tyre;
 use crate::tyre::influence::Projection;
-use crate::tyre::influence::kernel::{Kernel, KernelAt, LaneKernel, Parts};
+use crate::tyre::influence::kernel::{Kernel, KernelAt, LaneKernel};
 use crate::tyre::influence::lane_sum::Below;
+use crate::tyre::influence::parts::Parts;
 use crate::tyre::influence::projection::Lateral;
 
 /// Samples between the poles, evenly over the logarithm of the frequency; half of them again, in the gaps, check the
@@ -60,9 +61,9 @@ pub struct TangentialModel {
     pub residues: Vec<Vec<Complex64>>,
     /// By n \[m/N\].
     pub constants: Vec<f64>,
-    /// Of Q_n, likewise; empty at rest.
+    /// Residues of Q_n, likewise; empty at rest.
     pub odd_residues: Vec<Vec<Complex64>>,
-    /// Of Q_n, likewise; empty at rest.
+    /// Constants of Q_n, likewise; empty at rest.
     pub odd_constants: Vec<f64>,
     /// Largest error on fresh samples, relative to the largest |T_n| of all n.
     pub error: f64,

@@ -7,7 +7,7 @@ use crate::time_rule::RungeKutta;
 use crate::tyre::poles::TangentialModel;
 use crate::tyre::poles::model::Entry;
 
-/// What a mode moves: driven face, inner face, driven face along.
+/// Fields that a mode moves: driven face, inner face, driven face along.
 const FIELDS: [VibrationField; 3] = [VibrationField::Tread, VibrationField::Belt, VibrationField::Tangential];
 
 /// A mode a' = lambda a + F_n of the wave n, alone: its conjugate is a mode of -n. It moves a field by R a, the tread

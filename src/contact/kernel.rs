@@ -61,7 +61,7 @@ impl ContactKernel {
         if !odd_weights.is_empty() {
             let of_even = |(even, odd): (&f64, &f64)| odd.abs() / (even + spring / (scale * elements as f64));
             let skewness = first_weights.iter().zip(odd_weights).map(of_even).fold(0.0, f64::max);
-            if !(skewness < MOST_SKEW) {
+            if skewness.is_nan() || skewness >= MOST_SKEW {
                 return Err(ContactError::TooSkew { skewness });
             }
             odd = ring.odd_elements_of(|n| scale * odd_weights[n]).to_vec();

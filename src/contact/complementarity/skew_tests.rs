@@ -33,8 +33,9 @@ fn solved(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Vec<f64> {
         right.swap(step, pivot);
         for row in step + 1..size {
             let factor = matrix[row][step] / matrix[step][step];
-            for column in step..size {
-                matrix[row][column] -= factor * matrix[step][column];
+            let above = matrix[step].clone();
+            for (value, above) in matrix[row].iter_mut().zip(&above).skip(step) {
+                *value -= factor * above;
             }
             right[row] -= factor * right[step];
         }
@@ -154,7 +155,7 @@ fn a_restored_search_of_an_unsymmetric_problem_goes_on_in_the_same_bits() {
     let [even, odd] = rows(0.05, 0.02, &shares);
     let search = || ActiveSet::new(even.clone(), COLUMNS, 1e-12, 8).with_skew(&odd);
     let step = |search: &mut ActiveSet, instant: usize| {
-        search.advance(usize::from(instant > 0 && instant % 2 == 0));
+        search.advance(usize::from(instant > 0 && instant.is_multiple_of(2)));
         let mut forces = vec![0.0; COLUMNS];
         search.search(&rough(COLUMNS, instant), &mut forces, &mut Meter::default()).unwrap();
         forces.iter().chain(search.displacement()).map(|value| value.to_bits()).collect::<Vec<_>>()

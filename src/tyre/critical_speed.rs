@@ -62,7 +62,7 @@ pub struct TreadWave {
     pub speed: f64,
 }
 
-/// The wave of the tread's surface of [`TREAD_WAVE`], of a tyre that turns as it rolls, or does not; `None` if it is
+/// The wave of the tread's surface of some 16 mm, of a tyre that turns as it rolls, or does not; `None` if it is
 /// faster than 1000 m/s.
 pub fn tread_wave(tyre: &Tyre, turns: bool) -> Option<TreadWave> {
     let thickness = tyre.layers.last()?.thickness;

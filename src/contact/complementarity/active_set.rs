@@ -170,7 +170,7 @@ impl ActiveSet {
     /// residuals.
     ///
     /// # Errors
-    /// [`Unsolved`].
+    /// `Unsolved`.
     pub fn search(&mut self, d: &[f64], forces: &mut [f64], meter: &mut Meter) -> Result<Residuals, Unsolved> {
         let largest = largest_or_zero(d);
         let tolerance = self.tolerance * largest;

@@ -109,7 +109,7 @@ fn prepared_waves_of_both_directions_equal_steps_through_the_layers() {
     for name in TURNING {
         let stack = turning(name);
         let cylinder = Cylinder::of(stack.clone(), LARGEST_S, 1e-6);
-        for (frequency, allowed) in [(30.0, 1e-5), (500.0, 1e-5), (2000.0, 5e-5), (6e3, 1e-5), (1e4, 1e-4)] {
+        for (frequency, allowed) in [(30.0, 1e-6), (500.0, 2e-6), (2000.0, 3e-5), (6e3, 1e-5), (1e4, 2e-5)] {
             let (at, mut errors) = (cylinder.at(at_frequency(frequency)), Vec::new());
             for (n, m) in [(0, 1), (1, 0), (3, 0), (8, 1), (20, 4), (60, 0), (100, 4), (150, 10)] {
                 let wave = cylinder.wave(n, m);
@@ -209,28 +209,22 @@ fn turning_tyres_are_passive_below_their_limit_and_not_beyond() {
     assert!(found < 0.0, "{found}");
 }
 
-/// A pattern that stands on the ground: its inertia, Coriolis force and softening cancel but for the growth's tension.
+/// A pattern that stands on the ground, s = i n Om: inertia, Coriolis force and softening of the growth's tension nearly
+/// cancel, where Om has the right sign; its moduli are those at that frequency. Compliances over that at rest, s = 0.
 #[test]
-fn a_pattern_frozen_to_the_ground_has_the_compliance_of_a_tyre_at_rest() {
-    for (name, wanted) in [("isotropic, 250 km/h", None), ("cord belt, 250 km/h", Some(()))] {
-        let mut stack = turning(name);
-        stack.sidewall_mass = 0.0;
-        stack.rotation = Rotation::new(&stack, 69.444 / stack.radius);
-        let mut resting = stack.clone();
-        resting.rotation = Rotation::default();
-        let mut reversed = stack.clone();
-        reversed.rotation.angular_velocity *= -1.0;
-        for (n, own, turned) in [(2, 0.815, 9.4), (5, 0.929, 1.33)] {
-            let s = Complex64::new(0.0, n as f64 * stack.rotation.angular_velocity);
-            let ratio = |stack: &CurvedStack| {
-                (stack.compliance(n, 0, s, STEP).0[2][2] / resting.compliance(n, 0, Complex64::ZERO, STEP).0[2][2])
-                    .norm()
-            };
-            println!("{name}, n {n}: {:.4} {:.4}; {own} {turned}", ratio(&stack), ratio(&reversed));
-            if wanted.is_some() {
-                assert!((ratio(&stack) - own).abs() < 2e-3 && (ratio(&reversed) / turned - 1.0).abs() < 1e-2);
-            }
-        }
+fn a_pattern_frozen_to_the_ground_hardly_feels_the_rotation_but_that_of_the_wrong_sign() {
+    let mut stack = turning("cord belt, 250 km/h");
+    (stack.sidewall_mass, stack.cavity) = (0.0, None);
+    let resting = CurvedStack { rotation: Rotation::default(), ..stack.clone() };
+    stack.rotation = Rotation::new(&resting, 69.444 / stack.radius);
+    let mut reversed = stack.clone();
+    reversed.rotation.angular_velocity *= -1.0;
+    let of = |stack: &CurvedStack, n, s| stack.compliance(n, 0, s, STEP).0[2][2].norm();
+    for (n, own, turned) in [(2, 0.815, 9.42), (5, 0.929, 1.33)] {
+        let s = Complex64::new(0.0, n as f64 * stack.rotation.angular_velocity);
+        let found = [&stack, &reversed].map(|stack| of(stack, n, s) / of(&resting, n, Complex64::ZERO));
+        println!("n {n}: {found:?}");
+        assert!((found[0] - own).abs() < 1e-3 && (found[1] / turned - 1.0).abs() < 4e-3, "n {n}: {found:?}");
     }
 }
 
@@ -397,7 +391,7 @@ fn a_thin_layer_is_the_rotating_ring_on_all_four_branches() {
                 for w in [1.01 * w, 1.5 * w] {
                     let s = Complex64::new(0.0, w);
                     // The limit of no thickness, from two of it.
-                    let [thick, thin] = [2e-4, 1e-4].map(|h| ring.layer(h).compliance(n, 0, s, STEP).0[2][2]);
+                    let [thick, thin] = [1e-5, 5e-6].map(|h| ring.layer(h).compliance(n, 0, s, STEP).0[2][2]);
                     let found = thin * 2.0 - thick;
                     let wanted = ring.compliance(n as f64, w);
                     let off = (found - wanted).norm() / wanted.abs();
@@ -417,7 +411,8 @@ fn waves_of_a_ring_that_hardly_stretches_split_as_its_rotation_has_it() {
     let mut errors = Vec::new();
     for membrane in [1e9, 1e11] {
         let ring = Ring { membrane, ..Ring { sidewall_mass: 0.0, ..ring(69.4) } };
-        let mut stack = ring.layer(2e-6);
+        // Its bending is that of a ring a hundredth as stiff.
+        let mut stack = ring.layer(2e-6 * (1e9 / membrane));
         stack.rotation = Rotation::new(&stack, ring.omega);
         let mut worst = 0.0_f64;
         for n in 1..=4_i64 {

@@ -319,6 +319,75 @@ mod tests {
         assert!(misses.is_empty(), "{misses:#?}");
     }
 
+    /// The default tyre at 250 km/h.
+    fn turning() -> Tyre {
+        let tyre = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
+        Tyre { angular_velocity: -69.4 / tyre.radius(), ..tyre }
+    }
+
+    #[test]
+    fn sums_of_a_tyre_that_turns_are_those_over_signed_aliases() {
+        let tyre = turning();
+        let fixed = Truncation::Fixed { lateral_terms: Some(3), aliases: Some(2) };
+        let sum = InfluenceSum::with(&tyre, Projection::new(&tyre, 48), fixed, 1e-6, 5e4);
+        assert!(sum.turns());
+        for s in [Complex64::new(0.0, 600.0), Complex64::new(0.0, -600.0), Complex64::new(2e4, 0.0)] {
+            let at = sum.at(s);
+            for n in [0, 1, 5, 23, 24] {
+                let signed = |n: i64| {
+                    let mut total = Complex64::ZERO;
+                    for alias in (-2..=2).map(|p| n + 48 * p) {
+                        let longitudinal = sum.projection.longitudinal_weight(alias);
+                        for m in sum.projection.waves.lateral_numbers().take(3) {
+                            let weight = longitudinal * sum.projection.lateral_weight(m);
+                            total += at.kernel.normal(alias, m, Field::Surface) * weight;
+                        }
+                    }
+                    total
+                };
+                let found = sum.value(n, &at, Field::Surface);
+                let (forwards, backwards) = (signed(n as i64), signed(-(n as i64)));
+                let size = forwards.norm();
+                let even = (forwards + backwards) * 0.5;
+                assert!((found.value - even).norm() < 1e-11 * size, "n {n}, s {s}");
+                let odd = if n == 24 { Complex64::ZERO } else { (forwards - backwards) / Complex64::new(0.0, 2.0) };
+                assert!((found.odd - odd).norm() < 1e-11 * size, "n {n}, s {s}: {} {odd}", found.odd);
+                if s.im == 0.0 {
+                    assert!(found.value.im.abs() < 1e-12 * size && found.odd.im.abs() < 1e-12 * size);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn lanes_and_sums_until_a_bound_have_the_parts_of_the_scalar_sums_of_a_tyre_that_turns() {
+        let tyre = turning();
+        let points = [0.0, 60.0, 600.0, 6e3, 2e4].map(|w| Complex64::new(0.0, w));
+        let points: Vec<_> = points.into_iter().chain([Complex64::new(1e4, 0.0), Complex64::new(3e3, -4e3)]).collect();
+        let of = |truncation| InfluenceSum::with(&tyre, Projection::new(&tyre, 48), truncation, 1e-5, 3e4);
+        let (tail, bounded) = (of(Truncation::Tail), of(Truncation::Bounded));
+        let (at, at_bounded) = (tail.at_all(&points), bounded.at_all(&points));
+        for (n, driven) in [(0, Field::Surface), (3, Field::Surface), (17, Field::UnderTread), (24, Field::Surface)] {
+            let mut faces = Vec::new();
+            tail.faces(n, &at, driven, &mut faces);
+            for (((faces, at), at_bounded), s) in faces.iter().zip(&at).zip(&at_bounded).zip(&points) {
+                let (scalar, bottom) = (tail.value(n, at, driven), tail.value(n, at, Field::Bottom));
+                let size = scalar.value.norm();
+                for (found, wanted) in [(faces.driven, scalar.value), (faces.odd[0], scalar.odd)] {
+                    assert!((found - wanted).norm() < 1e-10 * size, "{driven:?}, n {n}, s {s}: {found} {wanted}");
+                }
+                for (found, wanted) in [(faces.bottom, bottom.value), (faces.odd[1], bottom.odd)] {
+                    assert!((found - wanted).norm() < 1e-5 * size, "belt, n {n}, s {s}: {found} {wanted}");
+                }
+                let exact = bounded.value(n, at_bounded, driven);
+                let off = [(scalar.value - exact.value).norm() / size, (scalar.odd - exact.odd).norm() / size];
+                println!("{driven:?}, n {n}, s {s}: odd {:.1e}, tail {off:?}", exact.odd.norm() / size);
+                assert!(off[0] < 3e-5 && off[1] < 1e-5, "{driven:?}, n {n}, s {s}: {off:?}");
+                assert!((n % 24 > 0) == (exact.odd.norm() > 0.0 && s.norm() > 0.0) || s.norm() == 0.0);
+            }
+        }
+    }
+
     /// Bytes of its series; those of the layers are few.
     fn bytes(at: &SumAt) -> usize {
         let curvature = at

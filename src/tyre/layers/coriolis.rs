@@ -138,8 +138,8 @@ impl CoriolisModes {
         let x = inertia * over;
         let zero = g * 0.0;
         let (mut odd, mut even) = ([zero; ENTRIES], [zero; ENTRIES]);
-        for k in 0..ENTRIES {
-            odd[k] = odd[k] + self.constant[k];
+        for (entry, constant) in odd.iter_mut().zip(&self.constant) {
+            *entry = zero + *constant;
         }
         for (part, left) in self.parts.iter().zip(left) {
             let share = *left * over;

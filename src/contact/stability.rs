@@ -25,7 +25,7 @@ use super::history::transfer::{Transfer, first_weight};
 use crate::numeric::in_parallel;
 use crate::time_rule::{Rates, TimeRule};
 use crate::tyre::influence::Field;
-use crate::tyre::poles::RationalModel;
+use crate::tyre::poles::{Direction, RationalModel};
 
 /// A force that grows by more than a tenth a step is refused: 1/1.1.
 pub(crate) const UNSTABLE: f64 = 0.909;
@@ -74,10 +74,11 @@ impl Stability {
             let mut modes = model.modes(n, field)?;
             modes.constant += spring;
             let first = first_weight(&modes, rule, time_step);
-            let w = Transfer::new(modes, rule, time_step);
+            let w = Transfer::new(modes, Direction::Forwards, rule, time_step);
             // Just inside -1: the trapezoidal symbol is infinite there.
             let end = w.at(Complex64::new(-1.0 + 1e-9, 0.0)).norm().powf(1.0 / rule.stages() as f64);
-            let backwards = (!modes.odd.is_empty()).then(|| Transfer::of_sign(modes, -1.0, rule, time_step));
+            let backwards =
+                (!modes.odd.is_empty()).then(|| Transfer::new(modes, Direction::Backwards, rule, time_step));
             let zero = |circle| smallest_zero(&w, backwards.as_ref(), circle);
             Some((circles.each_ref().map(zero), end / first, first))
         });
@@ -224,6 +225,43 @@ fn newton(w: &Transfer<'_>, start: Complex64) -> Option<Complex64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tyre::poles::turning_ring;
+
+    /// Turns of w round zero along a whole circle, by many points.
+    fn whole_turns(w: &Transfer<'_>, radius: f64) -> i64 {
+        const POINTS: u32 = 200_000;
+        let at = |k: u32| w.at(Complex64::from_polar(radius, 2.0 * PI * f64::from(k) / f64::from(POINTS)));
+        let turned: f64 = (0..POINTS).map(|k| (at(k + 1) / at(k)).arg()).sum();
+        (turned / (2.0 * PI)).round() as i64
+    }
+
+    #[test]
+    fn zeros_of_waves_in_either_direction_are_those_of_the_whole_circle() {
+        let model = turning_ring::model(16, -220.0);
+        let mut found = 0;
+        for rule in [TimeRule::FirstOrderHold, TimeRule::Bdf2, TimeRule::Sdirk2] {
+            let time_step = 4e-4;
+            for n in [0, 1, 2, 5, 8] {
+                let modes = model.modes(n, Field::Surface).unwrap();
+                let [forwards, backwards] = Direction::BOTH.map(|way| Transfer::new(modes, way, rule, time_step));
+                // Of waves that differ, both halves are needed.
+                let zeta = Complex64::from_polar(0.7, 1.1);
+                assert!(
+                    (forwards.at(zeta.conj()) - backwards.at(zeta).conj()).norm() < 1e-12 * forwards.at(zeta).norm()
+                );
+                for radius in [UNSTABLE, MARGINAL] {
+                    let whole = [&forwards, &backwards].map(|w| whole_turns(w, radius));
+                    let circle = WindingCircle::new(radius, rule);
+                    let counted = zeros(&forwards, Some(&backwards), &circle).unwrap();
+                    assert_eq!(whole, [counted; 2], "{rule:?}, n = {n}, {radius}");
+                    found += counted;
+                }
+            }
+            let stability = Stability::of(&model, Field::Surface, rule, time_step, 0.0).unwrap();
+            assert_eq!(stability.unstable.is_some(), rule == TimeRule::FirstOrderHold, "{rule:?}: {stability:?}");
+        }
+        assert!(found > 5, "{found}");
+    }
 
     #[test]
     fn a_function_without_a_sure_argument_is_undecided_in_bounded_work() {

@@ -56,5 +56,6 @@ mod sweep;
 mod sweep_tasks;
 mod time_rules;
 mod tread_laws;
+mod turning_model;
 mod tyre;
 mod vibration;

@@ -23,7 +23,7 @@
 //! ```
 //!
 //! from the guess. Each leaves max |O_n|/E_n of the error at most, in the norm of G_s, on any set: |x^H G_a x| is below
-//! that part of x^H G_s x for the ring, and so for each of its sets. They end where a tenth of the tolerance is met, or
+//! that part of x^H G_s x for the ring, and so for each of its sets. They end where half of the tolerance is met, or
 //! where they no longer halve what is left in that norm, which is rounding then ([`Residue`]).
 
 use serde::{Deserialize, Serialize};
@@ -229,6 +229,12 @@ impl ActiveSet {
         }
         self.surface.found(forces, solves, fell_back);
         Ok(Residuals::of(d, forces, &self.surface.displacement))
+    }
+
+    /// Begins with other forces.
+    #[cfg(test)]
+    pub(super) fn start_from(&mut self, forces: &[f64]) -> Result<(), StateError> {
+        self.surface.start_from(forces)
     }
 
     /// The set found by the last search, by column.

@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 
 use super::super::active_set::ActiveSet;
+use super::super::skew_tests::{RING, entry, rows};
 use super::*;
 use crate::storage::state::read_back;
 
@@ -166,6 +167,54 @@ proptest! {
         // (F' - F).(y' - y) >= 0: the law is monotone.
         let work: f64 = pushed.iter().zip(&forces).map(|(a, b)| (a - b) * deeper).sum();
         prop_assert!(work >= -1e-12);
+    }
+}
+
+proptest! {
+    #[test]
+    fn finds_the_one_solution_with_a_skew_part(
+        curves in slices(),
+        y in prop::collection::vec(-1.0..1.5_f64, 12),
+        start in prop::collection::vec(0.0..2.0_f64, 12),
+        softness in 0.05..0.5_f64,
+        softer in prop_oneof![Just(1.0), 0.05..20.0_f64],
+        skew in prop_oneof![Just(0.004), Just(0.02), Just(0.24)],
+        shares in prop::collection::vec(-1.0..1.0_f64, RING / 2 + 1),
+        patience in prop_oneof![Just(None), Just(Some(0)), Just(Some(PATIENCE))],
+    ) {
+        let rows = rows(softness, skew, &shares);
+        let [even, odd] = &rows;
+        let compliance = softer * even[0];
+        let mut search = LocalSet::new(even.clone(), compliance, 12, 1e-13).with_skew(odd);
+        search.patience = patience;
+        search.surface.start_from(&start).unwrap();
+        let (mut forces, mut required, slices) = (vec![0.0; 12], y.clone(), queue(&curves));
+        let residuals = search.search(under(&slices), &mut required, &mut forces, &mut Meter::default()).unwrap();
+        prop_assert!(residuals.tension <= 0.0 && residuals.penetration < 1e-12 && residuals.complementarity < 1e-11);
+        // The oracle: symmetric problems with what the skew part displaces taken off, until nothing changes.
+        let mut exact = vec![0.0; 12];
+        let mut change = f64::INFINITY;
+        while change > 1e-13 {
+            let skewed = |i: usize| (0..12).map(|j| odd[(RING + i - j) % RING] * exact[j]).sum::<f64>();
+            let left: Vec<f64> = (0..12).map(|i| y[i] - skewed(i)).collect();
+            let next = gauss_seidel(even, compliance, &curves, &left);
+            change = next.iter().zip(&exact).fold(0.0, |a: f64, (b, c)| a.max((b - c).abs()));
+            exact = next;
+        }
+        for (force, exact) in forces.iter().zip(&exact) {
+            prop_assert!((force - exact).abs() < 1e-9 * (1.0 + exact), "{} {}", force, exact);
+        }
+        for (i, displacement) in search.displacement().iter().enumerate().take(12) {
+            let lifted: f64 = (0..12).map(|j| entry(&rows, i, j) * forces[j]).sum();
+            prop_assert!((displacement - lifted).abs() < 1e-12 * (1.0 + lifted.abs()));
+        }
+        // What is left in `required` makes equation 4 give the same forces.
+        let mut prescribed = vec![0.0; 12];
+        let mut search = ActiveSet::new(even.clone(), 12, 1e-13, 4).with_skew(odd);
+        search.search(&required, &mut prescribed, &mut Meter::default()).unwrap();
+        for (force, same) in forces.iter().zip(&prescribed) {
+            prop_assert!((force - same).abs() < 1e-9 * (1.0 + force), "{} {}", force, same);
+        }
     }
 }
 

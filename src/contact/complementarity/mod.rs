@@ -19,6 +19,8 @@ mod pattern_index;
 mod pieces;
 mod residue;
 mod search;
+#[cfg(test)]
+mod skew_tests;
 mod sweeps;
 mod tiles;
 mod unsolved;

@@ -3,7 +3,7 @@
 use super::unsolved::Unsolved;
 
 /// Part of the tolerance at which corrections end.
-const ENOUGH: f64 = 0.1;
+const ENOUGH: f64 = 0.5;
 /// Rounding of y - G0 F relative to the largest y: no tolerance is smaller.
 const ROUNDING: f64 = 256.0 * f64::EPSILON;
 

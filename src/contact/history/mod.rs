@@ -5,7 +5,7 @@
 //! - `near`: what the latest forces do, which the pass has not seen yet;
 //! - `far`: the pass over all of them, `behind` the march where there is another thread;
 //! - `state`: what evolves of a history;
-//! - `wavenumber_group`: the poles of neighbouring wavenumbers, side by side in vectors;
+//! - `wavenumber_group`: the poles of neighbouring wavenumbers, side by side in vectors, and their `block_pass`;
 //! - `transfer`: the transfer function that such a recursion is.
 //!
 //! A third way, convolution by FFT in partitions (Gardner 1995, *J. Audio Eng. Soc.* 43, 127), has been weighed and is
@@ -16,12 +16,15 @@
 //! wavenumbers that the fit avoids.
 
 pub(super) mod behind;
+mod block_pass;
 mod direct;
 mod far;
 mod modes;
 mod near;
 mod state;
 pub(super) mod transfer;
+#[cfg(test)]
+mod turning_tests;
 pub(super) mod wavenumber_group;
 
 pub use direct::{DirectHistory, LagKernel};

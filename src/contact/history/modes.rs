@@ -281,7 +281,7 @@ mod tests {
     use super::*;
     use crate::scene::{PLATE, Scene};
     use crate::storage::state::read_back;
-    use crate::tyre::poles::{FitOptions, fit};
+    use crate::tyre::poles::{FitOptions, fit, turning_ring};
 
     const COLUMNS: usize = 11;
 
@@ -311,27 +311,30 @@ mod tests {
         all
     }
 
+    /// At rest, and of a ring that turns.
+    fn models() -> [RationalModel; 2] {
+        [model(), turning_ring::model(48, -200.0)]
+    }
+
     #[test]
     fn blocks_are_the_plain_recursion() {
-        let model = model();
-        for rule in TimeRule::ALL {
+        for (model, rule) in models().iter().flat_map(|model| TimeRule::ALL.map(|rule| (model, rule))) {
             let history =
-                |instants| ModalHistory::with_blocks(&model, Field::Surface, rule, 1e-4, COLUMNS, instants).unwrap();
+                |instants| ModalHistory::with_blocks(model, Field::Surface, rule, 1e-4, COLUMNS, instants).unwrap();
             let plain = roll(&mut history(1), rule, 0, 150);
             let largest = plain.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
             for instants in [2, 7, INSTANTS, 40] {
                 let blocks = roll(&mut history(instants), rule, 0, 150);
                 let error = plain.iter().zip(&blocks).fold(0.0_f64, |a, (b, c)| a.max((b - c).abs())) / largest;
-                assert!(error < 1e-13, "{rule:?}, {instants} instants: {error:e}");
+                assert!(error < 1e-13, "{rule:?}, turns: {}, {instants} instants: {error:e}", model.turns());
             }
         }
     }
 
     #[test]
     fn a_history_goes_on_from_any_instant_of_a_block_bit_for_bit() {
-        let model = model();
-        for rule in TimeRule::ALL {
-            let history = || ModalHistory::new(&model, Field::Surface, rule, 1e-4, COLUMNS).unwrap();
+        for (model, rule) in models().iter().flat_map(|model| TimeRule::ALL.map(|rule| (model, rule))) {
+            let history = || ModalHistory::new(model, Field::Surface, rule, 1e-4, COLUMNS).unwrap();
             for stop in 29..50 {
                 let mut whole = history();
                 roll(&mut whole, rule, 0, stop);

@@ -8,16 +8,12 @@ use num_complex::Complex64;
 
 use crate::time_rule::hold::FirstOrderHold;
 use crate::time_rule::{Rates, TimeRule};
-use crate::tyre::poles::model::Modes;
-
-/// i.
-const I: Complex64 = Complex64::I;
+use crate::tyre::poles::{Direction, Modes};
 
 /// w(zeta) of one wavenumber, ready to be evaluated.
 pub struct Transfer<'a> {
     modes: Modes<'a>,
-    /// Sign of the wave: H = E + i O forwards, E - i O backwards.
-    sign: f64,
+    direction: Direction,
     rule: TimeRule,
     time_step: f64,
     /// The hold's steps, conjugates included, with R dt.
@@ -25,31 +21,25 @@ pub struct Transfer<'a> {
 }
 
 impl<'a> Transfer<'a> {
-    /// Of the wave of the wavenumber's own sign, for a rule and a time step \[s\].
-    pub fn new(modes: Modes<'a>, rule: TimeRule, time_step: f64) -> Self {
-        Self::of_sign(modes, 1.0, rule, time_step)
-    }
-
-    /// Of the wave of a sign, 1 or -1; at rest both are the same.
-    pub fn of_sign(modes: Modes<'a>, sign: f64, rule: TimeRule, time_step: f64) -> Self {
+    /// Of the waves of one direction, which at rest are those of the other, for a rule and a time step \[s\].
+    pub fn new(modes: Modes<'a>, direction: Direction, rule: TimeRule, time_step: f64) -> Self {
         let mut holds = Vec::new();
         if !rule.is_quadrature() {
             for (index, (&pole, &residue)) in modes.poles.iter().zip(modes.residues).enumerate() {
-                let odd = modes.odd.get(index).map_or(Complex64::ZERO, |&odd| odd * sign);
-                holds.push((FirstOrderHold::new(pole * time_step), (residue + I * odd) * time_step));
+                holds.push((FirstOrderHold::new(pole * time_step), modes.residue(direction, index) * time_step));
                 if index < modes.pairs {
-                    let residue = residue.conj() + I * odd.conj();
+                    let odd = modes.odd.get(index).copied().unwrap_or_default();
+                    let residue = direction.of(residue.conj(), odd.conj());
                     holds.push((FirstOrderHold::new(pole.conj() * time_step), residue * time_step));
                 }
             }
         }
-        Self { modes, sign, rule, time_step, holds }
+        Self { modes, direction, rule, time_step, holds }
     }
 
-    /// H(s) of the wave.
+    /// H(s) of the waves.
     fn value(&self, s: Complex64) -> Complex64 {
-        let even = self.modes.evaluate(s);
-        if self.modes.odd.is_empty() { even } else { even + I * self.sign * self.modes.evaluate_odd(s) }
+        if self.modes.odd.is_empty() { self.modes.evaluate(s) } else { self.modes.evaluate_wave(self.direction, s) }
     }
 
     /// w(zeta) \[m/N\]; for a Runge-Kutta rule of s stages the determinant of its matrix \[(m/N)^s\].
@@ -75,7 +65,10 @@ impl<'a> Transfer<'a> {
 pub(crate) fn first_weight(modes: &Modes<'_>, rule: TimeRule, time_step: f64) -> f64 {
     match rule.first_rate(time_step) {
         Some(rate) => modes.evaluate(Complex64::new(rate, 0.0)).re,
-        None => Transfer::new(Modes { odd: &[], ..*modes }, rule, time_step).at(Complex64::ZERO).re,
+        None => {
+            let even = Modes { odd: &[], ..*modes };
+            Transfer::new(even, Direction::Forwards, rule, time_step).at(Complex64::ZERO).re
+        }
     }
 }
 

@@ -4,10 +4,11 @@
 use num_complex::{Complex, Complex64};
 use pulp::{Arch, Simd, WithSimd};
 
+use super::block_pass::Pass;
 use crate::counters::Work;
 use crate::numeric::lanes::dispatch;
 use crate::time_rule::TimeRule;
-use crate::time_rule::recursion::{MOST_STAGES, Number, Poles, Recursion, State, StepMaps, WithRecursion};
+use crate::time_rule::recursion::{MOST_STAGES, Number, Poles, Recursion, State, WithRecursion};
 use crate::tyre::poles::Modes;
 
 /// Wavenumbers of a group.
@@ -20,31 +21,31 @@ const FORGOTTEN: f64 = 1e-9;
 const LEAST_EVEN: f64 = 1e-30;
 
 /// Poles that a pass foretells together: u_old is read and written that much less often.
-const TOGETHER: usize = 2;
+pub(super) const TOGETHER: usize = 2;
 
 /// Poles of one kind, pairs (PARTS = 2) or real ones (1): the r-th of every wavenumber side by side. Wavenumbers with
 /// fewer than their neighbours have poles that do nothing.
 #[derive(Clone, Debug, Default)]
-struct PoleRows<const PARTS: usize> {
+pub(super) struct PoleRows<const PARTS: usize> {
     /// Pole by pole: g, then w, part by part, times [`GROUP`] numbers.
-    coefficients: Vec<f64>,
+    pub(super) coefficients: Vec<f64>,
     /// Pole by pole: q, ratio of the odd residue to the even one, part by part, times [`GROUP`] numbers; empty at rest.
-    odd: Vec<f64>,
+    pub(super) odd: Vec<f64>,
     /// Pole by pole: b of the last step, with a rule that looks back that of the one before too, under the real part of
     /// the force, then the same under its imaginary part, part by part, times [`GROUP`] numbers.
-    states: Vec<f64>,
+    pub(super) states: Vec<f64>,
     /// Pole by pole: what is left of a unit force at each instant of a step when it is forgotten, in the state's order,
     /// times [`GROUP`] numbers. Empty: nothing is forgotten.
-    left: Vec<f64>,
+    pub(super) left: Vec<f64>,
     /// Which poles have anything left then.
-    forgets: Vec<bool>,
+    pub(super) forgets: Vec<bool>,
 }
 
 impl<const PARTS: usize> PoleRows<PARTS> {
     /// Numbers of a pole that do not change.
-    const FIXED: usize = 2 * PARTS;
+    pub(super) const FIXED: usize = 2 * PARTS;
     /// Numbers of a pole that evolve.
-    const fn evolving(looks_back: bool) -> usize {
+    pub(super) const fn evolving(looks_back: bool) -> usize {
         if looks_back { 4 * PARTS } else { 2 * PARTS }
     }
 
@@ -107,7 +108,7 @@ impl<const PARTS: usize> PoleRows<PARTS> {
 
     /// A vector of poles.
     #[inline(always)]
-    fn poles<S: Simd>(simd: S, coefficients: &[S::f64s], vector: usize, vectors: usize) -> Poles<S, PARTS> {
+    pub(super) fn poles<S: Simd>(simd: S, coefficients: &[S::f64s], vector: usize, vectors: usize) -> Poles<S, PARTS> {
         let zero = [simd.splat_f64s(0.0); PARTS];
         let mut poles = Poles::<S, PARTS> { g: zero, w: zero };
         for part in 0..PARTS {
@@ -138,8 +139,12 @@ impl<const PARTS: usize> PoleRows<PARTS> {
 
     /// q of a vector of poles.
     #[inline(always)]
-    fn ratios<S: Simd>(odd: &[S::f64s], vector: usize) -> Number<S, PARTS> {
-        std::array::from_fn(|part| odd[part * (GROUP / S::F64_LANES) + vector])
+    pub(super) fn ratios<S: Simd>(odd: &[S::f64s], vector: usize) -> Number<S, PARTS> {
+        let mut ratios = [odd[vector]; PARTS];
+        for part in 1..PARTS {
+            ratios[part] = odd[part * (GROUP / S::F64_LANES) + vector];
+        }
+        ratios
     }
 }
 
@@ -170,20 +175,20 @@ pub struct WavenumberGroup {
     first: usize,
     /// Wavenumbers in use.
     count: usize,
-    pairs: PoleRows<2>,
-    reals: PoleRows<1>,
+    pub(super) pairs: PoleRows<2>,
+    pub(super) reals: PoleRows<1>,
     /// Stages of a step.
     stages: usize,
     /// Steps between the forces taken in and the displacement foretold.
-    skipped: usize,
+    pub(super) skipped: usize,
     /// Products of passing over them.
     skip: usize,
     /// Forces of the last block by instant: real parts of the group, imaginary parts.
-    forces: Vec<f64>,
+    pub(super) forces: Vec<f64>,
     /// Those of the block that is forgotten likewise; empty: none is.
-    old_forces: Vec<f64>,
+    pub(super) old_forces: Vec<f64>,
     /// u_old of the block foretold without the forces of those between, likewise.
-    displacement: Vec<f64>,
+    pub(super) displacement: Vec<f64>,
 }
 
 impl WavenumberGroup {
@@ -310,217 +315,4 @@ impl<R: Recursion> WithSimd for Left<'_, R> {
         self.group.pairs.forget(simd, self.recursion, self.steps);
         self.group.reals.forget(simd, self.recursion, self.steps);
     }
-}
-
-/// See [`WavenumberGroup::pass`].
-struct Pass<'a, R> {
-    group: &'a mut WavenumberGroup,
-    recursion: R,
-}
-
-impl<R: Recursion> WithSimd for Pass<'_, R> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { group, recursion } = self;
-        let turns = !(group.pairs.odd.is_empty() && group.reals.odd.is_empty());
-        let (forces, _) = S::as_simd_f64s(&group.forces);
-        let (old_forces, _) = S::as_simd_f64s(&group.old_forces);
-        let (displacement, _) = S::as_mut_simd_f64s(&mut group.displacement);
-        displacement.fill(simd.splat_f64s(0.0));
-        let mut block = Block { simd, recursion, forces, old_forces, displacement, skipped: group.skipped };
-        if turns {
-            block.pass::<2, true>(&mut group.pairs);
-            block.pass::<1, true>(&mut group.reals);
-        } else {
-            block.pass::<2, false>(&mut group.pairs);
-            block.pass::<1, false>(&mut group.reals);
-        }
-    }
-}
-
-/// A block of instants as vectors, [`GROUP`] numbers of the real system and as many of the imaginary one to an instant.
-struct Block<'a, S: Simd, R> {
-    simd: S,
-    recursion: R,
-    forces: &'a [S::f64s],
-    old_forces: &'a [S::f64s],
-    displacement: &'a mut [S::f64s],
-    skipped: usize,
-}
-
-impl<S: Simd, R: Recursion> Block<'_, S, R> {
-    /// Vectors of a group.
-    const VECTORS: usize = GROUP / S::F64_LANES;
-
-    #[inline(always)]
-    fn pass<const PARTS: usize, const TURNS: bool>(&mut self, rows: &mut PoleRows<PARTS>) {
-        let fixed = PoleRows::<PARTS>::FIXED * Self::VECTORS;
-        let evolving = PoleRows::<PARTS>::evolving(R::LOOKS_BACK) * Self::VECTORS;
-        let (coefficients, _) = S::as_simd_f64s(&rows.coefficients);
-        let (odd, _) = S::as_simd_f64s(&rows.odd);
-        let of_odd = PARTS * Self::VECTORS;
-        let (states, _) = S::as_mut_simd_f64s(&mut rows.states);
-        let (left, _) = S::as_simd_f64s(&rows.left);
-        let of_left = left.len() / rows.forgets.len().max(1);
-        let left_of = |pole: usize| if rows.forgets[pole] { &left[pole * of_left..][..of_left] } else { &[] };
-        let together = coefficients.chunks_exact(TOGETHER * fixed).zip(states.chunks_exact_mut(TOGETHER * evolving));
-        for (number, (coefficients, states)) in together.enumerate() {
-            let (left, other_left) = (left_of(TOGETHER * number), left_of(TOGETHER * number + 1));
-            let (one, other) = coefficients.split_at(fixed);
-            let (one_states, other_states) = states.split_at_mut(evolving);
-            for vector in 0..Self::VECTORS {
-                let one = self.take_in::<PARTS>(vector, one, one_states, left);
-                let other = self.take_in::<PARTS>(vector, other, other_states, other_left);
-                if TURNS {
-                    let ratios = [0, 1].map(|pole| {
-                        PoleRows::<PARTS>::ratios::<S>(&odd[(TOGETHER * number + pole) * of_odd..][..of_odd], vector)
-                    });
-                    self.foretell_both(vector, [one, other], ratios);
-                } else {
-                    self.foretell(vector, one, other);
-                }
-            }
-        }
-    }
-
-    /// A pole takes in the block's forces.
-    #[inline(always)]
-    fn take_in<const PARTS: usize>(
-        &self,
-        vector: usize,
-        coefficients: &[S::f64s],
-        states: &mut [S::f64s],
-        left: &[S::f64s],
-    ) -> Driven<S, PARTS> {
-        let (simd, vectors) = (self.simd, Self::VECTORS);
-        let zero = [simd.splat_f64s(0.0); PARTS];
-        let mut systems = [State { end: zero, before: zero }; 2];
-        let of_system = PoleRows::<PARTS>::evolving(R::LOOKS_BACK) / 2;
-        for part in 0..PARTS {
-            for (which, system) in systems.iter_mut().enumerate() {
-                system.end[part] = states[(of_system * which + part) * vectors + vector];
-                if R::LOOKS_BACK {
-                    system.before[part] = states[(of_system * which + PARTS + part) * vectors + vector];
-                }
-            }
-        }
-        let maps = self.recursion.maps(simd, PoleRows::<PARTS>::poles(simd, coefficients, vector, vectors));
-        let systems = if left.is_empty() {
-            self.drive::<PARTS, false>(vector, &maps, systems, left)
-        } else {
-            self.drive::<PARTS, true>(vector, &maps, systems, left)
-        };
-        for (which, system) in systems.iter().enumerate() {
-            for part in 0..PARTS {
-                states[(of_system * which + part) * vectors + vector] = system.end[part];
-                if R::LOOKS_BACK {
-                    states[(of_system * which + PARTS + part) * vectors + vector] = system.before[part];
-                }
-            }
-        }
-        let [re, im] = systems;
-        Driven { maps, re, im }
-    }
-
-    /// The systems after the block's forces, less what is `left` of the forces that are forgotten meanwhile.
-    #[inline(always)]
-    fn drive<const PARTS: usize, const FORGETS: bool>(
-        &self,
-        vector: usize,
-        maps: &StepMaps<S, PARTS>,
-        mut systems: [State<S, PARTS>; 2],
-        left: &[S::f64s],
-    ) -> [State<S, PARTS>; 2] {
-        let (simd, vectors) = (self.simd, Self::VECTORS);
-        let kinds = PoleRows::<PARTS>::evolving(R::LOOKS_BACK) / (2 * PARTS);
-        let of_step = 2 * vectors * R::STAGES;
-        let mut old_steps = self.old_forces.chunks_exact(of_step);
-        for step in self.forces.chunks_exact(of_step) {
-            let old_step = if FORGETS { old_steps.next() } else { None };
-            for (which, system) in systems.iter_mut().enumerate() {
-                let mut forces = [simd.splat_f64s(0.0); MOST_STAGES];
-                for stage in 0..R::STAGES {
-                    forces[stage] = step[(2 * stage + which) * vectors + vector];
-                }
-                R::take_in(simd, maps, forces, system);
-                let Some(old_step) = old_step else { continue };
-                for stage in 0..R::STAGES {
-                    let old = old_step[(2 * stage + which) * vectors + vector];
-                    for part in 0..PARTS {
-                        let of = |kind: usize| left[((stage * kinds + kind) * PARTS + part) * vectors + vector];
-                        system.end[part] = simd.negate_mul_add_e_f64s(of(0), old, system.end[part]);
-                        if R::LOOKS_BACK {
-                            system.before[part] = simd.negate_mul_add_e_f64s(of(1), old, system.before[part]);
-                        }
-                    }
-                }
-            }
-        }
-        systems
-    }
-
-    /// Two poles add what they displace in the block after the coming one.
-    #[inline(always)]
-    fn foretell<const PARTS: usize>(&mut self, vector: usize, mut one: Driven<S, PARTS>, mut other: Driven<S, PARTS>) {
-        let (simd, vectors) = (self.simd, Self::VECTORS);
-        let of_step = 2 * vectors * R::STAGES;
-        R::skip(simd, &one.maps, [&mut one.re, &mut one.im], self.skipped);
-        R::skip(simd, &other.maps, [&mut other.re, &mut other.im], self.skipped);
-        for step in self.displacement.chunks_exact_mut(of_step) {
-            let first = [R::foretell(simd, &one.maps, &mut one.re), R::foretell(simd, &one.maps, &mut one.im)];
-            let second = [R::foretell(simd, &other.maps, &mut other.re), R::foretell(simd, &other.maps, &mut other.im)];
-            for stage in 0..R::STAGES {
-                for system in 0..2 {
-                    let out = &mut step[(2 * stage + system) * vectors + vector];
-                    *out = simd.add_f64s(*out, simd.add_f64s(first[system][stage], second[system][stage]));
-                }
-            }
-        }
-    }
-
-    /// The same with odd parts: what they displace goes from one system to the other.
-    #[inline(always)]
-    fn foretell_both<const PARTS: usize>(
-        &mut self,
-        vector: usize,
-        mut poles: [Driven<S, PARTS>; TOGETHER],
-        ratios: [Number<S, PARTS>; TOGETHER],
-    ) {
-        let (simd, vectors) = (self.simd, Self::VECTORS);
-        let of_step = 2 * vectors * R::STAGES;
-        let mut odd = [[ratios[0]; MOST_STAGES]; TOGETHER];
-        for pole in 0..TOGETHER {
-            let Driven { maps, re, im } = &mut poles[pole];
-            R::skip(simd, maps, [re, im], self.skipped);
-            odd[pole] = R::odd_outputs(simd, maps, ratios[pole]);
-        }
-        for step in self.displacement.chunks_exact_mut(of_step) {
-            let mut both = [[[simd.splat_f64s(0.0); MOST_STAGES]; 2]; 2 * TOGETHER];
-            for pole in 0..TOGETHER {
-                let Driven { maps, re, im } = &mut poles[pole];
-                both[2 * pole] = R::foretell_both(simd, maps, &odd[pole], re);
-                both[2 * pole + 1] = R::foretell_both(simd, maps, &odd[pole], im);
-            }
-            for stage in 0..R::STAGES {
-                let [[re, from_re], [im, from_im], [other_re, other_from_re], [other_im, other_from_im]] =
-                    both.map(|parts| parts.map(|instants| instants[stage]));
-                let out = &mut step[2 * stage * vectors + vector];
-                let odd = simd.add_f64s(from_im, other_from_im);
-                *out = simd.add_f64s(*out, simd.sub_f64s(simd.add_f64s(re, other_re), odd));
-                let out = &mut step[(2 * stage + 1) * vectors + vector];
-                let odd = simd.add_f64s(from_re, other_from_re);
-                *out = simd.add_f64s(*out, simd.add_f64s(simd.add_f64s(im, other_im), odd));
-            }
-        }
-    }
-}
-
-/// A pole and its two real systems, all forces so far taken in.
-#[derive(Clone, Copy)]
-struct Driven<S: Simd, const PARTS: usize> {
-    maps: StepMaps<S, PARTS>,
-    re: State<S, PARTS>,
-    im: State<S, PARTS>,
 }

@@ -21,6 +21,8 @@ const INSTEAD: &str = "another tolerance, or no [outputs.vibration]";
 pub(super) struct TyreAnswer {
     /// By component of the forces.
     components: Vec<Component>,
+    /// Of the tyre \[rad/s\].
+    angular_velocity: f64,
     scale: f64,
     spring: f64,
 }
@@ -57,7 +59,7 @@ impl TyreAnswer {
                 vec![component(1.0, None, model)]
             }
         };
-        Ok(Self { components, scale, spring })
+        Ok(Self { components, angular_velocity: plan.decisions.tyre.angular_velocity, scale, spring })
     }
 
     /// Adds the tangential motion up to an angular frequency \[rad/s\].
@@ -111,7 +113,7 @@ impl TyreAnswer {
     pub(super) fn branches(&self, field: VibrationField, highest: f64) -> Vec<DispersionBranch> {
         let of_component = |Component { model, .. }: &Component| {
             let face = if field == VibrationField::Belt { Field::Bottom } else { model.driven };
-            dispersion_branches(model, face, highest)
+            dispersion_branches(model, self.angular_velocity, face, highest)
         };
         self.components.iter().flat_map(of_component).collect()
     }

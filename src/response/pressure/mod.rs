@@ -28,6 +28,9 @@
 //! times its displacement. Air at rest beside the axle, w I_n, and air that turns with the tread, (w - n Omega) I_n,
 //! are measures of the doubt. A static flattening is silent in all three.
 //!
+//! n is signed throughout: of a tyre that turns C_nm and C_-nm differ, one of waves that run forwards, the other of
+//! those that run backwards.
+//!
 //! - [`model`]: the tyre and its forces; [`surface`]: G on the tread, and what the tread's waves take of it;
 //! - [`transfer`]: pressures from the spectra of forces, by way of `components`, for unit amplitude of each wavenumber,
 //!   and `window`, from places to wavenumbers;

@@ -11,7 +11,8 @@
 //! 2. Of each branch that part is shown in which the peak is at least [`LEAST_PEAK`] of the largest of all waves.
 //!
 //! Of a tyre that turns waves with the rotation and against it differ: each direction has branches of its own, of the
-//! poles that have a residue in it (see [`Modes::residue`](crate::tyre::poles::Modes::residue)).
+//! poles that have a residue in it (see [`Modes::residue`](crate::tyre::poles::Modes::residue)). The rotation Om shifts a
+//! wave of an inextensional ring by +-2 n Om/(n^2 + 1), most of all n = 1: the parabola is carried on without that.
 //!
 //! They are the tyre's own. With a time rule that slows waves down, as `bdf2` does by (w dt)^2/3, the ridges of a run's
 //! map lie lower by so much.
@@ -58,12 +59,22 @@ struct Wave {
 struct Followed {
     first: usize,
     waves: Vec<Wave>,
+    /// Om, negative of waves against it \[Hz\].
+    turning: f64,
+}
+
+/// Shift of an inextensional ring's wave of n periods by the rotation.
+fn shift(n: usize, turning: f64) -> f64 {
+    let n = n as f64;
+    2.0 * n * turning / (n * n + 1.0)
 }
 
 impl Followed {
     /// Where the branch is expected to go on, and how far from there it may \[Hz\].
     fn next(&self) -> (f64, f64) {
-        let mut latest = self.waves.iter().rev().map(|wave| wave.frequency);
+        let next = self.first + self.waves.len();
+        let numbers = (self.first..next).rev();
+        let mut latest = self.waves.iter().rev().zip(numbers).map(|(wave, n)| wave.frequency - shift(n, self.turning));
         let last = latest.next().unwrap_or(0.0);
         let [now, before, earlier] = [Some(last), latest.next(), latest.next()].map(|f| f.map(|f| f * f));
         let (square, jump) = match (now, before, earlier) {
@@ -72,7 +83,7 @@ impl Followed {
             (Some(now), Some(before), None) => (2.0 * now - before, 2.0 * JUMP),
             _ => (last * last, FIRST_JUMP),
         };
-        (square.max(0.0).sqrt(), jump * last.max(LOWEST))
+        (square.max(0.0).sqrt() + shift(next, self.turning), jump * last.max(LOWEST))
     }
 
     /// The longest part with peaks of at least `least` and frequencies below `highest`.
@@ -91,14 +102,24 @@ impl Followed {
     }
 }
 
-/// The branches below `highest` \[Hz\] as a field shows them, of a tyre that turns with the rotation, then against it;
-/// none if the model does not hold it.
-pub fn dispersion_branches(model: &RationalModel, field: Field, highest: f64) -> Vec<DispersionBranch> {
+/// The branches below `highest` \[Hz\] as a field shows them, of a tyre that turns (`angular_velocity` \[rad/s\],
+/// elements counted against it where it is negative) with the rotation, then against it; none if the model does not hold
+/// the field.
+pub fn dispersion_branches(
+    model: &RationalModel,
+    angular_velocity: f64,
+    field: Field,
+    highest: f64,
+) -> Vec<DispersionBranch> {
     if model.turns() {
-        let towards = |direction| branches_towards(model, field, highest, Some(direction));
+        let turning = |direction| match direction {
+            Direction::Forwards => angular_velocity / (2.0 * PI),
+            Direction::Backwards => -angular_velocity / (2.0 * PI),
+        };
+        let towards = |direction| branches_towards(model, field, highest, Some(direction), turning(direction));
         Direction::BOTH.into_iter().flat_map(towards).collect()
     } else {
-        branches_towards(model, field, highest, None)
+        branches_towards(model, field, highest, None, 0.0)
     }
 }
 
@@ -108,6 +129,7 @@ fn branches_towards(
     field: Field,
     highest: f64,
     direction: Option<Direction>,
+    turning: f64,
 ) -> Vec<DispersionBranch> {
     let (mut open, mut closed): (Vec<Followed>, Vec<Followed>) = (Vec::new(), Vec::new());
     let mut largest = 0.0_f64;
@@ -134,7 +156,7 @@ fn branches_towards(
             if continued { kept.push(branch) } else { closed.push(branch) }
         }
         let new = waves.iter().zip(used).filter(|(_, used)| !used);
-        kept.extend(new.map(|(&wave, _)| Followed { first: n, waves: vec![wave] }));
+        kept.extend(new.map(|(&wave, _)| Followed { first: n, waves: vec![wave], turning }));
         open = kept;
     }
     let all = closed.into_iter().chain(open);
@@ -168,8 +190,8 @@ mod tests {
     #[test]
     fn each_direction_of_a_turning_ring_has_its_branch() {
         let turning = -70.0;
-        let branches = dispersion_branches(&turning_ring::model(64, turning), Field::Bottom, 1500.0);
-        let resting = dispersion_branches(&turning_ring::model(64, 0.0), Field::Bottom, 1500.0);
+        let branches = dispersion_branches(&turning_ring::model(64, turning), turning, Field::Bottom, 1500.0);
+        let resting = dispersion_branches(&turning_ring::model(64, 0.0), 0.0, Field::Bottom, 1500.0);
         assert_eq!(branches.len(), 2, "{branches:?}");
         assert_eq!((resting.len(), resting[0].direction), (1, None));
         for (branch, direction) in branches.iter().zip(Direction::BOTH) {
@@ -188,7 +210,7 @@ mod tests {
     fn the_belts_first_branch_begins_at_the_resonances_of_the_plate_tyre() {
         let tyre = Scene::from_str(PLATE, "default").unwrap().scene.tyre;
         let model = fit(&tyre, &FitOptions::new(&tyre, 64, 20.0).with_tolerance(1e-4)).unwrap();
-        let branches = dispersion_branches(&model, Field::Surface, 1500.0);
+        let branches = dispersion_branches(&model, 0.0, Field::Surface, 1500.0);
         let lowest = branches.iter().find(|branch| branch.first == 0).unwrap();
         // m = 1 resonances of the default tyre, n = 0..6 \[Hz\]: maxima of the compliance. With damping up to 0.025 of
         // critical they lie 6e-4 below the pole at most, they are given to 5e-4, and the other modes' slope and the fit
@@ -206,6 +228,6 @@ mod tests {
                 assert!(bend.abs() < 8.0 + 0.01 * three[1], "{:?}", branch.frequencies);
             }
         }
-        assert!(dispersion_branches(&model, Field::UnderTread, 1500.0).is_empty());
+        assert!(dispersion_branches(&model, 0.0, Field::UnderTread, 1500.0).is_empty());
     }
 }

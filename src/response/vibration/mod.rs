@@ -9,8 +9,9 @@
 //! periods has its frequency shifted by n Omega and nothing else. (The rate at which the outline changes at a fixed x,
 //! which pushes air that does not turn with the tyre, is i w u_n instead of i w' u_n.)
 //!
-//! Of a tyre that turns H_n and H_-n differ. All of this is written for the velocity of the material and for signed n,
-//! and holds: `both_ways` says which of the two counts where.
+//! Of a tyre that turns H_n and H_-n differ. All of this is written for signed n and holds; `both_ways` says which of
+//! the two counts where. The velocity is still du/dt as the turning material sees it, without Omega x u, by which the
+//! directions along and outwards turn.
 //!
 //! The run's time rule says what i w' and H_n stand for. The displacement is that of the run's own
 //! recursion for every rule; its rate is the rule's difference quotient for a multistep rule, which the work of the

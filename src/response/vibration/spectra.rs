@@ -7,8 +7,8 @@
 //! material frame lines at the multiples of the rotation; it is listed by itself, and is a part of the material frame's
 //! spectrum.
 //!
-//! Power: the forces put in sum_e F_e v_e = sum_n Re Y_n |F_n|^2 in the mean, all of which the tyre dissipates. Where it
-//! turns Y_n and Y_-n differ (`both_ways`); gyroscopic forces do no work.
+//! Power: the forces put in sum_e F_e v_e = sum_n Re Y_n |F_n|^2 in the mean, all of which the tyre dissipates. Where
+//! it turns Y_n and Y_-n differ (`both_ways`); gyroscopic forces do no work.
 //!
 //! With the forces of several stages |Y_n|^2 and Re Y_n are forms of all of them (`stage_transfer`); the rest
 //! is the same. Of forces that are resolved across |v_n|^2 and the power are there already ([`super::heard`]).

@@ -180,8 +180,8 @@ impl Transfers {
         Self { stages: layout.stages(), symbols, way }
     }
 
-    /// Velocities of a field by a part of H_n for unit force at each stage \[m/(N s)\], stages x bins, of the wavenumber
-    /// n >= 0; whether the field is there.
+    /// Velocities of a field by a part of H_n for unit force at each stage \[m/(N s)\], stages x bins, n >= 0; whether
+    /// the field is there.
     pub(super) fn velocities(
         &self,
         tyre: &TyreResponse<'_>,

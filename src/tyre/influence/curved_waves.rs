@@ -31,8 +31,9 @@ pub(super) struct CurvedWaves {
     prepared: Vec<OnceLock<Box<CylinderWave>>>,
 }
 
-/// Bytes of a layer of a prepared wave (measured).
+/// Bytes of a layer of a prepared wave (measured), and what it takes more where the tyre turns.
 const LAYER_BYTES: f64 = 1.2e4;
+const TURNING_LAYER_BYTES: f64 = 1.4e4;
 
 /// Wavenumber \[1/m\] from which waves are a flat layer's.
 fn flat_from(tyre: &Tyre, tolerance: f64) -> f64 {
@@ -42,7 +43,8 @@ fn flat_from(tyre: &Tyre, tolerance: f64) -> f64 {
 
 /// Bytes of the waves of a tyre that sums within a relative `tolerance` prepare.
 pub fn wave_bytes(tyre: &Tyre, tolerance: f64) -> f64 {
-    LAYER_BYTES * tyre.layers.len() as f64 * wave_count(tyre, tolerance)
+    let each = LAYER_BYTES + if tyre.turns() { TURNING_LAYER_BYTES } else { 0.0 };
+    each * tyre.layers.len() as f64 * wave_count(tyre, tolerance)
 }
 
 /// Bytes of the products of polynomials that layers with cords, or orthotropic ones, take for all degrees: their waves

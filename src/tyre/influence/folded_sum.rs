@@ -78,9 +78,9 @@ pub struct SumAt {
     curvature: Option<Change<Complex64>>,
 }
 
-/// Bytes of a [`SumAt`], at most: of a flat tyre, and of a curved one. A test counts them for the default tyres up to
-/// the time steps of 2048 elements.
-const POINT_BYTES: [f64; 2] = [6e3, 2e4];
+/// Bytes of a [`SumAt`], at most: of a flat tyre, of a curved one, and of one that turns. A test counts them for the
+/// default tyres up to the time steps of 2048 elements.
+const POINT_BYTES: [f64; 3] = [6e3, 2e4, 3e4];
 
 /// Short waves of a curved tyre, and moments of the sum's weights for n = 0..=N/2.
 #[derive(Debug)]
@@ -147,7 +147,8 @@ impl InfluenceSum {
             let limit = series_limit(at_largest.tread());
             Arc::new(Curvature::new(ShortWaves::new(tyre, from, limit, largest_s, tolerance), &projection))
         });
-        Self { kernel, projection, tolerance, turns: tyre.turns(), tail, curvature, lateral_terms, aliases }
+        let turns = tyre.curvature && tyre.turns();
+        Self { kernel, projection, tolerance, turns, tail, curvature, lateral_terms, aliases }
     }
 
     /// Tells whether H_n and H_-n differ: odd parts are then not zero.
@@ -157,7 +158,7 @@ impl InfluenceSum {
 
     /// Bytes of a tyre's kernel with its tail at so many s \[bytes\]: what [`Self::at_all`] holds, at most.
     pub fn expected_bytes(tyre: &Tyre, points: usize) -> f64 {
-        points as f64 * POINT_BYTES[usize::from(tyre.curvature)]
+        points as f64 * POINT_BYTES[usize::from(tyre.curvature) + usize::from(tyre.curvature && tyre.turns())]
     }
 
     /// The wavenumbers and weights.
@@ -296,9 +297,10 @@ mod tests {
     #[test]
     fn the_kernel_on_a_contour_holds_no_more_than_is_expected_of_flat_and_curved_tyres() {
         let mut misses = Vec::new();
-        for text in [PLATE, DEFAULT] {
+        for (text, angular_velocity) in [(PLATE, 0.0), (DEFAULT, 0.0), (DEFAULT, -70.0)] {
             for (elements, tolerance) in [(256, 1e-4), (512, 1e-7), (2048, 1e-5)] {
                 let tyre = Scene::from_str(text, "default").unwrap().scene.tyre;
+                let tyre = Tyre { angular_velocity, ..tyre };
                 // Bands of waves belong to s, moments to elements: few of these make it quick.
                 let projection = Projection::new(&tyre, 32);
                 let time_step = tyre.circumference / (elements as f64 * 22.2);
@@ -317,10 +319,81 @@ mod tests {
         assert!(misses.is_empty(), "{misses:#?}");
     }
 
+    /// The default tyre at 250 km/h.
+    fn turning() -> Tyre {
+        let tyre = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
+        Tyre { angular_velocity: -69.4 / tyre.radius(), ..tyre }
+    }
+
+    #[test]
+    fn sums_of_a_tyre_that_turns_are_those_over_signed_aliases() {
+        let tyre = turning();
+        let fixed = Truncation::Fixed { lateral_terms: Some(3), aliases: Some(2) };
+        let sum = InfluenceSum::with(&tyre, Projection::new(&tyre, 48), fixed, 1e-6, 5e4);
+        assert!(sum.turns());
+        for s in [Complex64::new(0.0, 600.0), Complex64::new(0.0, -600.0), Complex64::new(2e4, 0.0)] {
+            let at = sum.at(s);
+            for n in [0, 1, 5, 23, 24] {
+                let signed = |n: i64| {
+                    let mut total = Complex64::ZERO;
+                    for alias in (-2..=2).map(|p| n + 48 * p) {
+                        let longitudinal = sum.projection.longitudinal_weight(alias);
+                        for m in sum.projection.waves.lateral_numbers().take(3) {
+                            let weight = longitudinal * sum.projection.lateral_weight(m);
+                            total += at.kernel.normal(alias, m, Field::Surface) * weight;
+                        }
+                    }
+                    total
+                };
+                let found = sum.value(n, &at, Field::Surface);
+                let (forwards, backwards) = (signed(n as i64), signed(-(n as i64)));
+                let size = forwards.norm();
+                let even = (forwards + backwards) * 0.5;
+                assert!((found.value - even).norm() < 1e-11 * size, "n {n}, s {s}");
+                let odd = if n == 24 { Complex64::ZERO } else { (forwards - backwards) / Complex64::new(0.0, 2.0) };
+                assert!((found.odd - odd).norm() < 1e-11 * size, "n {n}, s {s}: {} {odd}", found.odd);
+                if s.im == 0.0 {
+                    assert!(found.value.im.abs() < 1e-12 * size && found.odd.im.abs() < 1e-12 * size);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn lanes_and_sums_until_a_bound_have_the_parts_of_the_scalar_sums_of_a_tyre_that_turns() {
+        let tyre = turning();
+        let points = [0.0, 60.0, 600.0, 6e3, 2e4].map(|w| Complex64::new(0.0, w));
+        let points: Vec<_> = points.into_iter().chain([Complex64::new(1e4, 0.0), Complex64::new(3e3, -4e3)]).collect();
+        let of = |truncation| InfluenceSum::with(&tyre, Projection::new(&tyre, 48), truncation, 1e-5, 3e4);
+        let (tail, bounded) = (of(Truncation::Tail), of(Truncation::Bounded));
+        let (at, at_bounded) = (tail.at_all(&points), bounded.at_all(&points));
+        for (n, driven) in [(0, Field::Surface), (3, Field::Surface), (17, Field::UnderTread), (24, Field::Surface)] {
+            let mut faces = Vec::new();
+            tail.faces(n, &at, driven, &mut faces);
+            for (((faces, at), at_bounded), s) in faces.iter().zip(&at).zip(&at_bounded).zip(&points) {
+                let (scalar, bottom) = (tail.value(n, at, driven), tail.value(n, at, Field::Bottom));
+                let size = scalar.value.norm();
+                for (found, wanted) in [(faces.driven, scalar.value), (faces.odd[0], scalar.odd)] {
+                    assert!((found - wanted).norm() < 1e-10 * size, "{driven:?}, n {n}, s {s}: {found} {wanted}");
+                }
+                for (found, wanted) in [(faces.bottom, bottom.value), (faces.odd[1], bottom.odd)] {
+                    assert!((found - wanted).norm() < 1e-5 * size, "belt, n {n}, s {s}: {found} {wanted}");
+                }
+                let exact = bounded.value(n, at_bounded, driven);
+                let off = [(scalar.value - exact.value).norm() / size, (scalar.odd - exact.odd).norm() / size];
+                println!("{driven:?}, n {n}, s {s}: odd {:.1e}, tail {off:?}", exact.odd.norm() / size);
+                assert!(off[0] < 3e-5 && off[1] < 1e-5, "{driven:?}, n {n}, s {s}: {off:?}");
+                assert!((n % 24 > 0) == (exact.odd.norm() > 0.0 && s.norm() > 0.0) || s.norm() == 0.0);
+            }
+        }
+    }
+
     /// Bytes of its series; those of the layers are few.
     fn bytes(at: &SumAt) -> usize {
-        let curvature =
-            at.curvature.as_ref().map_or(0, |change| change.even.capacity() * size_of_val(&change.even[0]));
+        let curvature = at
+            .curvature
+            .as_ref()
+            .map_or(0, |change| (change.even.capacity() + change.odd.capacity()) * size_of_val(&change.even[0]));
         let tail = at.tail.as_ref().map_or(0, HalfSpaceTailAt::heap_bytes);
         size_of_val(at) + curvature + tail
     }

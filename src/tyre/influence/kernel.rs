@@ -242,10 +242,7 @@ impl<'a, S: Simd> LaneKernel<'a, S> {
             && let Some(wave) = waves.get(n, m)
         {
             let [forwards, backwards] = driven_both_ways(wave, at, on_surface);
-            return [
-                Parts::of([forwards.surface, backwards.surface]),
-                Parts::of([forwards.bottom, backwards.bottom]),
-            ];
+            return [Parts::of([forwards.surface, backwards.surface]), Parts::of([forwards.bottom, backwards.bottom])];
         }
         let NormalCompliance { surface, bottom } = self.driven(n, m, on_surface);
         [Parts::even(surface), Parts::even(bottom)]

@@ -32,7 +32,7 @@ use pulp::Simd;
 use super::compliance::{Matrix3, NormalCompliance};
 use super::curved::{CurvedStack, InnerFace};
 use super::elasticity::{CordParts, ElasticityAt, MaterialRatios};
-use super::faces::{Block, Climb, carrying, either_way, inverse, product, to_fields};
+use super::faces::{Block, Climb, carrying, inverse, product, to_fields};
 use super::layer_modes::{LayerModes, LayerValues, LayerWave};
 use super::material;
 use super::radial_polynomials::RadialProducts;
@@ -207,6 +207,7 @@ impl CurvedLayer {
             cords: &self.cords.parts,
             fibres: self.fibres,
             shear: *shear,
+            shear_waves: self.shear_waves,
             at_rest: self.at_rest,
         };
         LayerModes::new(&wave, products)
@@ -311,9 +312,9 @@ impl CylinderWave {
         let carcass = self.layers.len().saturating_sub(1);
         let [mut forwards, mut backwards] = self.climb_both_ways(at, carcass).map(|climb| climb.impedance);
         for (layer, at) in self.layers.iter().zip(&at.layers).skip(carcass) {
-            let faces = layer.turning_faces(at);
-            forwards = carrying(&forwards, &either_way(&faces, false));
-            backwards = carrying(&backwards, &either_way(&faces, true));
+            let faces = layer.faces_both_ways(at);
+            forwards = carrying(&forwards, &faces[0]);
+            backwards = carrying(&backwards, &faces[1]);
         }
         [inverse(forwards)[2][2] * self.radius, inverse(backwards)[2][2] * self.radius]
     }
@@ -358,9 +359,9 @@ impl CylinderWave {
         }
         let (mut forwards, mut backwards) = (Climb::from(forwards), Climb::from(backwards));
         for (layer, at) in self.layers[..layers].iter().zip(&at.layers) {
-            let faces = layer.turning_faces(at);
-            forwards = forwards.through(&either_way(&faces, false));
-            backwards = backwards.through(&either_way(&faces, true));
+            let faces = layer.faces_both_ways(at);
+            forwards = forwards.through(&faces[0]);
+            backwards = backwards.through(&faces[1]);
         }
         [forwards, backwards]
     }

@@ -61,19 +61,6 @@ pub(super) fn climb<T: ComplexField, L>(
     (climb.impedance, climb.transfer)
 }
 
-/// E + i O, or E - i O the other way round.
-#[inline(always)]
-pub(super) fn either_way<T: ComplexField>([even, odd]: &[[Block<T>; 3]; 2], back: bool) -> [Block<T>; 3] {
-    let mut blocks = *even;
-    for (block, odd) in blocks.iter_mut().zip(odd) {
-        for (entry, odd) in block.as_flattened_mut().iter_mut().zip(odd.as_flattened()) {
-            let turned = odd.times_i();
-            *entry = if back { *entry - turned } else { *entry + turned };
-        }
-    }
-    blocks
-}
-
 /// Adds a layer whose outer face is free to the impedance of the face under it.
 #[inline(always)]
 pub(super) fn carrying<T: ComplexField>(impedance: &Block<T>, [inner, across, outer]: &[Block<T>; 3]) -> Block<T> {

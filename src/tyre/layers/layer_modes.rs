@@ -7,7 +7,7 @@ use std::ops::Range;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
-use super::coriolis::CoriolisModes;
+use super::coriolis::{CoriolisModes, Modes};
 use super::elasticity::{Fibres, MaterialRatios};
 use super::radial_polynomials::RadialProducts;
 use crate::numeric::ComplexField;
@@ -16,7 +16,7 @@ use crate::scene::MOST_CORD_LOSSES;
 /// Entries of the upper triangle of a symmetric 6x6 matrix.
 pub(super) const ENTRIES: usize = 21;
 /// Modes whose terms are added together: their coefficients stay in the processor's first cache.
-const BLOCK: usize = 8;
+pub(super) const BLOCK: usize = 8;
 
 /// Pairs of modes of a block.
 const PAIRS: usize = BLOCK * (BLOCK - 1) / 2;
@@ -39,6 +39,8 @@ pub(super) struct LayerModes {
     coupled: Vec<[f64; PAIRS]>,
     /// The Coriolis force, where the tyre turns.
     coriolis: Option<Box<CoriolisModes>>,
+    /// Share of the prestress that acts as inertia, where the tyre turns \[Pa/m^2\].
+    mean: f64,
 }
 
 /// A part of the stiffness that does not follow the modulus.
@@ -106,6 +108,8 @@ pub(super) struct LayerWave<'a> {
     pub fibres: [f64; MOST_CORD_LOSSES],
     /// mu_0 \[Pa\].
     pub shear: f64,
+    /// Square of the largest wavenumber of shear waves \[1/m^2\].
+    pub shear_waves: f64,
     /// True if s = 0 is all that will be asked for, and mu_0 the modulus there: no mode moves then.
     pub at_rest: bool,
 }
@@ -186,6 +190,14 @@ impl LayerWave<'_> {
         tension.into_iter().chain(cords).collect()
     }
 
+    /// Mean of the prestress over the layer, as an inertia of V and w \[Pa/m^2\].
+    fn mean_prestress(&self, products: &RadialProducts) -> f64 {
+        let Self { n, ky, prestress: [along, across], softening, .. } = *self;
+        // Of a displacement that is constant across the layer.
+        let sum = |matrix: &Mat<f64>| -> f64 { (0..2).map(|a| (0..2).map(|b| matrix[(a, b)]).sum::<f64>()).sum() };
+        along * n * n * sum(&products.values_over_r) / sum(&products.values_r) + across * ky * ky - softening
+    }
+
     /// G: the prestress, less what rotation takes off.
     fn prestress(&self, products: &RadialProducts) -> Mat<f64> {
         let Self { n, ky, prestress: [along, across], softening, .. } = *self;
@@ -217,12 +229,20 @@ fn by_fields(polynomials: usize, entries: impl Fn(usize, usize) -> [f64; 6]) -> 
     matrix
 }
 
+/// M of all polynomials.
+fn whole_inertia(products: &RadialProducts) -> Mat<f64> {
+    by_fields(products.values.nrows(), |a, b| {
+        let m = products.values_r[(a, b)];
+        [m, 0.0, 0.0, m, 0.0, m]
+    })
+}
+
 /// Rows and columns of the upper triangle, row by row.
-pub(super) fn upper_places() -> impl Iterator<Item = (usize, usize)> {
+fn upper_places() -> impl Iterator<Item = (usize, usize)> {
     (0..6).flat_map(|row| (row..6).map(move |column| (row, column)))
 }
 
-fn upper(entry: impl Fn(usize, usize) -> f64) -> [f64; ENTRIES] {
+pub(super) fn upper(entry: impl Fn(usize, usize) -> f64) -> [f64; ENTRIES] {
     let mut entries = [0.0; ENTRIES];
     for (value, (row, column)) in entries.iter_mut().zip(upper_places()) {
         *value = entry(row, column);
@@ -241,6 +261,7 @@ impl LayerModes {
             blocks: Vec::new(),
             coupled: Vec::new(),
             coriolis: None,
+            mean: 0.0,
         })
     }
 
@@ -261,6 +282,7 @@ impl LayerModes {
                 blocks: Vec::new(),
                 coupled: Vec::new(),
                 coriolis: None,
+                mean: 0.0,
             });
         }
         let held = stiffness.submatrix(6, 6, modes, modes).self_adjoint_eigen(Side::Lower).ok()?;
@@ -282,9 +304,16 @@ impl LayerModes {
         let turns = wave.softening > 0.0;
         let has_cords = !wave.cords.is_empty();
         let mut pairs: Vec<[f64; PAIRS]> = Vec::new();
+        // How the prestress, less its mean, couples modes: see below.
+        let mut tense: Option<Mat<f64>> = None;
+        let mut mean = 0.0;
         let parts: Vec<(Part, Mat<f64>, Vec<f64>)> = parts
             .into_iter()
-            .map(|(matrix, reference, cords)| {
+            .map(|(mut matrix, reference, cords)| {
+                if turns && cords.is_none() {
+                    mean = wave.mean_prestress(products);
+                    matrix -= whole_inertia(products) * faer::Scale(mean);
+                }
                 let modal = vectors.transpose() * matrix.submatrix(6, 6, modes, modes) * vectors;
                 let (coupled, inner) = (coupling(&matrix), &modal * &following);
                 let own = (following.transpose() * &coupled, following.transpose() * &inner);
@@ -297,6 +326,13 @@ impl LayerModes {
                     pairs.push(coupled);
                 }
                 let gamma = (0..modes).map(|j| modal[(j, j)]).collect();
+                if turns && !has_cords {
+                    tense = Some(Mat::from_fn(modes, 6, |j, row| {
+                        let apart = |k: &usize| *k != j;
+                        let over = |k: usize| modal[(j, k)] / (squares[k] - squares[j]);
+                        -(0..modes).filter(apart).map(|k| over(k) * moving[(k, row)]).sum::<f64>()
+                    }));
+                }
                 (Part { faces, reference, cords }, coupled + inner, gamma)
             })
             .collect();
@@ -307,16 +343,19 @@ impl LayerModes {
                 values.iter_mut().zip(range.clone()).for_each(|(place, j)| *place = value(j));
                 values
             };
-            let terms = if has_cords || turns {
+            let terms = if has_cords {
                 let pulls = parts.iter().map(|(_, pulling, _)| pulling);
                 let rows = |matrix: &Mat<f64>| [0, 1, 2, 3, 4, 5].map(|row| padded(&|j| matrix[(j, row)], 0.0));
                 Terms::Vectors([&moving].into_iter().chain(pulls).map(rows).collect())
             } else {
                 let mut sets = vec![outer_products(&moving, &moving, range.clone())];
+                let twice = |f: &Mat<f64>, g: &Mat<f64>| {
+                    outer_products(f, g, range.clone()).map(|values| values.map(|x| 2.0 * x))
+                };
                 for (_, pulling, _) in &parts {
-                    let twice = outer_products(&moving, pulling, range.clone()).map(|values| values.map(|x| 2.0 * x));
-                    sets.extend([twice, outer_products(pulling, pulling, range.clone())]);
+                    sets.extend([twice(&moving, pulling), outer_products(pulling, pulling, range.clone())]);
                 }
+                sets.extend(tense.iter().map(|tense| twice(&moving, tense)));
                 Terms::Products(sets)
             };
             Block {
@@ -326,15 +365,28 @@ impl LayerModes {
             }
         };
         let coriolis = turns.then(|| {
-            let exchange = by_fields(products.values.nrows(), |a, b| [0.0, 0.0, products.values_r[(a, b)], 0.0, 0.0, 0.0]);
+            let exchange = by_fields(products.values.nrows(), |a, b| {
+                let m = products.values_r[(a, b)];
+                [0.0, 0.0, m, 0.0, 0.0, 0.0]
+            });
             let modal = vectors.transpose() * exchange.submatrix(6, 6, modes, modes) * vectors;
             let (coupled, inner) = (coupling(&exchange), &modal * &following);
             let own = (following.transpose() * &coupled, following.transpose() * &inner);
-            let faces = reduced(&exchange, &own.0, Some(&own.1));
-            Box::new(CoriolisModes { faces, pulls: coupled + inner, modal })
+            let squares: Vec<f64> = squares.iter().copied().collect();
+            let pulls = coupled + inner;
+            let of = Modes {
+                squares: &squares,
+                moving: &moving,
+                pulls: &pulls,
+                modal: &modal,
+                parts: parts.iter().map(|(_, pulling, _)| pulling).collect(),
+                low: squares.iter().filter(|&&square| square < wave.shear_waves).count(),
+            };
+            Box::new(CoriolisModes::new(reduced(&exchange, &own.0, Some(&own.1)), &of))
         });
         Some(Self {
             coriolis,
+            mean,
             blocks: (0..modes).step_by(BLOCK).map(block).collect(),
             faces: [stiff, heavy],
             coupled: pairs,
@@ -349,28 +401,16 @@ impl LayerModes {
         blocks_of(self.entries(values))
     }
 
-    /// The same where the tyre turns, E + i O for Omega and E - i O for -Omega: E and O.
+    /// The same of the waves n and -n of a tyre that turns.
     #[inline(always)]
-    pub fn turning_faces<T: ComplexField>(&self, values: &LayerValues<T>) -> [Faces<T>; 2] {
-        let mut even = self.entries(values);
-        let mut odd = [values.shear * 0.0; ENTRIES];
-        if let Some(coriolis) = &self.coriolis {
-            let left = self.left(values);
-            let (mut moved, mut inverses) = (Vec::new(), Vec::new());
-            for block in &self.blocks {
-                let inverse = block.inverse(values, &left);
-                if let Terms::Vectors(vectors) = &block.terms {
-                    for j in 0..BLOCK {
-                        moved.push(force(vectors, values.inertia, &left, j).map(|c| -(c * inverse[j])));
-                        inverses.push(-inverse[j]);
-                    }
-                }
-            }
-            let [more, found] = coriolis.parts(values.coriolis, &moved, &inverses);
-            even.iter_mut().zip(more).for_each(|(entry, more)| *entry = *entry + more);
-            odd = found;
-        }
-        [blocks_of(even), blocks_of(odd)]
+    pub fn faces_both_ways<T: ComplexField>(&self, values: &LayerValues<T>) -> [Faces<T>; 2] {
+        let entries = self.entries(values);
+        let Some(modes) = &self.coriolis else { return [blocks_of(entries), blocks_of(entries)] };
+        let left = self.left(values);
+        let inertia = values.inertia + left[0] * self.mean;
+        let both = modes.both_ways(entries, [values.coriolis, inertia], values.shear, &left);
+        let [forwards, backwards] = both;
+        [blocks_of(forwards), blocks_of(backwards)]
     }
 
     /// f(s) less the share of each part that follows the modulus.
@@ -387,8 +427,9 @@ impl LayerModes {
         left
     }
 
+    /// Tractions of the faces without the modes' motion.
     #[inline(always)]
-    fn entries<T: ComplexField>(&self, values: &LayerValues<T>) -> [T; ENTRIES] {
+    fn held<T: ComplexField>(&self, values: &LayerValues<T>, left: &[T; MOST_PARTS]) -> [T; ENTRIES] {
         // Loops, not closures over arrays: a call of those would end the lanes' vector instructions.
         let LayerValues { shear, inertia, .. } = *values;
         let [stiff, heavy] = &self.faces;
@@ -396,13 +437,26 @@ impl LayerModes {
         for k in 0..ENTRIES {
             entries[k] = (shear * stiff[k]).plus_scaled(heavy[k], inertia);
         }
-        let left = self.left(values);
         for (left, part) in left.iter().zip(&self.parts) {
             for (entry, own) in entries.iter_mut().zip(&part.faces) {
                 *entry = entry.plus_scaled(*own, *left);
             }
         }
-        let factors = [inertia * inertia, inertia * left[0], left[0] * left[0]];
+        entries
+    }
+
+    #[inline(always)]
+    fn entries<T: ComplexField>(&self, values: &LayerValues<T>) -> [T; ENTRIES] {
+        let left = self.left(values);
+        let mut values = *values;
+        let mut coupled = left[0];
+        if self.coriolis.is_some() {
+            values.inertia = values.inertia + left[0] * self.mean;
+            coupled = values.inertia * values.inertia * left[0] * values.shear.reciprocal();
+        }
+        let (values, inertia) = (&values, values.inertia);
+        let mut entries = self.held(values, &left);
+        let factors = [inertia * inertia, inertia * left[0], left[0] * left[0], coupled];
         for (index, block) in self.blocks.iter().enumerate() {
             let inverse = block.inverse(values, &left);
             match &block.terms {
@@ -422,17 +476,23 @@ impl LayerModes {
 }
 
 impl Block {
-    /// -1/(mu lambda_j + rho s^2 + sum t_p gamma_pj).
+    /// d_j = mu lambda_j + rho s^2 + sum t_p gamma_pj.
+    #[inline(always)]
+    fn impedance<T: ComplexField>(&self, values: &LayerValues<T>, left: &[T; MOST_PARTS], j: usize) -> T {
+        let LayerValues { shear, inertia, .. } = *values;
+        let mut sum = shear * self.stiffness[j];
+        for (own, left) in self.own.iter().zip(left) {
+            sum = sum.plus_scaled(own[j], *left);
+        }
+        sum + inertia
+    }
+
+    /// -1/d_j.
     #[inline(always)]
     fn inverse<T: ComplexField>(&self, values: &LayerValues<T>, left: &[T; MOST_PARTS]) -> [T; BLOCK] {
-        let LayerValues { shear, inertia, .. } = *values;
-        let mut inverse = [shear; BLOCK];
+        let mut inverse = [values.shear; BLOCK];
         for (j, inverse) in inverse.iter_mut().enumerate() {
-            let mut sum = shear * self.stiffness[j];
-            for (own, left) in self.own.iter().zip(left) {
-                sum = sum.plus_scaled(own[j], *left);
-            }
-            *inverse = -(sum + inertia).reciprocal();
+            *inverse = -self.impedance(values, left, j).reciprocal();
         }
         inverse
     }
@@ -450,12 +510,7 @@ where
 
 /// c_j = inertia m_j + sum of left_p g_pj.
 #[inline(always)]
-fn force<T: ComplexField>(
-    vectors: &[[[f64; BLOCK]; 6]],
-    inertia: T,
-    left: &[T; MOST_PARTS],
-    j: usize,
-) -> [T; 6] {
+fn force_of<T: ComplexField>(vectors: &[[[f64; BLOCK]; 6]], inertia: T, left: &[T; MOST_PARTS], j: usize) -> [T; 6] {
     let mut c = [inertia; 6];
     for row in 0..6 {
         let mut sum = inertia * vectors[0][row][j];
@@ -520,7 +575,7 @@ fn add_vectors<T: ComplexField>(
     // c_j inverse_j, mode by mode.
     let mut moved = [[inertia; 6]; BLOCK];
     for j in 0..BLOCK {
-        let c = force(vectors, inertia, left, j);
+        let c = force_of(vectors, inertia, left, j);
         for row in 0..6 {
             moved[j][row] = c[row] * inverse[j];
         }
@@ -532,11 +587,22 @@ fn add_vectors<T: ComplexField>(
             }
         }
     }
+    add_coupled(entries, coupled, left, &moved);
+}
+
+/// entries += the first order of what couples the modes of a block, from their motion c_j/d_j.
+#[inline(always)]
+fn add_coupled<T: ComplexField>(
+    entries: &mut [T; ENTRIES],
+    coupled: &[[f64; PAIRS]],
+    left: &[T; MOST_PARTS],
+    moved: &[[T; 6]; BLOCK],
+) {
     let [first, others @ ..] = coupled else { return };
     let mut pair = 0;
     for i in 0..BLOCK {
         // Row i of E from the diagonal on, times the modes' motion.
-        let mut felt = [inertia * 0.0; 6];
+        let mut felt = [left[0] * 0.0; 6];
         for moved in &moved[i + 1..] {
             let mut e = left[0] * first[pair];
             for (other, left) in others.iter().zip(&left[1..]) {

@@ -60,7 +60,7 @@ impl ComplexField for Counted {
         counted(4, self.0 + z.0 * factor)
     }
     fn times_i(self) -> Self {
-        Self(self.0 * Complex64::i())
+        Self(Complex64::i() * self.0)
     }
     fn reciprocal(self) -> Self {
         counted(6, self.0.inv())

@@ -40,6 +40,19 @@ fn carried(elements: usize) -> CarriedWaves {
     CarriedWaves { part: 1, rows, model }
 }
 
+/// Carried waves as if their tyre turned: with odd parts of those that are not their own mirror.
+fn turned_waves(waves: &CarriedWaves) -> CarriedWaves {
+    let rows = waves.rows.iter().flat_map(|row| row.waves.iter().enumerate());
+    let odd = rows.enumerate().flat_map(|(wave, (n, _))| {
+        let size = if n == 0 || 2 * n == 14 { 0.0 } else { 0.7 };
+        waves.model.modes(wave).residues.iter().map(move |residue| size * residue)
+    });
+    let mut model = serde_json::to_value(&waves.model).unwrap();
+    model["odd"] = serde_json::to_value(odd.collect::<Vec<_>>()).unwrap();
+    let model = serde_json::from_value(model).unwrap();
+    CarriedWaves { part: waves.part, rows: waves.rows.clone(), model }
+}
+
 fn answer(model: &RationalModel) -> TyreResponse<'_> {
     TyreResponse { model, scale: 1.0, spring: 0.0, tangential: None }
 }
@@ -68,6 +81,8 @@ fn velocities_and_power_are_the_double_sums_over_waves_written_out() {
     let (models, waves) = (models(elements, &HEARD), carried(elements));
     double_sums(elements, &models, &waves);
     let turning: Vec<RationalModel> = models.iter().map(turned).collect();
+    let waves = turned_waves(&waves);
+    assert!(waves.model.turns());
     double_sums(elements, &turning, &waves);
 }
 

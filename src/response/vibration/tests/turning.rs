@@ -1,5 +1,5 @@
-//! A tyre that turns, whose waves run at other frequencies forwards than backwards, against its own modes stepped one by
-//! one in the time domain.
+//! A tyre that turns, whose waves run at other frequencies forwards than backwards, against its own modes, each stepped
+//! in the time domain.
 
 use super::time_domain::{CASES, compare};
 use super::*;
@@ -10,8 +10,8 @@ use crate::tyre::poles::model::Entry;
 /// What a mode moves: driven face, inner face, driven face along.
 const FIELDS: [VibrationField; 3] = [VibrationField::Tread, VibrationField::Belt, VibrationField::Tangential];
 
-/// A mode a' = lambda a + F_n of the wave n, alone: its conjugate is a mode of -n. It moves a field by R a, along by i R
-/// a.
+/// A mode a' = lambda a + F_n of the wave n, alone: its conjugate is a mode of -n. It moves a field by R a, the tread
+/// along by i R a.
 #[derive(Clone, Copy, Debug)]
 struct Mode {
     pole: Complex64,
@@ -99,8 +99,8 @@ impl TurningRing {
         (model, tangential)
     }
 
-    /// Displacements of all elements at all instants of the last of many periods of the same forces, field by field, and
-    /// the mean power that they put in over it.
+    /// Displacements of all elements at the ends of the steps over the last of many periods of the same forces, by
+    /// field, and the mean power that they put in over it.
     fn rolled(&self, layout: &SegmentLayout, forces: &[f64]) -> ([Vec<Vec<f64>>; 3], f64) {
         let SegmentLayout { rule, substeps, .. } = *layout;
         let (length, stages) = (layout.length(), layout.stages());

@@ -85,9 +85,9 @@ fn the_resonances_of_either_direction_are_the_poles_of_the_compliance() {
     for (n, with, against) in known {
         for (direction, frequency) in Direction::BOTH.into_iter().zip([with, against]) {
             let of = natural.iter().filter(|mode| (mode.n, mode.direction) == (n, Some(direction)));
-            let mode = of.filter(|mode| mode.motion == Motion::Radial).min_by(|a, b| {
-                (a.frequency() - frequency).abs().total_cmp(&(b.frequency() - frequency).abs())
-            });
+            let mode = of
+                .filter(|mode| mode.motion == Motion::Radial)
+                .min_by(|a, b| (a.frequency() - frequency).abs().total_cmp(&(b.frequency() - frequency).abs()));
             let mode = mode.unwrap();
             assert!((mode.frequency() - frequency).abs() < 2.0, "n = {n}, {direction:?}: {mode:?}");
             let fitted = model.modes(n, Field::Surface).unwrap();
@@ -102,9 +102,8 @@ fn the_resonances_of_either_direction_are_the_poles_of_the_compliance() {
 #[test]
 fn a_turning_model_has_the_same_bits_for_any_number_of_threads_and_a_key_of_its_own() {
     let tyre = turning(80.0);
-    let on = |threads| {
-        rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| fitted(&tyre, 1e-4))
-    };
+    let on =
+        |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| fitted(&tyre, 1e-4));
     let alone = on(1);
     assert!(alone.turns());
     assert_eq!(alone, on(2));
@@ -119,9 +118,8 @@ fn a_turning_model_has_the_same_bits_for_any_number_of_threads_and_a_key_of_its_
     let reversed = fitted(&reversed, 1e-4);
     let s = Complex64::new(40.0, 700.0);
     for n in 1..alone.largest_wavenumber() {
-        let values = |model: &RationalModel, direction| {
-            model.modes(n, Field::Surface).unwrap().evaluate_wave(direction, s)
-        };
+        let values =
+            |model: &RationalModel, direction| model.modes(n, Field::Surface).unwrap().evaluate_wave(direction, s);
         let (found, mirrored) = (values(&reversed, Direction::Forwards), values(&alone, Direction::Backwards));
         assert!((found - mirrored).norm() < 1e-3 * mirrored.norm(), "{n}: {found} {mirrored}");
     }

@@ -83,7 +83,9 @@ impl Followed {
             (Some(now), Some(before), None) => (2.0 * now - before, 2.0 * JUMP),
             _ => (last * last, FIRST_JUMP),
         };
-        (square.max(0.0).sqrt() + shift(next, self.turning), jump * last.max(LOWEST))
+        // The square of the shift comes on top of a ring's frequency squared: most at one period.
+        let split = 2.0 * shift(1, self.turning).powi(2) / last.max(LOWEST);
+        (square.max(0.0).sqrt() + shift(next, self.turning), jump * last.max(LOWEST) + split)
     }
 
     /// The longest part with peaks of at least `least` and frequencies below `highest`.

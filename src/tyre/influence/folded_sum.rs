@@ -364,12 +364,14 @@ mod tests {
         let tyre = turning();
         let points = [0.0, 60.0, 600.0, 6e3, 2e4].map(|w| Complex64::new(0.0, w));
         let points: Vec<_> = points.into_iter().chain([Complex64::new(1e4, 0.0), Complex64::new(3e3, -4e3)]).collect();
-        let of = |truncation| InfluenceSum::with(&tyre, Projection::new(&tyre, 48), truncation, 1e-5, 3e4);
-        let (tail, bounded) = (of(Truncation::Tail), of(Truncation::Bounded));
+        let of =
+            |(truncation, tolerance)| InfluenceSum::with(&tyre, Projection::new(&tyre, 48), truncation, tolerance, 3e4);
+        let (tail, bounded) = (of((Truncation::Tail, 1e-5)), of((Truncation::Bounded, 1e-6)));
         let (at, at_bounded) = (tail.at_all(&points), bounded.at_all(&points));
         for (n, driven) in [(0, Field::Surface), (3, Field::Surface), (17, Field::UnderTread), (24, Field::Surface)] {
             let mut faces = Vec::new();
             tail.faces(n, &at, driven, &mut faces);
+            let at_rest = tail.value(n, &at[0], driven).value.norm();
             for (((faces, at), at_bounded), s) in faces.iter().zip(&at).zip(&at_bounded).zip(&points) {
                 let (scalar, bottom) = (tail.value(n, at, driven), tail.value(n, at, Field::Bottom));
                 let size = scalar.value.norm();
@@ -380,9 +382,16 @@ mod tests {
                     assert!((found - wanted).norm() < 1e-5 * size, "belt, n {n}, s {s}: {found} {wanted}");
                 }
                 let exact = bounded.value(n, at_bounded, driven);
-                let off = [(scalar.value - exact.value).norm() / size, (scalar.odd - exact.odd).norm() / size];
-                println!("{driven:?}, n {n}, s {s}: odd {:.1e}, tail {off:?}", exact.odd.norm() / size);
-                assert!(off[0] < 1e-4 && off[1] < 1e-5, "{driven:?}, n {n}, s {s}: {off:?}");
+                // The bound's tolerance is of the static value; at 3 kHz that is thousands of times the value. Under the
+                // tread the tail's rest is half of its bound.
+                let off = [(scalar.value - exact.value).norm(), (scalar.odd - exact.odd).norm()];
+                println!(
+                    "{driven:?}, n {n}, s {s}: odd {:.1e}, tail {:?}",
+                    exact.odd.norm() / size,
+                    off.map(|o| o / size)
+                );
+                assert!(off[0] < 1e-6 * at_rest + 3e-5 * size, "{driven:?}, n {n}, s {s}: {off:?}");
+                assert!(off[1] < 1e-5 * size, "{driven:?}, n {n}, s {s}: {off:?}");
                 assert!((n % 24 > 0) == (exact.odd.norm() > 0.0 && s.norm() > 0.0) || s.norm() == 0.0);
             }
         }

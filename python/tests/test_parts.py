@@ -34,11 +34,16 @@ def test_influence_functions_are_causal_symmetric_and_passive(scene: tyrewave.Sc
     times = np.linspace(1e-5, 3e-3, 200)
     over_time = scene.influence([0, 1, 5, 63, 64], times)
     assert over_time.shape == (5, 200)
-    # Once round the tyre is where it began; to the left as to the right.
-    assert np.array_equal(over_time[0], over_time[4]) and np.allclose(over_time[1], over_time[3])
+    # Once round the tyre is where it began. As it turns, it answers differently to the left and to the right.
+    assert np.array_equal(over_time[0], over_time[4]) and not np.allclose(over_time[1], over_time[3])
+    resting = tyrewave.Scene.load(ROOT / "scenes/default.toml", set=SMALL | {"effects.rotation": "off"})
+    held = resting.influence([1, 63], times)
+    assert np.allclose(held[0], held[1])
     # Five elements away nothing is felt at first.
     assert np.abs(over_time[2, :20]).max() < 1e-2 * over_time[0].max()
     spectrum = scene.influence_spectrum(np.arange(33), [0.0, 500.0])
+    against = scene.influence_spectrum(-np.arange(33), [0.0, 500.0])
+    assert np.array_equal(spectrum[:, 0], against[:, 0].conj()) and abs(against[3, 1] / spectrum[3, 1] - 1.0) > 0.01
     assert np.abs(spectrum[:, 0].imag).max() < 1e-12 * np.abs(spectrum).max() and (spectrum[:, 1].imag <= 0.0).all()
 
 

@@ -211,14 +211,16 @@ class Scene:
     def influence(self, distance: ArrayLike, time: ArrayLike) -> NDArray[np.float64]:
         """Influence function g [m/(N s)], [distances, times]: displacement after a unit impulse on one element.
 
-        `distance` in whole elements, `time` [s]. From the poles fitted to the tyre, which are kept on disk.
+        `distance` in whole elements, those of a tyre that turns counted against its rotation; `time` [s]. From the poles
+        fitted to the tyre, which are kept on disk.
         """
         return _native.influence(self._native, _whole(distance), numbers(time))
 
     def influence_spectrum(self, wavenumber: ArrayLike, frequency: ArrayLike) -> NDArray[np.complex128]:
         """Influence function H_n [m/N] over wavenumber and frequency, [wavenumbers, frequencies].
 
-        `wavenumber`: whole waves round the tyre, from 0 to half of the elements; `frequency` [Hz].
+        `wavenumber`: whole waves round the tyre, at most half of the elements; of a tyre that turns those above 0 run
+        with the rotation, those below 0 against it. `frequency` [Hz].
         """
         return _native.influence_spectrum(self._native, _whole(wavenumber), numbers(frequency))
 

@@ -128,7 +128,7 @@ fn report(comparison: &Comparison) -> Report {
     report.text("rolling resistance: none without tread coupling, where the displacements are not the tyre's own\n");
     for worth in &comparison.effects {
         if let Err(reason) = &worth.found {
-            report.text(format!("{}: not in this scene: {reason}\n", worth.effect.title));
+            report.text(format!("{}: {reason}\n", worth.effect.title));
         }
     }
     for (way, name, base) in [(Way::Added, "none", &comparison.base), (Way::TakenAway, "all", &comparison.all)] {

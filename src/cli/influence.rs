@@ -8,14 +8,14 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use serde_json::{Value, json};
 use tyrewave::counters::{Counter, Stage};
-use tyrewave::plan::fit_options;
 use tyrewave::plan::models::{fetch, refused};
+use tyrewave::plan::{Decisions, fit_options};
 use tyrewave::results::PlotError;
 use tyrewave::results::plots::{Axis, Colours, ComparisonPanel, ComparisonPlot, HeatMap, LinePlot, Series};
 use tyrewave::results::table::{Report, Table, aligned};
 use tyrewave::run::Progress;
 use tyrewave::run::RunError;
-use tyrewave::scene::{Law, Scene, TimeRule, Tyre};
+use tyrewave::scene::{Law, TimeRule, Tyre};
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use tyrewave::tyre::poles::{Direction, RationalModel};
 use tyrewave::tyre::views::{Causality, causality, element_mobility, impulse_responses, magnitudes, static_ratios};
@@ -29,7 +29,8 @@ const EXAMPLES: &str = "\
 Drawn: |H_n| over wavenumber and frequency with the fitted poles, the influence over distance and time, the static \
 influence beside the half-space's, and an element's mobility from the fit beside the sums. Printed, and in \
 influence.json: poles, samples and errors; causality of the tyre's own laws and of the hysteretic one. Of the scene \
-its tyre, elements, speed and tolerances count.
+its tyre, elements, speed and tolerances count. A tyre that turns answers differently on either side of the force, and \
+its map has waves against the rotation left of 0.
 
 Examples:
   tyrewave influence scenes/default.toml
@@ -61,7 +62,8 @@ pub struct InfluenceArguments {
 /// Source of everything that is drawn and computed.
 struct View<'a> {
     title: &'a str,
-    scene: &'a Scene,
+    /// As it rolls: of a tyre that turns, with its rotation.
+    tyre: &'a Tyre,
     model: &'a RationalModel,
     sum: InfluenceSum,
 }
@@ -75,10 +77,11 @@ impl InfluenceArguments {
         let mut progress = context.progress();
         progress.stage(Stage::Influence);
         let options = fit_options(scene, Field::Surface);
+        let tyre = Decisions::new(scene).tyre;
         let begin = Instant::now();
         let fetched = side
             .meter
-            .time(Stage::Influence, || fetch(&scene.tyre, &options, stop))
+            .time(Stage::Influence, || fetch(&tyre, &options, stop))
             .map_err(|error| RunError::from(refused(&loaded, error, "another tolerance")))?;
         let fit_seconds = begin.elapsed().as_secs_f64();
         for warning in &fetched.warnings {
@@ -87,8 +90,8 @@ impl InfluenceArguments {
         let model = &fetched.model;
         side.meter.count(Counter::ComplianceEvaluations, if fetched.warm { 0 } else { model.evaluations() });
         side.meter.count(Counter::Poles, model.order() as u64);
-        let sum = exact(&scene.tyre, scene.numerics.elements, options.influence_tolerance, options.top);
-        let view = View { title: &title, sum, scene, model };
+        let sum = exact(&tyre, scene.numerics.elements, options.influence_tolerance, options.top);
+        let view = View { title: &title, sum, tyre: &tyre, model };
         side.picture("influence_map.svg", view.map())?;
         side.picture("influence_time.svg", view.over_time())?;
         side.picture("influence_static.svg", view.at_rest())?;
@@ -117,7 +120,7 @@ impl InfluenceArguments {
         });
         if self.cost {
             let mut tick = || progress.stage(Stage::Influence);
-            let costs = CostReport::new(&scene.tyre, &options, stop, &mut tick)
+            let costs = CostReport::new(&tyre, &options, stop, &mut tick)
                 .map_err(|error| RunError::from(refused(&loaded, error, "another tolerance")))?;
             side.picture("influence_cost.svg", costs.plot(&title))?;
             answer["cost"] = costs.to_json();
@@ -217,7 +220,7 @@ impl View<'_> {
             1e3 * rows[column.abs_diff(half)][row]
         };
         let values = Array2::from_shape_fn((TIMES.0, 2 * half + 1), value);
-        let dx = self.scene.tyre.circumference / self.elements() as f64;
+        let dx = self.tyre.circumference / self.elements() as f64;
         let map = HeatMap {
             title: &format!("Influence over distance and time: {}", self.title),
             x: Axis::linear("Distance from the force [m]", -(half as f64 + 0.5) * dx..(half as f64 + 0.5) * dx),
@@ -232,7 +235,7 @@ impl View<'_> {
 
     /// Static influence over distance relative to the element's own, beside the elastic half-space's (Love).
     fn at_rest(&self) -> Result<String, PlotError> {
-        let tyre = &self.scene.tyre;
+        let tyre = self.tyre;
         let dx = tyre.circumference / self.elements() as f64;
         let reach = (0.1 / dx) as usize + 1;
         let ratios = static_ratios(self.model, Field::Surface, [dx, tyre.contact_width], reach).unwrap_or_default();
@@ -284,7 +287,7 @@ impl View<'_> {
 
     /// Causality by wavenumber, of the tyre's own laws and of the hysteretic one in their place.
     fn checks(&self) -> Value {
-        let mut hysteretic = self.scene.tyre.clone();
+        let mut hysteretic = self.tyre.clone();
         for layer in &mut hysteretic.layers {
             layer.material.law = Law::Hysteretic;
         }
@@ -294,7 +297,7 @@ impl View<'_> {
             let sum = exact(tyre, self.elements(), 1e-11, top);
             causality(&sum, TimeRule::Bdf2, time_step, LAGS)
         };
-        let (own, other) = (of(&self.scene.tyre), of(&hysteretic));
+        let (own, other) = (of(self.tyre), of(&hysteretic));
         let at = |n: usize| json!({ "n": n, "own": own.kramers_kronig[n], "hysteretic": other.kramers_kronig[n] });
         let residuals: Vec<Value> = CHECKED.into_iter().filter(|&n| n <= self.elements() / 2).map(at).collect();
         json!({

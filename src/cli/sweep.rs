@@ -22,7 +22,8 @@ use super::sweep_tasks::TaskArguments;
 
 const EXAMPLES: &str = "\
 Every combination of what is varied is a run of its own, with a results folder of its own under the sweep's. \
-Several run at a time, on no more threads than --threads allows; the tyre's influence functions are fitted once. \
+Several run at a time, on no more threads than --threads allows; the tyre's influence functions are fitted once, \
+those of a tyre that turns once for each speed. \
 Beside the folders: sweep.csv and sweep.txt, third-octave levels of the contact force by speed and, per band, how \
 they grow (dB per decade of speed, least squares over the logarithm of the speed) with the rms of what that line \
 misses, and the rolling resistance; growth.svg and levels.svg; where the scene has receivers, sweep_sound.csv: levels \

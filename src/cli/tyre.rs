@@ -40,8 +40,8 @@ may be named, on which the default scene rolls.
 
 Results: tyre.json (all numbers, SI units), modes.csv, loads.csv, mobility.csv; dispersion.svg (modes over n), \
 compliance.svg (radial compliance over n and frequency, modes in grey), load_deflection.svg, patch_length.svg, \
-mobility.svg, mobility_phase.svg; with --rolling rolling_waves.csv and rolling_waves.svg, whose line n V/L is what \
-stands beside the axle.
+mobility.svg, mobility_phase.svg; with --rolling rolling_waves.csv and rolling_waves.svg: a wave against the \
+rotation that lies on its line n V/L stands beside the axle.
 
 Examples:
   tyrewave tyre scenes/default.toml

@@ -78,7 +78,7 @@ pub fn to_json(found: &RollingWaves) -> Value {
     })
 }
 
-/// Frequencies over n with the line n V/L of what stands beside the axle.
+/// Frequencies over n with the line n V/L: a wave against the rotation that lies on it stands beside the axle.
 pub fn picture<'a>(found: &RollingWaves, title: &'a str, circumference: f64, highest: f64) -> LinePlot<'a> {
     let of = |value: fn(&RollingWave) -> Option<f64>| -> Vec<(f64, f64)> {
         found.waves.iter().map(|wave| (wave.n as f64, value(wave).unwrap_or(f64::NAN))).collect()
@@ -93,7 +93,7 @@ pub fn picture<'a>(found: &RollingWaves, title: &'a str, circumference: f64, hig
             Series { name: "with the rotation", points: of(|wave| wave.forwards) },
             Series { name: "against it", points: of(|wave| wave.backwards) },
             Series { name: "standing tyre", points: of(|wave| wave.standing) },
-            Series { name: "beside the axle", points: line },
+            Series { name: "against it, n V/L", points: line },
         ],
     }
 }

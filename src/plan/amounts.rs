@@ -23,6 +23,8 @@ use crate::tyre::influence::{InfluenceSum, steep_bytes, wave_bytes, wave_count};
 use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, thickness_limit};
 use crate::tyre::poles::expected_fit;
 
+/// Bytes of freed pages that the allocator keeps, at most: up to 3e6 more were seen beside other programs (measured).
+const ALLOCATOR_BYTES: f64 = 4e6;
 /// Bytes that the allocator keeps for each thread that draws texture (measured).
 const THREAD_BYTES: f64 = 8e6;
 /// Memory of a texture over that of its arrays: what the allocator keeps of those that were smaller before (measured).
@@ -100,6 +102,7 @@ impl Amounts {
             fit_memory_that_stays: 0.0,
             result_bytes: 0.0,
         };
+        amounts.hold("freed pages that the allocator keeps", ALLOCATOR_BYTES);
         if plan.needs_model() {
             amounts.model(plan);
         }
@@ -160,7 +163,7 @@ impl Amounts {
         self.hold("weights and forces of the past", forces);
         // The kernel at all points of the contour, the weights that they are transformed to, and those by element.
         let waves = wave_bytes(&plan.decisions.tyre, scene.numerics.influence_tolerance);
-        let kernel = InfluenceSum::expected_bytes(&scene.tyre, Circle::new(plan.lags).points().count());
+        let kernel = InfluenceSum::expected_bytes(&plan.decisions.tyre, Circle::new(plan.lags).points().count());
         self.fit_memory = self.fit_memory.max(waves + kernel + 8.0 * lags * wavenumbers);
         self.fit_memory_that_stays = forces;
     }
@@ -176,7 +179,7 @@ impl Amounts {
             self.add(Stage::Fit, Unit::Fit, share, Place::BeforeOnAll);
             self.fit_memory_per_thread = expected_fit::BYTES;
             let waves = wave_bytes(&plan.decisions.tyre, 0.01 * tolerance);
-            self.fit_memory = waves + InfluenceSum::expected_bytes(&scene.tyre, expected_fit::POINTS);
+            self.fit_memory = waves + InfluenceSum::expected_bytes(&plan.decisions.tyre, expected_fit::POINTS);
         }
         self.count(Counter::ComplianceEvaluations, if kept.is_none() { expected_fit::EVALUATIONS } else { 0.0 });
     }

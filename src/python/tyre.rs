@@ -11,13 +11,13 @@ use super::error::Failure;
 use super::scene::Scene;
 use super::work::{Watched, carried_out, shaped};
 use crate::numeric::in_parallel;
-use crate::plan::fit_options;
 use crate::plan::models::{fetch, refused};
+use crate::plan::{Decisions, fit_options};
 use crate::run::RunError;
 use crate::scene::LoadedScene;
 use crate::tyre::influence::mobility::driving_point;
 use crate::tyre::influence::{Field, wave_compliance};
-use crate::tyre::poles::RationalModel;
+use crate::tyre::poles::{Direction, RationalModel};
 use crate::tyre::views::impulse_responses;
 
 /// Highest frequency that is answered \[Hz\]: far beyond what is heard.
@@ -80,10 +80,10 @@ pub(super) fn mobility<'py>(
     Ok(rows.into_pyarray(py))
 }
 
-/// The model of a scene's influence functions, from the cache or fitted.
+/// The model of the influence functions of a scene's tyre as it rolls, from the cache or fitted.
 fn model(loaded: &LoadedScene, watched: &Watched) -> Result<RationalModel, Failure> {
     let options = fit_options(&loaded.scene, Field::Surface);
-    let fetched = fetch(&loaded.scene.tyre, &options, &watched.stop);
+    let fetched = fetch(&Decisions::new(&loaded.scene).tyre, &options, &watched.stop);
     Ok(fetched.map_err(|error| RunError::from(refused(loaded, error, "another tolerance")))?.model)
 }
 
@@ -106,23 +106,27 @@ pub(super) fn influence<'py>(
     Ok(rows.into_pyarray(py))
 }
 
-/// H_n \[m/N\] over wavenumber and frequency, \[wavenumbers, frequencies\].
+/// H_n \[m/N\] over wavenumber and frequency, \[wavenumbers, frequencies\]; n < 0 against the rotation.
 #[pyfunction]
 pub(super) fn influence_spectrum<'py>(
     py: Python<'py>,
     scene: &Scene,
-    wavenumbers: Vec<usize>,
+    wavenumbers: Vec<i64>,
     frequencies: Vec<f64>,
 ) -> PyResult<Bound<'py, PyArray2<Complex64>>> {
     let rows: Array2<Complex64> = carried_out(py, None, None, |watched| {
         within("frequency", &frequencies, 0.0, HIGHEST)?;
         let model = model(&scene.loaded, watched)?;
         let last = model.largest_wavenumber();
-        if let Some(n) = wavenumbers.iter().find(|n| **n > last) {
-            return Err(Failure::Argument(format!("wavenumber {n}: the elements carry 0 to {last}")));
+        if let Some(n) = wavenumbers.iter().find(|n| n.unsigned_abs() > last as u64) {
+            return Err(Failure::Argument(format!("wavenumber {n}: the elements carry -{last} to {last}")));
         }
-        let value = |n: usize, f: f64| model.evaluate(n, Complex64::new(0.0, TAU * f), Field::Surface);
-        let row = |&n: &usize| frequencies.iter().map(|&f| value(n, f).unwrap_or_default()).collect::<Vec<_>>();
+        let row = |&n: &i64| -> Vec<Complex64> {
+            let direction = if n < 0 { Direction::Backwards } else { Direction::Forwards };
+            let modes = model.modes(n.unsigned_abs() as usize, Field::Surface);
+            let value = |&f: &f64| modes.map(|modes| modes.evaluate_wave(direction, Complex64::new(0.0, TAU * f)));
+            frequencies.iter().map(|f| value(f).unwrap_or_default()).collect()
+        };
         shaped(in_parallel::map(&wavenumbers, row), frequencies.len())
     })?;
     Ok(rows.into_pyarray(py))

@@ -5,10 +5,12 @@
 //! 3. what that changes: third-octave levels, mean force, length of the patch, rolling resistance, time of the
 //!    steps, planned memory; where there are receivers the levels there.
 //!
-//! An effect that the scene cannot have (texture on a smooth road, ...) is listed with the reason.
+//! An effect that the scene cannot have (texture on a smooth road, ...) is listed with the reason, and so is one that
+//! it cannot be without (rotation at 250 km/h).
 
 use std::sync::atomic::AtomicBool;
 
+use crate::contact::ContactError;
 use crate::contact::local_compliance::{DOUBTS, formula_for};
 use crate::counters::Progress;
 use crate::plan::decisions::Row;
@@ -68,14 +70,14 @@ fn beside_cells(scene: &Scene, effect: Effect) -> Option<String> {
 pub struct Worth {
     /// The effect.
     pub effect: Effect,
-    /// With it alone, and with all but it; or why the scene cannot have it.
+    /// With it alone, and with all but it; or why the scene cannot have it, or cannot be without it.
     pub found: Result<[Trial; 2], String>,
 }
 
 /// All effects of a scene.
 #[derive(Clone)]
 pub struct Comparison {
-    /// Without any effect that can be taken away.
+    /// Without any effect that can be taken away; one without which the motion grows without bound stays.
     pub base: Trial,
     /// With all that the scene can have.
     pub all: Trial,
@@ -109,13 +111,11 @@ pub fn compare(
             (effect, refusal)
         })
         .collect();
+    // An effect that is refused stays as the scene has it.
     let with = |chosen: &dyn Fn(Effect) -> bool| {
         let mut scene = scene.clone();
-        for (effect, refusal) in &possible {
-            // An effect that is refused stays as the scene has it.
-            if refusal.is_none() {
-                set(effect, &mut scene, chosen(effect));
-            }
+        for (effect, _) in possible.iter().filter(|(_, refusal)| refusal.is_none()) {
+            set(effect, &mut scene, chosen(effect));
         }
         scene
     };
@@ -130,18 +130,32 @@ pub fn compare(
     let doubted = kappa.map_or(0, |_| DOUBTS.len()) + airs.clone().count();
     let time = (2.0 + 2.0 * count + doubted as f64) * (scene.rolling.warm_up + duration);
     let mut trials = Trials::new(time, stop, progress).heard();
-    let base = trials.roll(&with(&|_| false))?;
     let all = trials.roll(&complete)?;
+    // Each but one first: what the motion cannot be without is part of the base.
+    let without: Vec<Result<Trial, String>> = possible
+        .iter()
+        .map(|(effect, refusal)| match refusal {
+            Some(refusal) => Ok(Err(format!("not in this scene: {refusal}"))),
+            None => match trials.roll(&with(&|other| !same(other, effect))) {
+                Err(RunError::Contact(error @ ContactError::Unbounded { .. })) => {
+                    Ok(Err(format!("stays in every run; without it {error}")))
+                }
+                rolled => rolled.map(Ok),
+            },
+        })
+        .collect::<Result<_, RunError>>()?;
+    let stays = |other| possible.iter().zip(&without).any(|((effect, _), found)| same(effect, other) && found.is_err());
+    let base = trials.roll(&with(&|other| stays(other)))?;
     let mut effects = Vec::new();
-    for (effect, refusal) in &possible {
-        let both = match refusal {
-            Some(refusal) => Err(refusal.clone()),
-            None => Ok([
-                trials.roll(&with(&|other| same(other, effect)))?,
-                trials.roll(&with(&|other| !same(other, effect)))?,
-            ]),
+    for ((effect, _), found) in possible.iter().zip(&without) {
+        let found = match found {
+            Err(reason) => Err(reason.clone()),
+            Ok(without) => {
+                let alone = trials.roll(&with(&|other| same(other, effect) || stays(other)))?;
+                Ok([alone, without.clone()])
+            }
         };
-        effects.push(Worth { effect, found: both });
+        effects.push(Worth { effect, found });
     }
     let mut doubts = Vec::new();
     for (name, factor) in DOUBTS {

@@ -150,6 +150,15 @@ fn the_force_converges_with_the_time_step_in_second_order() {
 }
 
 #[test]
+fn the_force_of_a_fast_turning_tyre_converges_in_second_order() {
+    let setting = Setting { speed: 250.0, ..Setting::of_the_default_tyre() };
+    let distances = successive(&setting, 64, TimeRule::Sdirk2, 4);
+    show("250 km/h", &distances);
+    let last = *orders(&distances).last().unwrap();
+    assert!((last - 2.0).abs() < 0.2, "order {last} of {distances:?}");
+}
+
+#[test]
 fn the_paper_s_couplings_have_no_limit() {
     // Their slices stiffen with every halving: forces drift away from each other by as much as before, and grow.
     for coupling in ["explicit", "implicit"] {

@@ -9,12 +9,12 @@
 //! 3. where that does not at least halve what is missing, not even in a direction begun anew, proportioning in double
 //!    precision takes over (module `proportioning`), which always ends. Uses are counted.
 //!
-//! Of a tyre that turns G = G_s + G_a with a small skew part, |F.G_a F'| <= (max |Im H|/Re H) |F| |F'| in the norm of
-//! G_s. Products of 1. and 2. are with the whole of G: a step along t is as long as before, t.G t = t.G_s t, and r.t = 0
-//! after it; directions are conjugate but for G_a. That costs no iterations where |Im H| is 0.02 of Re H, twice what 512
-//! elements have at 250 km/h, and a seventh more at 0.1 (rough roads of `search_tests`). 3. needs symmetry: it solves
-//! with G_s for d - G_a F, again and again. Each sweep brings the error down by max |Im H|/Re H <= 4 pi/(c q N), the
-//! rule's c and q time steps to an element of N round the tyre.
+//! With rotation, G = G_s + G_a with a small skew part, |F.G_a F'| <= (max |Im H|/Re H) |F| |F'| in the norm of G_s.
+//! Products of 1. and 2. are with the whole of G: a step along t is as long as before, t.G t = t.G_s t, and r.t = 0
+//! after it; directions are conjugate but for G_a. That costs no iterations where |Im H| is 0.02 of Re H, twice what
+//! 512 elements have at 250 km/h, and a seventh more at 0.1 (rough roads of `search_tests`). 3. needs symmetry: it
+//! solves with G_s for d - G_a F, again and again. Each sweep brings the error down by
+//! max |Im H|/Re H <= 4 pi/(c q N), the rule's c and q time steps to an element of N round the tyre.
 
 use std::ops::Range;
 

@@ -91,7 +91,12 @@ impl Axis {
     /// ones.
     pub fn signed_root(title: impl Into<String>, largest: f64) -> Self {
         let largest = if largest > 0.0 && largest.is_finite() { largest } else { 1.0 };
-        let tick = |share: f64| (share * largest, four_digits(share * largest));
+        // Labels of two digits: they stand beside a bar of colours, and the axis' title must have its place.
+        let two_digits = |value: f64| {
+            let scale = 10.0_f64.powi(1 - value.abs().max(f64::MIN_POSITIVE).log10().floor() as i32);
+            four_digits(if value == 0.0 { 0.0 } else { (value * scale).round() / scale })
+        };
+        let tick = |share: f64| (share * largest, two_digits(share * largest));
         let ticks = [-1.0, -0.25, -0.04, 0.0, 0.04, 0.25, 1.0].map(tick).into();
         Self { title: title.into(), scale: Scale::SignedRoot, range: -largest..largest, ticks, minor: Vec::new() }
     }

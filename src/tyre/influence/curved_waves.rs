@@ -33,7 +33,7 @@ pub(super) struct CurvedWaves {
 
 /// Bytes of a layer of a prepared wave (measured), and what it takes more where the tyre turns.
 const LAYER_BYTES: f64 = 1.2e4;
-const TURNING_LAYER_BYTES: f64 = 5.5e4;
+const TURNING_LAYER_BYTES: f64 = 5.2e4;
 
 /// Wavenumber \[1/m\] from which waves are a flat layer's.
 fn flat_from(tyre: &Tyre, tolerance: f64) -> f64 {

@@ -382,15 +382,19 @@ mod tests {
                     assert!((found - wanted).norm() < 1e-5 * size, "belt, n {n}, s {s}: {found} {wanted}");
                 }
                 let exact = bounded.value(n, at_bounded, driven);
-                // The bound's tolerance is of the static value; at 3 kHz that is thousands of times the value. Under the
-                // tread the tail's rest is half of its bound.
+                // The bound's tolerance is of the static value; at 3 kHz that is thousands of times the value. The
+                // tail's rest under the tread is half of its bound, and of the static value, too.
+                let allowed = match driven {
+                    Field::Surface => 1e-6 * at_rest + 1e-5 * size,
+                    _ => 3e-5 * at_rest,
+                };
                 let off = [(scalar.value - exact.value).norm(), (scalar.odd - exact.odd).norm()];
                 println!(
                     "{driven:?}, n {n}, s {s}: odd {:.1e}, tail {:?}",
                     exact.odd.norm() / size,
                     off.map(|o| o / size)
                 );
-                assert!(off[0] < 1e-6 * at_rest + 3e-5 * size, "{driven:?}, n {n}, s {s}: {off:?}");
+                assert!(off[0] < allowed, "{driven:?}, n {n}, s {s}: {off:?}");
                 assert!(off[1] < 1e-5 * size, "{driven:?}, n {n}, s {s}: {off:?}");
                 assert!((n % 24 > 0) == (exact.odd.norm() > 0.0 && s.norm() > 0.0) || s.norm() == 0.0);
             }

@@ -15,14 +15,14 @@ use super::side::Side;
 
 const EXAMPLES: &str = "\
 Without a scene the default car tyre is held against published values, with numerics good up to 2 kHz. Of a scene all \
-counts but its road, receivers, speed and duration: it rolls 75 m on each named road (road.texture) at each speed, \
+counts but its road, receivers, speed and duration: it rolls 165 m on each named road (road.texture) at each speed, \
 heard by a coast-by microphone and close to the tyre, and stands on a smooth road. Seeds are fixed: the same program \
 gives the same numbers. A first run also fits the tyre at each speed, and solves its radiation (minutes).
 
 Compared: stiffness, patch and modes; third octaves relative to the energy sum of 200 to 2000 Hz and their growth; \
-levels, cpx less coast-by; differences of roads; rolling resistance. A row has the computed value, the published range, \
-the number of sets, how far outside the value is, and what could explain it. Ranges follow from the published values \
-alone (src/study/validation/data). What needs a road or a speed that is left out is not computed.
+levels, cpx less coast-by; differences of roads; rolling resistance. A row has the computed value, the published \
+range, the number of sets, how far outside the value is, and what could explain it. Ranges follow from the published \
+values alone (src/study/validation/data). What needs a road or a speed that is left out is not computed.
 
 Results: validate.txt (the table), validate.json (all numbers, with sources), validate.md (a section for a README), \
 validate.html (a page with all of it and the pictures); shape_50.svg, shape_80.svg, shape_110.svg, growth.svg, \
@@ -89,7 +89,8 @@ impl ValidateArguments {
         let measured = measure(&loaded, &options, context.interrupt.flag(), &mut progress)?;
         drop(progress);
         let rows = rows(&measured, &Published::embedded());
-        let title = side.loaded.title();
+        let title =
+            format!("Validation: {}", if given { side.loaded.title() } else { "the default car tyre".to_owned() });
         let report = validation::report(&title, &rows);
         let section = validation::markdown(&rows);
         let pictures =

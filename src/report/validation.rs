@@ -66,7 +66,7 @@ fn whole(rows: &[Row]) -> Table {
     words(header, cells.collect::<Vec<_>>())
 }
 
-/// What a group has, in a cell.
+/// Counts of a group, in a cell.
 fn inside(summary: &Summary) -> String {
     let unknown = summary.rows - summary.known;
     let unknown = if unknown > 0 { format!(", {unknown} not computed") } else { String::new() };

@@ -15,7 +15,13 @@ const README: &str = include_str!("../../README.md");
 fn small(axle: &str) -> String {
     let rolling = format!("speed_kmh = 60.0\nwarm_up = 0.1\nduration = 0.2\naxle = {axle}");
     let numerics = "history = \"modal\"\npole_tolerance = 1e-3";
-    scene_text(64, "kind = \"smooth\"", &rolling, numerics, "[radiation]\nquality = \"draft\"\nfmax = 300.0")
+    scene_text(
+        64,
+        "kind = \"smooth\"",
+        &rolling,
+        numerics,
+        "[[receiver]]\nstandard = \"cpx\"\n[radiation]\nquality = \"draft\"\nfmax = 300.0",
+    )
 }
 
 #[test]

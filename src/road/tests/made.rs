@@ -125,8 +125,8 @@ fn road_is_the_same_at_another_number_of_elements() {
 }
 
 /// 20 m of eight neighbouring profiles: a band of relative width 0.23 has 20 m x 0.23/wavelength lines, of a standard
-/// deviation of 4.3 dB each, 1.4 times that for the window. Allowed are three of them, and how far the nearest isotropic
-/// surface is off.
+/// deviation of 4.3 dB each, 1.4 times that for the window. Allowed are three of them, and how far the nearest
+/// isotropic surface is off.
 #[test]
 fn named_roads_have_the_depth_and_the_levels_of_their_names() {
     for texture in NamedTexture::ALL {

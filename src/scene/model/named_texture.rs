@@ -8,8 +8,9 @@
 //!    1 dB a band, as where stones lie without regard for each other: the spectral density is constant there.
 //! 2. All levels are shifted by the same amount, so that the surface has its mean profile depth (ISO 13473-1).
 //!
-//! Scaled from the chip seal in place of the dense asphalt (r = 0.48, its peak being at 30 mm instead of 20), the levels
-//! of the ISO road would be 3 dB lower from 160 to 50 mm and up to 5 dB higher at 4 mm. So far they are to be trusted.
+//! Scaled from the chip seal in place of the dense asphalt (r = 0.48, its peak being at 30 mm instead of 20), the
+//! levels of the ISO road would be 3 dB lower from 160 to 50 mm and up to 5 dB higher at 4 mm. So far they are to be
+//! trusted.
 
 use serde::{Deserialize, Serialize};
 

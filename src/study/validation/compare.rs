@@ -106,7 +106,7 @@ impl Table<'_> {
         let sources: Vec<&str> = self.published.sets.iter().map(|set| set.source.as_str()).collect();
         Row {
             group,
-            title: format!("{} Hz", band.label()),
+            title: format!("{} Hz", band.nominal_frequency()),
             unit: widening.unit.clone(),
             computed: computed.filter(|value| value.is_finite()),
             range,

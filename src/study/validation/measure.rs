@@ -18,9 +18,10 @@ use crate::study::sweep::{Axes, SweepError, variants};
 use crate::study::trial::{Trial, Trials};
 use crate::tyre::modes::{Mode, ModesError, Motion, modes};
 
-/// Road that a run rolls after the warm-up \[m\]: a passage of 46 m, what the detector needs before it, and half as much
-/// again, so that third octaves from 200 Hz on scatter by less than 1 dB.
-const ROLLED: f64 = 75.0;
+/// Road that a run rolls after the warm-up \[m\]: three passages of 46 m with what the detector needs before each. The
+/// maximum of a single one scatters by several decibels where a narrow band is loudest; third octaves from 200 Hz on
+/// scatter by less than 1 dB.
+const ROLLED: f64 = 165.0;
 /// Seed of the roads.
 const SEED: u64 = 1;
 /// Loads under which the tyre stands \[N\]: 300, 350 and 400 kg.
@@ -116,7 +117,7 @@ pub struct Measured {
     pub runs: Vec<HeardRun>,
     /// Load \[N\].
     pub load: f64,
-    /// What its model lacks.
+    /// Gaps of its model.
     pub lacks: Lacks,
 }
 
@@ -162,9 +163,8 @@ fn setting(text: &str) -> Vec<Setting> {
     Setting::parse(text).into_iter().collect()
 }
 
-/// Measures a scene: the standing tyre, then runs on the roads at the speeds, each over 75 m of road after the warm-up,
-/// heard by a coast-by microphone and close to the tyre. Of the scene all counts but its road, receivers, speed and
-/// duration.
+/// Measures a scene: the standing tyre, then runs on the roads at the speeds, each over 165 m after the warm-up, heard
+/// by a coast-by microphone and close to the tyre. Of the scene all counts but its road, receivers, speed and duration.
 ///
 /// # Errors
 /// [`ValidationError`]; [`RunError::Interrupted`] within it.

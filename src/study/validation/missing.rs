@@ -1,7 +1,7 @@
 //! Reasons for values outside their range: physics that the model lacks, and limits of the comparison.
 //!
-//! A reason is a hypothesis. It is named where it acts on the quantity, in that band and in that direction; an experiment
-//! has to confirm it. A value outside its range without any reason points to a fault.
+//! A reason is a hypothesis. It is named where it acts on the quantity, in that band and in that direction; an
+//! experiment has to confirm it. A value outside its range without any reason points to a fault.
 
 use serde::Serialize;
 
@@ -48,7 +48,7 @@ impl Missing {
     }
 }
 
-/// What a scene's model lacks.
+/// Gaps of a scene's model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Lacks {
     /// Sidewalls do not move.

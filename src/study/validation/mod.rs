@@ -3,8 +3,8 @@
 //! 1. [`Published`] are the values, embedded with source, number of sets and spread; ranges follow from them alone.
 //! 2. [`measure()`] rolls the scene's tyre on the named roads at some speeds, by [`Trials`](super::trial::Trials), and
 //!    looks at it standing: [`Measured`].
-//! 3. [`rows`] hold one against the other, without rolling anything: a [`Row`] has what was computed, the range, how far
-//!    outside it is, and the [`Missing`] physics that could explain it.
+//! 3. [`rows`] hold one against the other, without rolling anything: a [`Row`] has the computed value, the range, how
+//!    far outside it is, and the [`Missing`] physics that could explain it.
 
 mod compare;
 mod measure;

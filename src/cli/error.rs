@@ -12,6 +12,7 @@ use tyrewave::scene::SceneError;
 use tyrewave::storage::{CacheError, InputError};
 use tyrewave::study::sweep::SweepError;
 use tyrewave::study::sweep::tasks::TaskError;
+use tyrewave::study::validation::ValidationError;
 
 /// Exit code of a run that failed on its way.
 pub const FAILED: u8 = 1;
@@ -121,6 +122,16 @@ impl From<RunError> for CliError {
         match error {
             RunError::Interrupted { kept } => Self::Interrupted { kept },
             other => Self::Run(other),
+        }
+    }
+}
+
+impl From<ValidationError> for CliError {
+    fn from(error: ValidationError) -> Self {
+        match error {
+            ValidationError::Run(error) => error.into(),
+            ValidationError::Sweep(error) => error.into(),
+            ValidationError::Modes(error) => Self::Failed(error.to_string()),
         }
     }
 }

@@ -45,6 +45,7 @@ mod sweep_tasks;
 mod tyre;
 mod tyre_rolling;
 mod tyre_views;
+mod validate;
 
 use std::process::ExitCode;
 
@@ -112,6 +113,8 @@ pub enum Command {
     Report(report::ReportArguments),
     /// Hold results against each other: settings, figures, third octaves.
     Compare(report::CompareArguments),
+    /// Hold a tyre against published values: levels, shapes, growth, roads, rolling resistance, modes.
+    Validate(validate::ValidateArguments),
     /// Compute the figures and statements of the paper again that the model is from, beside what it says.
     Paper(paper::PaperArguments),
     /// Put results into formats of other programs: MATLAB, universal files, VTK.
@@ -167,6 +170,7 @@ impl Command {
             Self::Sweep(arguments) => arguments.execute(context),
             Self::Report(arguments) => arguments.execute(context),
             Self::Compare(arguments) => arguments.execute(context),
+            Self::Validate(arguments) => arguments.execute(context),
             Self::Paper(arguments) => arguments.execute(context),
             Self::Export(arguments) => arguments.execute(context),
             Self::Tyre(arguments) => arguments.execute(context),
@@ -241,7 +245,7 @@ mod tests {
     fn every_command_teaches_by_example() {
         let mut command = CommandLine::command();
         let names: Vec<String> = command.get_subcommands().map(|command| command.get_name().to_owned()).collect();
-        assert_eq!(names.len(), 29);
+        assert_eq!(names.len(), 30);
         for name in names {
             let help = command.find_subcommand_mut(&name).unwrap().render_long_help().to_string();
             assert!(help.contains("Examples:") && help.contains(&format!("tyrewave {name} ")), "{help}");

@@ -100,6 +100,11 @@ impl Side {
         context.say(&format!("results in {}\n", place.display()))
     }
 
+    /// Writes the folder, for a command that answers otherwise.
+    pub fn write_only(self, context: &Context) -> Result<(), CliError> {
+        self.write(context).map(drop)
+    }
+
     /// Keeps what work that was stopped has found, beside the folder's place, and answers with its report: the error
     /// is the interruption, which says where.
     pub fn keep(self, context: &Context, report: &Report) -> Result<(), CliError> {

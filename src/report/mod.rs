@@ -17,6 +17,7 @@ mod sections;
 pub mod slices;
 mod stored;
 pub mod tyre;
+pub mod validation;
 
 pub use crate::effects::ReportError;
 pub use crate::effects::stored::{Stored, StoredArray, StoredError};

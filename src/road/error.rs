@@ -101,8 +101,8 @@ pub enum RoadError {
         /// Number of levels.
         levels: usize,
     },
-    /// Both kinds of spectrum given.
-    #[error("road: give either wavelengths with levels, or power_law, not both")]
+    /// More than one kind of spectrum given.
+    #[error("road: give either a texture, or wavelengths with levels, or power_law, only one of them")]
     TwoSpectra,
     /// A wavelength that is no third-octave mid-wavelength.
     #[error("road.wavelengths: {wavelength} m is no third-octave mid-wavelength; the nearest is {nearest:.6} m")]

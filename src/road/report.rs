@@ -76,6 +76,10 @@ pub enum RoadNote {
          {:.1} mm", 1e3 * wavelength
     )]
     NotRealisable { deviation: f64, wavelength: f64 },
+    /// A texture that was asked for by its name: its mean profile depth, how far off one such road may be, and where
+    /// depth and levels are from; lengths in m.
+    #[error("texture {texture}, mean profile depth {:.2} +- {:.2} mm: {origin}", 1e3 * depth, 1e3 * within)]
+    NamedTexture { texture: &'static str, depth: f64, within: f64, origin: &'static str },
     /// The profile's spectrum was measured, and an isotropic surface made from it between two wavelengths.
     #[error(
         "an isotropic surface with the profile's levels between {:.1} and {:.1} mm and random phases",

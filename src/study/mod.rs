@@ -8,6 +8,7 @@
 //!   turns;
 //! - [`slices`]: slices of a road by both laws;
 //! - [`radiation`]: how a tyre radiates that stands on a road;
+//! - [`validation`]: a scene held against published values;
 //! - [`calibration`]: what units of work cost on this machine, for forecasts.
 //!
 //! Comparisons roll by [`trial`], which holds runs against each other, too.
@@ -23,3 +24,4 @@ pub mod rules;
 pub mod slices;
 pub mod sweep;
 pub mod trial;
+pub mod validation;

@@ -58,4 +58,5 @@ mod time_rules;
 mod tread_laws;
 mod turning_model;
 mod tyre;
+mod validate;
 mod vibration;

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use tyrewave::report::validation::MARKERS;
 use tyrewave::scene::{Axle, DEFAULT, Scene};
 
 const README: &str = include_str!("../../README.md");
@@ -73,7 +74,9 @@ fn commands_exist_with_the_options_shown() {
 
 #[test]
 fn pages_are_narrow_and_the_readme_is_short() {
-    assert!(README.lines().count() < 150);
+    // The table that `tyrewave validate` writes is no prose.
+    let [start, end] = MARKERS.map(|marker| README.lines().position(|line| line == marker).unwrap());
+    assert!(README.lines().count() - (end - start) < 150);
     for (_, page) in pages() {
         for line in page.lines() {
             assert!(line.chars().count() <= 120, "{line}");

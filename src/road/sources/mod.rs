@@ -47,6 +47,10 @@ impl Source {
             Road::Made(made) => {
                 let shape = Shape::new(made.skewness, made.kurtosis)?;
                 let target = TargetSpectrum::of(made)?;
+                if let Some(texture) = made.texture {
+                    let ([depth, within], origin) = (texture.depth(), texture.origin());
+                    report.notes.push(RoadNote::NamedTexture { texture: texture.name(), depth, within, origin });
+                }
                 return Ok(Self::Made(Design { target, shape, spacing: made.spacing, seed: made.seed }));
             }
             Road::Profile(profile) if profile.lateral == Lateral::Isotropic => {

@@ -1,7 +1,7 @@
 use super::*;
 use crate::road::sources::made::TargetSpectrum;
 use crate::road::texture::{ProfileSpectrum, mid_wavelength};
-use crate::scene::{MadeRoad, PowerLawTexture};
+use crate::scene::{MadeRoad, NamedTexture, PowerLawTexture};
 
 fn made(seed: u64) -> Road {
     Road::Made(MadeRoad { seed, ..MadeRoad::default() })
@@ -122,6 +122,44 @@ fn road_is_the_same_at_another_number_of_elements() {
             assert!((a - b).abs() < 2e-3 * rms, "row {row}: {a} and {b}, rms {rms}");
         }
     }
+}
+
+/// 20 m of eight neighbouring profiles: a band of relative width 0.23 has 20 m x 0.23/wavelength lines, of a standard
+/// deviation of 4.3 dB each, 1.4 times that for the window. Allowed are three of them, and how far the nearest
+/// isotropic surface is off.
+#[test]
+fn named_roads_have_the_depth_and_the_levels_of_their_names() {
+    for texture in NamedTexture::ALL {
+        let [skewness, kurtosis] = texture.shape().unwrap_or([0.0, MadeRoad::GAUSSIAN_KURTOSIS]);
+        let spec = Road::Made(MadeRoad { texture: Some(texture), seed: 1, skewness, kurtosis, ..MadeRoad::default() });
+        let found = describe(&spec, lattice(), 80.0 / 3.6, Limits::default()).unwrap();
+        let ([depth, within], measured) = (texture.depth(), found.mean_profile_depth.unwrap());
+        let mean = measured.mean.unwrap();
+        println!("{}: {:.3} mm for {:.3}", texture.name(), 1e3 * mean, 1e3 * depth);
+        // Levels were shifted to the depth where heights are Gaussian.
+        let allowed = if texture.shape().is_some() { within } else { 0.04 * depth };
+        assert!((mean - depth).abs() < allowed, "{}: {mean} for {depth}", texture.name());
+        if texture == NamedTexture::Iso10844 {
+            assert_eq!(measured.reference_surface, Some(true));
+        }
+        for (band, level) in texture.levels() {
+            let wavelength = mid_wavelength(band);
+            let at = found.levels.iter().find(|at| (at.wavelength / wavelength - 1.0).abs() < 0.01).unwrap();
+            let off = found.report.bands.iter().find(|fit| (fit.wavelength / wavelength - 1.0).abs() < 0.01).unwrap();
+            let allowed = 3.0 * 4.34 * 1.4 / (20.0 * 0.23 / wavelength).sqrt() + off.deviation() + 0.1;
+            assert!((at.level - level).abs() < allowed, "{wavelength}: {} for {level}, {allowed}", at.level);
+        }
+        let named = |note: &RoadNote| matches!(note, RoadNote::NamedTexture { .. });
+        assert!(found.report.notes.iter().any(named), "{:?}", found.report.notes);
+    }
+}
+
+/// Without a name and with that of the default, the road is the same to the last bit.
+#[test]
+fn default_road_is_the_dense_asphalt_by_its_name() {
+    let named = Road::Made(MadeRoad { seed: 4, texture: Some(NamedTexture::DEFAULT), ..MadeRoad::default() });
+    let [plain, named] = [made(4), named].map(|spec| rows(&mut open(&spec, lattice()), 0, 500));
+    assert!(plain.iter().zip(&named).all(|(a, b)| a.to_bits() == b.to_bits()));
 }
 
 #[test]

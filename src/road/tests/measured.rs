@@ -36,6 +36,12 @@ fn captif_levels_depth_and_dropouts() {
         let allowed = if band == -10 { 2.2 } else { 1.1 };
         assert!((found - expected).abs() < allowed, "band {band}: {found} dB for {expected} dB");
     }
+    // The table of all stations holds this one.
+    let table = std::fs::read_to_string(reference("roads/captif_aylesbury_levels.csv")).unwrap();
+    for line in table.lines().skip(1) {
+        let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+        assert!((spectrum.level(cells[0] as i32) - cells[4]).abs() < 0.051, "{line}");
+    }
     let told = ProfileDepth::of([(&map.heights[..], &map.missing[..])], map.dx);
     assert!(told.segments == 18 && told.valid > 9 && told.reference_surface == Some(false), "{told:?}");
     let depth = told.mean.unwrap();

@@ -2,9 +2,10 @@
 
 use serde::Serialize;
 
+use super::named_texture::NamedTexture;
 use crate::scene::Problem;
 use crate::scene::keys::keys;
-use crate::scene::kind::{Bounds, Numbers, Optional, Whole};
+use crate::scene::kind::{Bounds, Numbers, OneOf, Optional, Whole};
 use crate::scene::problem::short;
 use crate::scene::table::{Nested, Table};
 
@@ -15,8 +16,8 @@ const LEVEL: Bounds = Bounds::between(-100.0, 120.0, "dB re 1e-6 m");
 const HALF_BAND: f64 = 1.122_018_454_301_963_3;
 
 keys! {
-    /// A random isotropic texture. Give either `wavelengths` with `levels`, or `power_law`; neither: the default dense
-    /// asphalt.
+    /// A random isotropic texture. Give a `texture` by its name, or `wavelengths` with `levels`, or a `power_law`; none
+    /// of them: the dense asphalt `dac-11`.
     #[derive(Clone, Debug, PartialEq, Serialize)]
     MadeRoad {
         /// Seed of the random numbers.
@@ -30,8 +31,13 @@ keys! {
         /// Power-law spectrum instead of levels.
         #[serde(skip_serializing_if = "Option::is_none")]
         power_law: Option<PowerLawTexture> = None => Optional(POWER_LAW),
+        /// Name of a road instead of levels: a test track of ISO 10844, dense asphalt with stones up to 11 mm, stone
+        /// mastic asphalt up to 8 mm, a chip seal; mean profile depths 0.5, 1.1, 0.6 and 3.3 mm. `chip-seal` has its
+        /// own skewness and kurtosis where none are given. `tyrewave road` tells where the levels are from.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        texture: Option<NamedTexture> = None => Optional(OneOf::new()),
         /// Spacing of the lattice on which the texture is made, independent of the run's elements \[m\]; by default a
-        /// quarter of the shortest wavelength of the default dense asphalt, 4 mm.
+        /// quarter of the shortest wavelength of the named textures, 4 mm.
         spacing: f64 = 0.001 => LENGTH,
         /// Skewness of the heights: 0 for Gaussian ones, negative where stones have flat tops between deep gaps. Which
         /// pairs with the kurtosis a road can have is told when it is opened.
@@ -44,8 +50,12 @@ keys! {
 impl MadeRoad {
     /// Kurtosis of Gaussian heights.
     pub const GAUSSIAN_KURTOSIS: f64 = 3.0;
-    /// Shortest third-octave mid-wavelength of the default dense asphalt \[m\].
-    pub const DENSE_ASPHALT_SHORTEST: f64 = 0.004;
+
+    /// Named texture, the default one too; `None` of a road that has a spectrum of its own.
+    pub fn named(&self) -> Option<NamedTexture> {
+        let own = self.wavelengths.is_some() || self.levels.is_some() || self.power_law.is_some();
+        self.texture.or_else(|| (!own).then_some(NamedTexture::DEFAULT))
+    }
 }
 
 keys! {
@@ -76,7 +86,17 @@ pub(super) fn made(table: &mut Table<'_>) -> Option<MadeRoad> {
         let other = if table.has("levels") { "levels" } else { "wavelengths" };
         return table.complain("power_law", Problem::conflict(other));
     }
-    let road = read?;
+    if table.has("texture") {
+        if let Some(other) = ["wavelengths", "levels", "power_law"].into_iter().find(|other| table.has(other)) {
+            return table.complain("texture", Problem::conflict(other));
+        }
+    }
+    let mut road = read?;
+    if let Some([skewness, kurtosis]) = road.texture.and_then(NamedTexture::shape) {
+        if !table.has("skewness") && !table.has("kurtosis") {
+            (road.skewness, road.kurtosis) = (skewness, kurtosis);
+        }
+    }
     match (&road.wavelengths, &road.levels) {
         (Some(_), None) => {
             return table.complain("levels", Problem::missing("one third-octave level for each of the wavelengths"));
@@ -93,7 +113,7 @@ pub(super) fn made(table: &mut Table<'_>) -> Option<MadeRoad> {
         (None, None) => match &road.power_law {
             Some(texture) => resolved(table, "power_law.shortest", texture.shortest, 2.0 * road.spacing, road.spacing)?,
             None => {
-                let (shortest, least) = (MadeRoad::DENSE_ASPHALT_SHORTEST, 2.0 * HALF_BAND * road.spacing);
+                let (shortest, least) = (NamedTexture::SHORTEST, 2.0 * HALF_BAND * road.spacing);
                 resolved(table, "spacing", shortest, least, road.spacing)?;
             }
         },

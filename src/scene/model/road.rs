@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value as Json;
 
 use super::made_road::{MadeRoad, made};
+use super::named_texture::NamedTexture;
 use crate::scene::Problem;
 use crate::scene::keys::keys;
 use crate::scene::kind::{Bounds, Column, Exactly, File, OneOf, Optional, Whole};
@@ -52,7 +53,7 @@ impl Road {
             Self::Made(MadeRoad { wavelengths: Some(given), .. }) => {
                 given.iter().copied().fold(f64::INFINITY, f64::min)
             }
-            Self::Made(_) => MadeRoad::DENSE_ASPHALT_SHORTEST,
+            Self::Made(_) => NamedTexture::SHORTEST,
             Self::Grid(grid) => 2.0 * grid.dx.min(grid.dy),
             Self::Profile(_) | Self::OpenCrg(_) => 0.0,
         };

@@ -60,6 +60,8 @@ fn made() -> impl Strategy<Value = MadeRoad> {
     let seed = any::<u64>();
     prop_oneof![
         seed.prop_map(|seed| MadeRoad { seed, ..MadeRoad::default() }),
+        (seed, prop::sample::select(&NamedTexture::ALL[..]))
+            .prop_map(|(seed, texture)| { MadeRoad { seed, texture: Some(texture), ..MadeRoad::default() } }),
         (levels, positive(), any::<bool>()).prop_map(|(levels, longest, rising)| {
             let bands = 0..levels.len() as i32;
             let mut wavelengths: Vec<_> = bands.map(|band| longest * 0.8_f64.powi(band)).collect();
@@ -72,6 +74,7 @@ fn made() -> impl Strategy<Value = MadeRoad> {
                 wavelengths: Some(wavelengths),
                 levels: Some(levels),
                 power_law: None,
+                texture: None,
                 spacing,
                 skewness: -0.3,
                 kurtosis: 2.5,

@@ -4,29 +4,7 @@ use crate::road::error::RoadError;
 use crate::road::texture::{
     BandFit, LOWEST_LEVEL, TextureLevel, band_edges, level, mean_square, mid_wavelength, nearest_band,
 };
-use crate::scene::{MadeRoad, PowerLawTexture};
-
-/// Texture levels of the default road, dense asphalt with MPD 1.1 mm: band number and dB re 1e-6 m.
-///
-/// Measured levels of a dense asphalt; bands of 158 mm down to 4 mm.
-const DENSE_ASPHALT: [(i32, f64); 16] = [
-    (-8, 40.6),
-    (-10, 42.0),
-    (-11, 40.6),
-    (-12, 42.8),
-    (-13, 44.2),
-    (-14, 44.4),
-    (-15, 44.6),
-    (-16, 46.0),
-    (-17, 46.8),
-    (-18, 46.2),
-    (-19, 45.6),
-    (-20, 43.1),
-    (-21, 40.3),
-    (-22, 37.9),
-    (-23, 35.4),
-    (-24, 30.4),
-];
+use crate::scene::{MadeRoad, NamedTexture, PowerLawTexture};
 
 /// Height of the highest point to be expected of a made road over its root-mean-square height.
 pub const PEAK_FACTOR: f64 = 5.0;
@@ -63,7 +41,8 @@ impl TargetSpectrum {
     /// Levels without wavelengths or twice the same, both kinds of spectrum, values out of range.
     pub fn of(road: &MadeRoad) -> Result<Self, RoadError> {
         match (&road.wavelengths, &road.levels, &road.power_law) {
-            (None, None, None) => Ok(Self::dense_asphalt()),
+            (None, None, None) => Ok(Self::named(road.texture.unwrap_or(NamedTexture::DEFAULT))),
+            _ if road.texture.is_some() => Err(RoadError::TwoSpectra),
             (None, None, Some(law)) => Self::power_law(law),
             (wavelengths, levels, None) => {
                 Self::third_octaves(wavelengths.as_deref().unwrap_or_default(), levels.as_deref().unwrap_or_default())
@@ -72,12 +51,14 @@ impl TargetSpectrum {
         }
     }
 
+    /// Spectrum of a named texture.
+    pub fn named(texture: NamedTexture) -> Self {
+        Self { bands: texture.levels().map(|(band, level)| third_octave(band, level)).collect() }
+    }
+
     /// Dense asphalt, the default road.
     pub fn dense_asphalt() -> Self {
-        // 125 mm is absent from the table: without a value the surface is free there, so the neighbours' mean is used.
-        let mut bands: Vec<Band> = DENSE_ASPHALT.iter().map(|&(band, level)| third_octave(band, level)).collect();
-        bands.insert(1, third_octave(-9, 0.5 * (DENSE_ASPHALT[0].1 + DENSE_ASPHALT[1].1)));
-        Self { bands }
+        Self::named(NamedTexture::DEFAULT)
     }
 
     /// Third-octave levels of a profile (dB re 1e-6 m) at mid-wavelengths \[m\], nominal or exact, in any order.
@@ -233,6 +214,8 @@ mod tests {
             ..MadeRoad::default()
         };
         assert!(matches!(TargetSpectrum::of(&both), Err(RoadError::TwoSpectra)));
+        let named = MadeRoad { texture: Some(NamedTexture::ChipSeal), levels: None, ..both };
+        assert!(matches!(TargetSpectrum::of(&named), Err(RoadError::TwoSpectra)));
     }
 
     #[test]

@@ -101,6 +101,16 @@ fn made_roads() {
         "at most 10",
     );
     accepted("kind = \"smooth\"", &made("wavelengths = [0.01, 0.1]\nlevels = [1, 2]"));
+    road_refused(&made("texture = \"sma8\""), 18, "road.texture", "\"sma8\"", "did you mean \"sma-8\"?");
+    for (other, found) in [
+        ("levels = [1]\nwavelengths = [0.1]", "wavelengths"),
+        ("levels = [1]", "levels"),
+        ("power_law = { rms = 1e-3, exponent = 2, longest = 0.1, shortest = 0.01 }", "power_law"),
+    ] {
+        let wrong = format!("`{found}` exclude");
+        road_refused(&made(&format!("texture = \"sma-8\"\n{other}")), 18, "road.texture", &wrong, "either this or");
+    }
+    accepted("kind = \"smooth\"", &made("texture = \"chip-seal\""));
     accepted("kind = \"smooth\"", &made("power_law = { rms = 1e-3, exponent = 2, longest = 0.1, shortest = 0.002 }"));
     accepted("kind = \"smooth\"", &made(""));
 }

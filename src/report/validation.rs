@@ -1,0 +1,299 @@
+//! A validation as a table, as JSON, as a page and as a section of a Markdown file.
+
+use maud::html;
+use serde_json::{Value, json};
+
+use super::html::{document, figure, table};
+use crate::response::ThirdOctaveBand;
+use crate::results::PlotError;
+use crate::results::plots::{Axis, LinePlot, Series, four_digits};
+use crate::results::table::{Report, Table, words};
+use crate::scene::NamedTexture;
+use crate::study::validation::{Group, Measured, Missing, PUBLISHED_SPEEDS, Row, Summary, Verdict, summaries};
+
+/// Lines of a Markdown file between which the section stands.
+pub const MARKERS: [&str; 2] = ["<!-- tyrewave validate --markdown -->", "<!-- end of tyrewave validate -->"];
+
+/// Meaning of the columns.
+const LEGEND: &str = "outside: distance from the published range; 0 inside. could explain: physics that the model \
+lacks, or limits of the comparison, that act on this quantity in this direction; nothing there points to a fault. \
+Third octaves: A-weighted, along the coast-by line on dac-11, relative to the energy sum of 200 to 2000 Hz.";
+
+/// Digits of a value in the unit of its row.
+fn value(value: f64) -> String {
+    if value.abs() >= 1000.0 { format!("{value:.0}") } else { format!("{value:.1}") }
+}
+
+fn range(row: &Row) -> String {
+    format!("{} to {}", value(row.range[0]), value(row.range[1]))
+}
+
+fn computed(row: &Row) -> String {
+    row.computed.map_or_else(|| "not computed".to_owned(), value)
+}
+
+fn outside(row: &Row) -> String {
+    match row.verdict() {
+        Verdict::Inside => "0".to_owned(),
+        Verdict::Below(by) => format!("-{}", value(by)),
+        Verdict::Above(by) => format!("+{}", value(by)),
+        Verdict::Unknown => String::new(),
+    }
+}
+
+fn reasons(row: &Row) -> String {
+    row.could_explain.iter().map(|reason| Missing::title(*reason)).collect::<Vec<_>>().join(", ")
+}
+
+/// All rows in one table.
+fn whole(rows: &[Row]) -> Table {
+    let header = ["", "quantity", "unit", "computed", "published", "sets", "outside", "could explain"];
+    let mut last = None;
+    let cells = rows.iter().map(|row| {
+        let group = if last == Some(row.group) { "" } else { row.group.title() };
+        last = Some(row.group);
+        [
+            group.to_owned(),
+            row.title.clone(),
+            row.unit.clone(),
+            computed(row),
+            range(row),
+            row.sets.to_string(),
+            outside(row),
+            reasons(row),
+        ]
+    });
+    words(header, cells.collect::<Vec<_>>())
+}
+
+/// Counts of a group, in a cell.
+fn inside(summary: &Summary) -> String {
+    let unknown = summary.rows - summary.known;
+    let unknown = if unknown > 0 { format!(", {unknown} not computed") } else { String::new() };
+    format!("{} of {}{unknown}", summary.inside, summary.known)
+}
+
+fn worst(summary: &Summary, rows: &[Row]) -> String {
+    let worst = summary.worst.map(|place| &rows[place]);
+    worst.map_or_else(|| "-".to_owned(), |row| format!("{}: {} {}", row.title, outside(row), row.unit))
+}
+
+/// A table of the groups.
+fn groups(rows: &[Row]) -> Table {
+    let cells = summaries(rows)
+        .into_iter()
+        .map(|summary| [summary.group.title().to_owned(), inside(&summary), worst(&summary, rows)]);
+    words(["", "inside the published range", "farthest outside"], cells.collect::<Vec<_>>())
+}
+
+/// Returns a validation for a terminal: all rows, then the groups.
+pub fn report(title: &str, rows: &[Row]) -> Report {
+    let mut report = Report::default();
+    report.text(format!("{title}\n\n"));
+    report.table(whole(rows));
+    report.text("\n");
+    report.table(groups(rows));
+    report.text(format!("\n{LEGEND}\n\n"));
+    report
+}
+
+/// Returns a validation as JSON: rows, groups, runs.
+pub fn record(title: &str, rows: &[Row], measured: &Measured) -> Value {
+    let row = |row: &Row| {
+        let mut record = json!(row);
+        record["outside"] = json!(row.outside());
+        record["verdict"] = json!(row.verdict());
+        record
+    };
+    json!({
+        "title": title,
+        "rows": rows.iter().map(row).collect::<Vec<_>>(),
+        "groups": summaries(rows),
+        "tyre": measured.tyre,
+        "runs": measured.runs,
+        "load": measured.load,
+    })
+}
+
+/// Returns the section of a Markdown file, between its markers: the groups, and the third octaves at 80 km/h.
+pub fn markdown(rows: &[Row]) -> String {
+    let mut lines = vec![MARKERS[0].to_owned()];
+    lines.push("| | inside the published range | farthest outside |".to_owned());
+    lines.push("|---|---|---|".to_owned());
+    for summary in summaries(rows) {
+        lines.push(format!("| {} | {} | {} |", summary.group.title(), inside(&summary), worst(&summary, rows)));
+    }
+    let shape: Vec<&Row> = rows.iter().filter(|row| row.group == Group::Shape80).collect();
+    let line = |name: &str, cell: &dyn Fn(&Row) -> String| {
+        let cells: Vec<String> = shape.iter().map(|row| cell(row)).collect();
+        format!("| {name} | {} |", cells.join(" | "))
+    };
+    lines.push(String::new());
+    lines.push(line("80 km/h, Hz", &|row| row.title.trim_end_matches(" Hz").to_owned()));
+    lines.push(format!("|---{}|", "|---".repeat(shape.len())));
+    lines.push(line("published, at least, dB", &|row| value(row.range[0])));
+    lines.push(line("at most, dB", &|row| value(row.range[1])));
+    lines.push(line("tyrewave, dB", &computed));
+    lines.push(line("outside, dB", &outside));
+    lines.push(MARKERS[1].to_owned());
+    lines.join("\n") + "\n"
+}
+
+/// Pictures of a validation: name of the file, picture, caption.
+///
+/// # Errors
+/// [`PlotError`].
+pub fn pictures(rows: &[Row], measured: &Measured) -> Result<Vec<(&'static str, String, String)>, PlotError> {
+    let shapes =
+        [(Group::Shape50, "shape_50.svg"), (Group::Shape80, "shape_80.svg"), (Group::Shape110, "shape_110.svg")];
+    let mut pictures = Vec::new();
+    for (group, file) in shapes {
+        let title = format!("{}, A-weighted, less the sum of 200 to 2000 Hz", sentence(group.title()));
+        if let Some(svg) = bands(rows, group, &title, "Relative level [dB]")? {
+            pictures.push((file, svg, format!("{title}: the published range, and what was computed on dac-11.")));
+        }
+    }
+    let title = sentence(Group::Growth.title());
+    if let Some(svg) = bands(rows, Group::Growth, &title, "Growth [dB a decade]")? {
+        pictures.push(("growth.svg", svg, format!("{title}: the published range, and what was computed on dac-11.")));
+    }
+    if let Some(svg) = roads(measured)? {
+        pictures.push(("roads.svg", svg, "Coast-by on the named roads at 80 km/h, A-weighted third octaves.".into()));
+    }
+    pictures.push(("textures.svg", textures()?, "Third-octave texture levels of the named roads.".into()));
+    Ok(pictures)
+}
+
+fn sentence(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// Range and values of a group of bands; `None` where none was computed.
+fn bands(rows: &[Row], group: Group, title: &str, quantity: &str) -> Result<Option<String>, PlotError> {
+    let rows: Vec<&Row> = rows.iter().filter(|row| row.group == group).collect();
+    // The bands of a group follow each other from 200 Hz on.
+    let at = |place: usize| ThirdOctaveBand(place as i32 - 7).mid_frequency();
+    let points = |of: &dyn Fn(&Row) -> Option<f64>| -> Vec<(f64, f64)> {
+        rows.iter().enumerate().filter_map(|(place, row)| Some((at(place), of(row)?))).collect()
+    };
+    let found = points(&|row| row.computed);
+    if found.is_empty() {
+        return Ok(None);
+    }
+    let series = vec![
+        Series { name: "computed", points: found },
+        Series { name: "published, lowest", points: points(&|row| Some(row.range[0])) },
+        Series { name: "published, highest", points: points(&|row| Some(row.range[1])) },
+    ];
+    plot(title, quantity, "Frequency [Hz]", series).map(Some)
+}
+
+/// Coast-by levels of all roads at 80 km/h; `None` without such a run.
+fn roads(measured: &Measured) -> Result<Option<String>, PlotError> {
+    let of_speed = measured.runs.iter().filter(|run| (run.speed_kmh - PUBLISHED_SPEEDS[1]).abs() < 1e-9);
+    let series: Vec<Series<'_>> = of_speed
+        .map(|run| {
+            let bands = run.coast_by_bands.iter().filter(|(band, _)| **band >= -10);
+            let points = bands.map(|(band, level)| (ThirdOctaveBand(*band).mid_frequency(), *level)).collect();
+            Series { name: run.texture.name(), points }
+        })
+        .collect();
+    if series.iter().all(|series| series.points.is_empty()) {
+        return Ok(None);
+    }
+    plot("Coast-by on the named roads, 80 km/h", "Level [dB(A)]", "Frequency [Hz]", series).map(Some)
+}
+
+fn textures() -> Result<String, PlotError> {
+    let series = NamedTexture::ALL.map(|texture| {
+        let points = texture.levels().map(|(band, level)| (1e3 * 10.0_f64.powf(0.1 * f64::from(band)), level));
+        Series { name: texture.name(), points: points.collect() }
+    });
+    plot("Textures by name", "Texture level [dB re 1e-6 m]", "Texture wavelength [mm]", series.into())
+}
+
+fn plot(title: &str, quantity: &str, across: &str, series: Vec<Series<'_>>) -> Result<String, PlotError> {
+    let points = || series.iter().flat_map(|series| &series.points);
+    let (x, y) = (points().map(|point| point.0).collect::<Vec<_>>(), points().map(|point| point.1).collect::<Vec<_>>());
+    let x = Axis::logarithmic_around(across, x.into_iter(), [0.9, 1.1]);
+    LinePlot { title, x, y: Axis::linear_around(quantity, y.into_iter()), series }.to_svg()
+}
+
+/// Makes a page of a validation that needs nothing but a browser.
+pub fn page(title: &str, rows: &[Row], pictures: &[(&'static str, String, String)]) -> String {
+    let mut sources: Vec<(&str, &str, &str)> = Vec::new();
+    for row in rows {
+        let source = (row.source.as_str(), row.spread.as_str(), row.group.title());
+        if !sources.iter().any(|(known, spread, _)| (*known, *spread) == (source.0, source.1)) {
+            sources.push(source);
+        }
+    }
+    let sources = words(["of", "source", "spread"], sources.iter().map(|(source, spread, of)| [*of, *source, *spread]));
+    let roads = words(
+        ["road", "mean profile depth [mm]", "origin"],
+        NamedTexture::ALL.map(|texture| {
+            let [depth, within] = texture.depth();
+            let depth = format!("{} +- {}", four_digits(1e3 * depth), four_digits(1e3 * within));
+            [texture.name().to_owned(), depth, texture.origin().to_owned()]
+        }),
+    );
+    let content = html! {
+        article {
+            header { h1 { (title) } p { "Held against published values. " (LEGEND) } }
+            section { h2 { "Groups" } (table(&groups(rows))) }
+            section {
+                h2 { "Pictures" }
+                @for (_, svg, caption) in pictures { (figure(svg, caption)) }
+            }
+            section { h2 { "All rows" } (table(&whole(rows))) }
+            section { h2 { "Sources" } (table(&sources)) }
+            section { h2 { "Roads" } (table(&roads)) }
+        }
+    };
+    document(title, &content)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::validation::{Lacks, Published, StandingTyre, rows};
+
+    fn nothing() -> Measured {
+        let lacks = Lacks { sidewalls: true, cells: true };
+        Measured { tyre: StandingTyre::default(), runs: Vec::new(), load: 3400.0, lacks }
+    }
+
+    #[test]
+    fn tables_and_the_page_tell_values_that_are_not_known_and_name_every_source() {
+        let measured = nothing();
+        let rows = rows(&measured, &Published::embedded());
+        let report = report("A tyre", &rows).to_string();
+        assert!(report.contains("not computed") && report.contains("stiffness at 350 kg"), "{report}");
+        let record = record("A tyre", &rows, &measured);
+        assert_eq!(record["rows"].as_array().unwrap().len(), rows.len());
+        assert!(record["rows"][0]["computed"].is_null() && record["rows"][0]["outside"].is_null());
+        let pictures = pictures(&rows, &measured).unwrap();
+        // Nothing was computed: only the textures have a picture.
+        assert_eq!(pictures.iter().map(|picture| picture.0).collect::<Vec<_>>(), ["textures.svg"]);
+        let page = page("A tyre", &rows, &pictures);
+        for source in ["NCHRP 630", "Nord2000", "748A", "captif", "10844"] {
+            assert!(page.contains(source), "{source}");
+        }
+    }
+
+    #[test]
+    fn the_section_stands_between_its_markers_with_a_column_for_every_band() {
+        let mut rows = rows(&nothing(), &Published::embedded());
+        for row in rows.iter_mut().filter(|row| row.group == Group::Shape80) {
+            row.computed = Some(row.range[1] + 2.0);
+        }
+        let text = markdown(&rows);
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!([lines[0], lines[lines.len() - 1]], MARKERS);
+        assert!(text.contains("| third octaves, 80 km/h | 0 of 11 |") && text.contains("+2.0 dB |"), "{text}");
+        let of_bands = lines.iter().filter(|line| line.matches('|').count() == 13).count();
+        assert_eq!(of_bands, 6, "{text}");
+        assert!(lines.iter().all(|line| line.chars().count() <= 120), "{text}");
+    }
+}

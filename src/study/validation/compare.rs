@@ -1,0 +1,277 @@
+//! Comparison of measured and published values: arithmetic alone.
+
+use super::measure::{HeardRun, Measured, StandingTyre};
+use super::missing::{Compared, Lacks};
+use super::published::{BANDS, PUBLISHED_SPEEDS, Published, bands, decades, energy_sum};
+use super::row::{Group, Row};
+use crate::numeric::straight_line::StraightLine;
+use crate::response::ThirdOctaveBand;
+use crate::scene::NamedTexture;
+
+/// Road of the comparison with fleets.
+const ROAD: NamedTexture = NamedTexture::DenseAsphalt11;
+/// Roads whose difference stands for hot rolled asphalt less stone mastic asphalt.
+const COARSE_LESS_FINE: [NamedTexture; 2] = [NamedTexture::ChipSeal, NamedTexture::StoneMastic8];
+/// Octaves by their name among the quantities, with their third octaves; that of 2 kHz as far as radiation is solved.
+const OCTAVES: [(&str, std::ops::RangeInclusive<i32>); 5] =
+    [("hra_250", -7..=-5), ("hra_500", -4..=-2), ("hra_1000", -1..=1), ("hra_2000", 2..=3), ("hra_4000", 5..=7)];
+
+/// Holds all that was measured against all that is published, in the order of the table. Rows of speeds and roads that
+/// were not rolled have no value.
+pub fn rows(measured: &Measured, published: &Published) -> Vec<Row> {
+    let table = Table { measured, published, lacks: measured.lacks };
+    let mut rows = table.tyre();
+    for (speed, group) in [Group::Shape50, Group::Shape80, Group::Shape110].into_iter().enumerate() {
+        rows.extend(table.shape(speed, group));
+    }
+    rows.extend(table.growth());
+    rows.extend(table.levels());
+    rows.extend(table.roads());
+    rows.extend(table.resistance());
+    rows
+}
+
+struct Table<'a> {
+    measured: &'a Measured,
+    published: &'a Published,
+    lacks: Lacks,
+}
+
+impl Table<'_> {
+    /// The run on a road at the speed of a number.
+    fn run(&self, texture: NamedTexture, speed: usize) -> Option<&HeardRun> {
+        let of = |run: &&HeardRun| run.texture == texture && (run.speed_kmh - PUBLISHED_SPEEDS[speed]).abs() < 1e-9;
+        self.measured.runs.iter().find(of)
+    }
+
+    /// A row of a single quantity; none of a name without one.
+    fn single(&self, group: Group, of: Compared, name: &str, frequency: Option<f64>, value: Option<f64>) -> Vec<Row> {
+        let Some(quantity) = self.published.quantity(name) else { return Vec::new() };
+        let row = Row {
+            group,
+            title: quantity.title.clone(),
+            unit: quantity.unit.clone(),
+            computed: value.filter(|value| value.is_finite()),
+            range: [quantity.lowest, quantity.highest],
+            sets: quantity.sets,
+            spread: quantity.spread.clone(),
+            source: quantity.source.clone(),
+            kind: quantity.kind,
+            could_explain: Vec::new(),
+        };
+        vec![self.explained(row, of, frequency)]
+    }
+
+    fn explained(&self, mut row: Row, of: Compared, frequency: Option<f64>) -> Row {
+        row.could_explain = self.lacks.reasons(of, frequency, row.outside().unwrap_or_default());
+        row
+    }
+
+    fn tyre(&self) -> Vec<Row> {
+        let StandingTyre { stiffness, patches, modes, breathing, cavity } = &self.measured.tyre;
+        let mut values = vec![("stiffness".to_owned(), stiffness.map(|stiffness| 1e-3 * stiffness))];
+        let patches = ["patch_300", "patch_350", "patch_400"].into_iter().zip(patches);
+        values.extend(patches.map(|(name, length)| (name.to_owned(), length.map(|length| 1e3 * length))));
+        values.extend(modes.iter().enumerate().map(|(place, mode)| (format!("mode_{}", place + 1), *mode)));
+        values.extend([("breathing".to_owned(), *breathing), ("cavity".to_owned(), *cavity)]);
+        let row = |(name, value): (String, _)| self.single(Group::Tyre, Compared::Tyre, &name, None, value);
+        values.into_iter().flat_map(row).collect()
+    }
+
+    fn shape(&self, speed: usize, group: Group) -> Vec<Row> {
+        let run = self.run(ROAD, speed);
+        let sum = run.and_then(|run| energy_of(run, BANDS));
+        let row = |band: ThirdOctaveBand| {
+            let level = run.and_then(|run| run.coast_by_band(band)).zip(sum);
+            let range = self.published.shape_range(speed, band);
+            let row = self.band_row(group, band, level.map(|(level, sum)| level - sum), range);
+            self.explained(row, Compared::Shape, Some(band.nominal_frequency()))
+        };
+        bands().map(row).collect()
+    }
+
+    fn growth(&self) -> Vec<Row> {
+        let ends = self.run(ROAD, 0).zip(self.run(ROAD, 2));
+        let row = |band: ThirdOctaveBand| {
+            let levels = ends.and_then(|(slow, fast)| slow.coast_by_band(band).zip(fast.coast_by_band(band)));
+            let growth = levels.map(|(slow, fast)| (fast - slow) / decades());
+            let row = self.band_row(Group::Growth, band, growth, self.published.growth_range(band));
+            self.explained(row, Compared::Growth, Some(band.nominal_frequency()))
+        };
+        bands().map(row).collect()
+    }
+
+    fn band_row(&self, group: Group, band: ThirdOctaveBand, computed: Option<f64>, range: [f64; 2]) -> Row {
+        let widening = if group == Group::Growth { &self.published.growth } else { &self.published.shape };
+        let sources: Vec<&str> = self.published.sets.iter().map(|set| set.source.as_str()).collect();
+        Row {
+            group,
+            title: format!("{} Hz", band.nominal_frequency()),
+            unit: widening.unit.clone(),
+            computed: computed.filter(|value| value.is_finite()),
+            range,
+            sets: self.published.sets.len(),
+            spread: format!("+-{} {}: {}", widening.spread, widening.unit, widening.reason),
+            source: sources.join("; "),
+            kind: super::published::Kind::Measured,
+            could_explain: Vec::new(),
+        }
+    }
+
+    fn levels(&self) -> Vec<Row> {
+        let mut rows = Vec::new();
+        let runs = [0, 1, 2].map(|speed| self.run(ROAD, speed));
+        let level = |speed: usize| runs[speed].and_then(|run| run.coast_by);
+        for (speed, name) in ["level_50", "level_80", "level_110"].into_iter().enumerate() {
+            rows.extend(self.single(Group::Levels, Compared::Level, name, None, level(speed)));
+        }
+        let growth = level(0).zip(level(2)).map(|(slow, fast)| (fast - slow) / decades());
+        rows.extend(self.single(Group::Levels, Compared::Growth, "overall_growth", None, growth));
+        let loudest = runs[1].and_then(|run| {
+            let known = bands().filter_map(|band| Some((band, run.coast_by_band(band)?)));
+            known.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(band, _)| band.nominal_frequency())
+        });
+        let shape = Compared::Shape;
+        // A loudest band that lies too low is one that is too loud.
+        let mut loudest_row = self.single(Group::Levels, shape, "loudest_band", loudest, loudest);
+        for row in &mut loudest_row {
+            let outside = row.outside().unwrap_or_default();
+            row.could_explain = self.lacks.reasons(shape, loudest, -outside);
+        }
+        rows.extend(loudest_row);
+        for speed in 0..3 {
+            let less = runs[speed].and_then(|run| Some(run.cpx? - run.coast_by?));
+            let found = self.single(Group::Levels, Compared::Receivers, "cpx_less_coast_by", None, less);
+            rows.extend(found.into_iter().map(|row| {
+                let title = format!("{}, {} km/h", row.title, PUBLISHED_SPEEDS[speed]);
+                Row { title, ..row }
+            }));
+        }
+        rows
+    }
+
+    fn roads(&self) -> Vec<Row> {
+        let [fine, dense] = [NamedTexture::StoneMastic8, ROAD].map(|texture| self.run(texture, 1));
+        let less = fine.zip(dense).and_then(|(fine, dense)| Some(fine.coast_by? - dense.coast_by?));
+        let mut rows = self.single(Group::Roads, Compared::Roads, "sma_less_dac", None, less);
+        let [coarse, fine] = COARSE_LESS_FINE.map(|texture| self.run(texture, 1));
+        for (name, octave) in OCTAVES {
+            let middle = ThirdOctaveBand(octave.start() + 1).nominal_frequency();
+            let level = |run: &HeardRun| {
+                let levels: Option<Vec<f64>> = octave.clone().map(|band| run.cpx_band(ThirdOctaveBand(band))).collect();
+                levels.map(energy_sum)
+            };
+            let less = coarse.zip(fine).and_then(|(coarse, fine)| Some(level(coarse)? - level(fine)?));
+            rows.extend(self.single(Group::Roads, Compared::Roads, name, Some(middle), less));
+        }
+        rows
+    }
+
+    fn resistance(&self) -> Vec<Row> {
+        let of = |texture| self.run(texture, 1).and_then(|run| run.rolling_resistance);
+        let per_load = |resistance: f64| 1e3 * resistance / self.measured.load;
+        let smooth = of(NamedTexture::Iso10844).map(per_load);
+        let mut rows = self.single(Group::Resistance, Compared::Resistance, "rolling_resistance", None, smooth);
+        let points: Vec<(f64, f64)> = NamedTexture::ALL
+            .into_iter()
+            .filter_map(|texture| Some((1e3 * texture.depth()[0], per_load(of(texture)?))))
+            .collect();
+        let slope = if points.len() > 1 { StraightLine::through(&points).map(|line| line.slope) } else { None };
+        let name = "rolling_resistance_per_depth";
+        rows.extend(self.single(Group::Resistance, Compared::Resistance, name, None, slope));
+        rows
+    }
+}
+
+/// Level of all bands together; `None` where one is not known.
+fn energy_of(run: &HeardRun, bands: std::ops::RangeInclusive<i32>) -> Option<f64> {
+    let levels: Option<Vec<f64>> = bands.map(|band| run.coast_by_band(ThirdOctaveBand(band))).collect();
+    levels.map(energy_sum)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+    use crate::study::validation::row::Verdict;
+
+    /// A run with levels that fall by 2 dB a band from 200 Hz on and grow by 30 dB a decade.
+    fn run(texture: NamedTexture, speed: usize, shift: f64) -> HeardRun {
+        let grown = 30.0 * (PUBLISHED_SPEEDS[speed] / 80.0).log10() + shift;
+        let bands: BTreeMap<i32, f64> = (-7..=4).map(|band| (band, 60.0 - 2.0 * f64::from(band) + grown)).collect();
+        HeardRun {
+            texture,
+            speed_kmh: PUBLISHED_SPEEDS[speed],
+            coast_by: Some(70.0 + grown),
+            cpx: Some(98.0 + grown),
+            coast_by_bands: bands.clone(),
+            cpx_bands: bands,
+            rolling_resistance: Some(30.0 + 2.0e3 * texture.depth()[0]),
+        }
+    }
+
+    fn measured() -> Measured {
+        let mut runs: Vec<HeardRun> = (0..3).map(|speed| run(ROAD, speed, 0.0)).collect();
+        runs.extend([
+            run(NamedTexture::StoneMastic8, 1, -1.0),
+            run(NamedTexture::ChipSeal, 1, 4.0),
+            run(NamedTexture::Iso10844, 1, -2.0),
+        ]);
+        let tyre = StandingTyre {
+            stiffness: Some(1.9e5),
+            patches: [Some(0.097), Some(0.12), None],
+            modes: [Some(68.0), None, None, None, None, Some(230.0)],
+            breathing: Some(517.0),
+            cavity: Some(238.0),
+        };
+        Measured { tyre, runs, load: 2000.0, lacks: Lacks { sidewalls: true, cells: true } }
+    }
+
+    fn value(rows: &[Row], title: &str) -> f64 {
+        rows.iter().find(|row| row.title == title).and_then(|row| row.computed).unwrap_or(f64::NAN)
+    }
+
+    #[test]
+    fn values_are_those_of_the_runs() {
+        let rows = rows(&measured(), &Published::embedded());
+        assert!((value(&rows, "growth of coast-by, maximum F, 50 to 110 km/h") - 30.0).abs() < 1e-9);
+        assert!((value(&rows, "cpx less coast-by, maximum F, 80 km/h") - 28.0).abs() < 1e-9);
+        assert!((value(&rows, "sma-8 less dac-11, coast-by, 80 km/h") + 1.0).abs() < 1e-9);
+        assert!((value(&rows, "chip-seal less sma-8, cpx, octave 1 kHz") - 5.0).abs() < 1e-9);
+        assert!((value(&rows, "loudest A-weighted band, 80 km/h") - 200.0).abs() < 1e-9);
+        // (30 + 2 d) N for 2 kN, d in mm: 15.5 N/kN at 0.5 mm, 1 N/kN a mm.
+        assert!((value(&rows, "rolling resistance on iso-10844, 80 km/h") - 15.5).abs() < 1e-9);
+        assert!((value(&rows, "its growth with the mean profile depth") - 1.0).abs() < 1e-9);
+        assert!((value(&rows, "stiffness at 350 kg") - 190.0).abs() < 1e-9);
+        let growth: Vec<f64> =
+            rows.iter().filter(|row| row.group == Group::Growth).filter_map(|row| row.computed).collect();
+        assert!(growth.len() == 11 && growth.iter().all(|growth| (growth - 30.0).abs() < 1e-9), "{growth:?}");
+        let shape: Vec<&Row> = rows.iter().filter(|row| row.group == Group::Shape80).collect();
+        assert!(energy_sum(shape.iter().filter_map(|row| row.computed)).abs() < 1e-9);
+        assert!(matches!(shape[0].verdict(), Verdict::Above(by) if by > 10.0));
+        assert!(matches!(shape[10].verdict(), Verdict::Below(_)) && !shape[10].could_explain.is_empty());
+    }
+
+    #[test]
+    fn a_value_that_the_runs_do_not_give_is_unknown_and_no_row_is_lost() {
+        let published = Published::embedded();
+        let mut nothing = measured();
+        nothing.runs.clear();
+        let (all, none) = (rows(&measured(), &published), rows(&nothing, &published));
+        let titles = |rows: &[Row]| rows.iter().map(|row| row.title.clone()).collect::<Vec<_>>();
+        assert_eq!(titles(&all), titles(&none));
+        let known = none.iter().filter(|row| row.group != Group::Tyre && row.computed.is_some()).count();
+        assert_eq!(known, 0);
+        // An octave of which a third is missing is unknown.
+        assert!(all.iter().any(|row| row.title.contains("4 kHz") && row.computed.is_none()));
+    }
+
+    #[test]
+    fn a_band_that_is_not_valid_takes_the_sum_with_it() {
+        let mut partly = measured();
+        partly.runs[1].coast_by_bands.remove(&3);
+        let rows = rows(&partly, &Published::embedded());
+        assert!(rows.iter().filter(|row| row.group == Group::Shape80).all(|row| row.computed.is_none()));
+    }
+}

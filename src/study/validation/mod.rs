@@ -1,0 +1,19 @@
+//! Validation: a scene held against published values.
+//!
+//! 1. [`Published`] are the values, embedded with source, number of sets and spread; ranges follow from them alone.
+//! 2. [`measure()`] rolls the scene's tyre on the named roads at some speeds, by [`Trials`](super::trial::Trials), and
+//!    looks at it standing: [`Measured`].
+//! 3. [`rows`] hold one against the other, without rolling anything: a [`Row`] has the computed value, the range, how
+//!    far outside it is, and the [`Missing`] physics that could explain it.
+
+mod compare;
+mod measure;
+mod missing;
+mod published;
+mod row;
+
+pub use compare::rows;
+pub use measure::{HeardRun, Measured, Options, StandingTyre, ValidationError, base_scene, measure};
+pub use missing::{Lacks, Missing};
+pub use published::{PUBLISHED_SPEEDS, Published, PublishedSet, Quantity};
+pub use row::{Group, Row, Summary, Verdict, summaries};

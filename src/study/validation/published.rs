@@ -1,0 +1,298 @@
+//! Published values: third octaves of cars, and single quantities, read from the files in `data`.
+//!
+//! A set of third octaves gives A-weighted levels at 50, 80 and 110 km/h. From it come
+//!
+//! ```text
+//! relative level of a band = L_A(band) - 10 lg sum over 200 ... 2000 Hz of 10^(L_A/10),
+//! growth of a band = (L_A at 110 km/h - L_A at 50 km/h)/lg(110/50).
+//! ```
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::response::ThirdOctaveBand;
+
+/// Speeds of the published third octaves \[km/h\].
+pub const PUBLISHED_SPEEDS: [f64; 3] = [50.0, 80.0, 110.0];
+/// Names of the columns of a speed.
+const SPEED_NAMES: [&str; 3] = ["50", "80", "110"];
+/// Bands whose energies are summed, lowest and highest: 200 Hz to 2 kHz.
+pub(super) const BANDS: std::ops::RangeInclusive<i32> = -7..=3;
+
+const CARS: &str = include_str!("data/car_rolling_noise_third_octaves.csv");
+const AUTOMOBILES: &str = include_str!("data/fhwa_tnm_autos_third_octaves.csv");
+const QUANTITIES: &str = include_str!("data/quantities.json");
+
+/// Kind of a range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// From measurements.
+    Measured,
+    /// Target of a fit: says that the tyre is still what it was fitted to.
+    Target,
+}
+
+/// Published range of a quantity.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Quantity {
+    /// Name of the quantity.
+    pub title: String,
+    /// Unit of the range.
+    pub unit: String,
+    /// Lowest value.
+    pub lowest: f64,
+    /// Highest value.
+    pub highest: f64,
+    /// Number of sets.
+    pub sets: usize,
+    /// Measured, or a target.
+    pub kind: Kind,
+    /// Spread in words.
+    pub spread: String,
+    /// Source.
+    pub source: String,
+}
+
+/// Widening of ranges of third octaves.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub(super) struct Widening {
+    pub unit: String,
+    pub spread: f64,
+    pub reason: String,
+}
+
+#[derive(Deserialize)]
+struct Bands {
+    shape: Widening,
+    growth: Widening,
+    sources: BTreeMap<String, String>,
+}
+
+#[derive(Deserialize)]
+struct File {
+    bands: Bands,
+    quantities: BTreeMap<String, Quantity>,
+}
+
+/// Third octaves of one source.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PublishedSet {
+    /// Name of the source.
+    pub source: String,
+    /// A-weighted levels of the bands from 200 Hz to 2 kHz at each of the published speeds \[dB, with any reference\].
+    levels: [BTreeMap<i32, f64>; 3],
+}
+
+impl PublishedSet {
+    /// A band relative to the energy sum of all, at the speed of a number \[dB\].
+    pub fn relative(&self, speed: usize, band: ThirdOctaveBand) -> Option<f64> {
+        let levels = self.levels.get(speed)?;
+        Some(levels.get(&band.0)? - energy_sum(levels.values().copied()))
+    }
+
+    /// Growth of a band from the lowest speed to the highest \[dB a decade\].
+    pub fn growth(&self, band: ThirdOctaveBand) -> Option<f64> {
+        let [lowest, _, highest] = &self.levels;
+        Some((highest.get(&band.0)? - lowest.get(&band.0)?) / decades())
+    }
+}
+
+/// Decades of speed between the lowest and the highest published one.
+pub(super) fn decades() -> f64 {
+    (PUBLISHED_SPEEDS[2] / PUBLISHED_SPEEDS[0]).log10()
+}
+
+/// Level of several levels together \[dB\].
+pub(super) fn energy_sum(levels: impl IntoIterator<Item = f64>) -> f64 {
+    crate::sound::levels::energetic_sum(levels)
+}
+
+/// The bands of the comparison, lowest first.
+pub(super) fn bands() -> impl Iterator<Item = ThirdOctaveBand> {
+    BANDS.map(ThirdOctaveBand)
+}
+
+/// Published values.
+#[derive(Clone, Debug)]
+pub struct Published {
+    /// Sets of third octaves.
+    pub sets: Vec<PublishedSet>,
+    pub(super) shape: Widening,
+    pub(super) growth: Widening,
+    quantities: BTreeMap<String, Quantity>,
+}
+
+impl Published {
+    /// Reads the embedded files.
+    ///
+    /// # Panics
+    /// If an embedded file is damaged: a test reads them.
+    #[expect(clippy::expect_used, reason = "the files are part of the program, and a test reads them")]
+    pub fn embedded() -> Self {
+        let File { bands, quantities } = serde_json::from_str(QUANTITIES).expect("quantities.json is valid");
+        let Bands { shape, growth, sources } = bands;
+        let cars = |speed| format!("A_weighted_band_minus_overall_{speed}kmh_dB");
+        let power = |speed| format!("LW_{speed}kmh_dB");
+        let mut sets = Vec::new();
+        for (name, source) in sources {
+            let of_cars = levels(CARS, "set", &name, cars).zip(levels(CARS, "set", &name, power));
+            let levels = of_cars
+                .map(|(shape, power)| absolute(shape, &power))
+                .or_else(|| levels(AUTOMOBILES, "pavement", &name, |speed| format!("LA_15m_{speed}kmh")))
+                .expect("each named set has its bands");
+            sets.push(PublishedSet { source, levels });
+        }
+        Self { sets, shape, growth, quantities }
+    }
+
+    /// The quantity of a name.
+    pub fn quantity(&self, name: &str) -> Option<&Quantity> {
+        self.quantities.get(name)
+    }
+
+    /// Names and ranges of all single quantities.
+    pub fn quantities(&self) -> impl Iterator<Item = (&str, &Quantity)> {
+        self.quantities.iter().map(|(name, quantity)| (name.as_str(), quantity))
+    }
+
+    /// Range of a band relative to the sum, at the speed of a number \[dB\].
+    pub fn shape_range(&self, speed: usize, band: ThirdOctaveBand) -> [f64; 2] {
+        widened(self.sets.iter().filter_map(|set| set.relative(speed, band)), self.shape.spread)
+    }
+
+    /// Range of a band's growth \[dB a decade\].
+    pub fn growth_range(&self, band: ThirdOctaveBand) -> [f64; 2] {
+        widened(self.sets.iter().filter_map(|set| set.growth(band)), self.growth.spread)
+    }
+}
+
+fn widened(values: impl Iterator<Item = f64>, by: f64) -> [f64; 2] {
+    let [lowest, highest] =
+        values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)]);
+    [lowest - by, highest + by]
+}
+
+/// A-weighted levels with one reference at all speeds: the shape of each, shifted so that 1 kHz, where the A-weighting
+/// is 0 dB, has the level of its power.
+fn absolute(shape: [BTreeMap<i32, f64>; 3], power: &[BTreeMap<i32, f64>; 3]) -> [BTreeMap<i32, f64>; 3] {
+    let mut shifted = shape;
+    for (shape, power) in shifted.iter_mut().zip(power) {
+        let shift = power.get(&0).zip(shape.get(&0)).map_or(f64::NAN, |(power, shape)| power - shape);
+        shape.values_mut().for_each(|level| *level += shift);
+    }
+    shifted
+}
+
+/// Levels of the bands at the three speeds, in the columns that are named by the speed, of the rows of a set; `None` of
+/// a set that is not there.
+fn levels(
+    table: &str,
+    key: &str,
+    set: &str,
+    column: impl Fn(&'static str) -> String,
+) -> Option<[BTreeMap<i32, f64>; 3]> {
+    let mut lines = table.lines();
+    let header: Vec<&str> = lines.next()?.split(',').collect();
+    let place = |name: &str| header.iter().position(|cell| *cell == name);
+    let (key, frequency) = (place(key)?, place("band_Hz")?);
+    let mut found = [BTreeMap::new(), BTreeMap::new(), BTreeMap::new()];
+    for cells in lines.map(|line| line.split(',').collect::<Vec<_>>()) {
+        let band = ThirdOctaveBand::containing(cells.get(frequency)?.parse().ok()?)?;
+        if cells.get(key) != Some(&set) || !BANDS.contains(&band.0) {
+            continue;
+        }
+        for (found, speed) in found.iter_mut().zip(SPEED_NAMES) {
+            found.insert(band.0, cells.get(place(&column(speed))?)?.parse().ok()?);
+        }
+    }
+    found.iter().all(|levels| levels.len() == BANDS.count()).then_some(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_models::reference;
+
+    #[test]
+    fn all_sets_have_all_bands_at_all_speeds() {
+        let published = Published::embedded();
+        assert_eq!(published.sets.len(), 5);
+        for set in &published.sets {
+            for speed in 0..3 {
+                let shape: Vec<f64> = bands().map(|band| set.relative(speed, band).unwrap()).collect();
+                assert_eq!(shape.len(), 11);
+                assert!(energy_sum(shape).abs() < 1e-9, "{}: relative levels add up to 0 dB", set.source);
+            }
+        }
+    }
+
+    /// By hand: Nord2000's slopes are the law's own coefficients, 25.9 at 500 Hz; the model's table has TNM's.
+    #[test]
+    fn growth_is_that_of_the_laws() {
+        let published = Published::embedded();
+        let growth = |source: &str, band| {
+            let set = published.sets.iter().find(|set| set.source.contains(source)).unwrap();
+            set.growth(ThirdOctaveBand(band)).unwrap()
+        };
+        // Levels are rounded to 0.1 dB, over a third of a decade.
+        assert!((growth("Denmark", -3) - 25.9).abs() < 0.6 && (growth("Denmark", 1) - 41.4).abs() < 0.6);
+        assert!((growth("Harmonoise", 0) - 29.1).abs() < 0.6);
+        assert!((growth("dense graded", 0) - 43.5).abs() < 0.6);
+        let [lowest, highest] = published.growth_range(ThirdOctaveBand(-3));
+        assert!((lowest - (21.5 - 3.0)).abs() < 0.6 && (highest - (37.6 + 3.0)).abs() < 0.6, "{lowest} {highest}");
+    }
+
+    #[test]
+    fn a_range_holds_every_set_and_is_wider_by_the_stated_spread() {
+        let published = Published::embedded();
+        for (speed, band) in (0..3).flat_map(|speed| bands().map(move |band| (speed, band))) {
+            let [lowest, highest] = published.shape_range(speed, band);
+            let values: Vec<f64> = published.sets.iter().map(|set| set.relative(speed, band).unwrap()).collect();
+            let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+            let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            assert!((least - lowest - 2.4).abs() < 1e-9 && (highest - most - 2.4).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn single_quantities_are_those_of_their_sources() {
+        let published = Published::embedded();
+        for (name, quantity) in published.quantities() {
+            assert!(quantity.lowest < quantity.highest && quantity.sets > 0, "{name}");
+            assert!(quantity.source.len() > 10 && !quantity.spread.is_empty(), "{name}");
+        }
+        let middle = |name: &str| {
+            let quantity = published.quantity(name).unwrap();
+            0.5 * (quantity.lowest + quantity.highest)
+        };
+        let text = std::fs::read_to_string(reference("levels/levels.json")).unwrap();
+        let levels: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let iso = &levels["iso_11819_1_1997"];
+        let car = iso["annex_D_L_veh_cars_80kmh_dBA"]["average"].as_f64().unwrap();
+        let slope = iso["annex_E_cars"]["slope_dB_per_decade"].as_f64().unwrap();
+        for (name, speed) in [("level_50", 50.0_f64), ("level_80", 80.0), ("level_110", 110.0)] {
+            let one_tyre = car - 6.0 + slope * (speed / 80.0).log10();
+            assert!((middle(name) - one_tyre).abs() < 0.1, "{name}: {one_tyre}");
+        }
+        let below = &levels["cpx_minus_passby_7.5m_dB"];
+        let cpx: Vec<f64> =
+            below["CPX"].as_array().unwrap().iter().map(|value| value.as_f64().unwrap() + 6.0).collect();
+        let spread = 2.0 * 1.8;
+        let quantity = published.quantity("cpx_less_coast_by").unwrap();
+        assert!(cpx.iter().all(|value| (quantity.lowest..quantity.highest).contains(value)));
+        assert!(quantity.highest - quantity.lowest < 2.0 * spread + 1.0);
+
+        let octaves = std::fs::read_to_string(reference("levels/cpx_octaves_tii_2022.csv")).unwrap();
+        let surface = |name: &str| -> Vec<f64> {
+            let line = octaves.lines().find(|line| line.starts_with(&format!("{name},"))).unwrap();
+            line.split(',').skip(1).take(5).map(|cell| cell.parse().unwrap()).collect()
+        };
+        for ((name, hra), sma) in
+            ["hra_250", "hra_500", "hra_1000", "hra_2000", "hra_4000"].iter().zip(surface("HRA")).zip(surface("SMA 10"))
+        {
+            assert!((middle(name) - (hra - sma)).abs() < 0.01, "{name}: {hra} less {sma}");
+        }
+    }
+}

@@ -1,0 +1,185 @@
+//! A computed value beside its published range.
+
+use serde::Serialize;
+
+use super::missing::Missing;
+use super::published::Kind;
+
+/// Part of the table that a row stands in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Group {
+    /// The standing tyre.
+    Tyre,
+    /// Third octaves relative to their energy sum.
+    Shape50,
+    /// The same at 80 km/h.
+    Shape80,
+    /// The same at 110 km/h.
+    Shape110,
+    /// Growth of third octaves with the speed.
+    Growth,
+    /// Overall levels.
+    Levels,
+    /// Differences of roads.
+    Roads,
+    /// Rolling resistance.
+    Resistance,
+}
+
+impl Group {
+    /// All, in the order of the table.
+    pub const ALL: [Self; 8] = [
+        Self::Tyre,
+        Self::Shape50,
+        Self::Shape80,
+        Self::Shape110,
+        Self::Growth,
+        Self::Levels,
+        Self::Roads,
+        Self::Resistance,
+    ];
+
+    /// The group in words.
+    pub const fn title(self) -> &'static str {
+        match self {
+            Self::Tyre => "tyre, standing",
+            Self::Shape50 => "third octaves, 50 km/h",
+            Self::Shape80 => "third octaves, 80 km/h",
+            Self::Shape110 => "third octaves, 110 km/h",
+            Self::Growth => "growth of third octaves, 50 to 110 km/h",
+            Self::Levels => "overall levels",
+            Self::Roads => "differences of roads",
+            Self::Resistance => "rolling resistance",
+        }
+    }
+}
+
+/// A value held against its range.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Row {
+    /// Part of the table.
+    pub group: Group,
+    /// Name of the quantity.
+    pub title: String,
+    /// Unit of value and range.
+    pub unit: String,
+    /// Computed value; absent where the runs do not give it.
+    pub computed: Option<f64>,
+    /// Lowest and highest published value.
+    pub range: [f64; 2],
+    /// Number of sets of published values.
+    pub sets: usize,
+    /// Spread in words.
+    pub spread: String,
+    /// Source of the range.
+    pub source: String,
+    /// Measured, or a target of a fit.
+    pub kind: Kind,
+    /// Physics that the model lacks, and other reasons, that could explain a value outside.
+    pub could_explain: Vec<Missing>,
+}
+
+/// Judgement of a row.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case", tag = "verdict", content = "by")]
+pub enum Verdict {
+    /// Within the range.
+    Inside,
+    /// Below the range, by so much.
+    Below(f64),
+    /// Above the range, by so much.
+    Above(f64),
+    /// Not computed.
+    Unknown,
+}
+
+impl Row {
+    /// Judges the value; one on the edge is inside.
+    pub fn verdict(&self) -> Verdict {
+        let [lowest, highest] = self.range;
+        match self.computed {
+            Some(value) if value < lowest => Verdict::Below(lowest - value),
+            Some(value) if value > highest => Verdict::Above(value - highest),
+            Some(value) if value.is_finite() => Verdict::Inside,
+            _ => Verdict::Unknown,
+        }
+    }
+
+    /// Distance from the range: 0 inside, negative below it; `None` of a value that is not known.
+    pub fn outside(&self) -> Option<f64> {
+        match self.verdict() {
+            Verdict::Inside => Some(0.0),
+            Verdict::Below(by) => Some(-by),
+            Verdict::Above(by) => Some(by),
+            Verdict::Unknown => None,
+        }
+    }
+}
+
+/// Rows of a group together.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// The group.
+    pub group: Group,
+    /// Number of its rows.
+    pub rows: usize,
+    /// Number of rows with a value.
+    pub known: usize,
+    /// Number of rows inside their range.
+    pub inside: usize,
+    /// Row that is farthest outside, relative to the width of its range: its place among all rows.
+    pub worst: Option<usize>,
+}
+
+/// Sums up all groups that have rows.
+pub fn summaries(rows: &[Row]) -> Vec<Summary> {
+    let of = |group: Group| {
+        let own: Vec<(usize, &Row)> = rows.iter().enumerate().filter(|(_, row)| row.group == group).collect();
+        let relative = |row: &Row| row.outside().map_or(0.0, |by| by.abs() / (row.range[1] - row.range[0]));
+        let worst = own.iter().filter(|(_, row)| relative(row) > 0.0);
+        let worst = worst.max_by(|a, b| relative(a.1).total_cmp(&relative(b.1))).map(|(place, _)| *place);
+        let known = own.iter().filter(|(_, row)| row.verdict() != Verdict::Unknown).count();
+        let inside = own.iter().filter(|(_, row)| row.verdict() == Verdict::Inside).count();
+        (!own.is_empty()).then_some(Summary { group, rows: own.len(), known, inside, worst })
+    };
+    Group::ALL.into_iter().filter_map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(computed: Option<f64>) -> Row {
+        Row {
+            group: Group::Levels,
+            title: "level".to_owned(),
+            unit: "dB".to_owned(),
+            computed,
+            range: [-1.0, 3.0],
+            sets: 2,
+            spread: String::new(),
+            source: String::new(),
+            kind: Kind::Measured,
+            could_explain: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn a_value_is_inside_up_to_the_edge_and_outside_by_its_distance() {
+        let outside = |value| row(value).outside();
+        assert_eq!([outside(Some(-1.0)), outside(Some(3.0)), outside(Some(0.0))], [Some(0.0); 3]);
+        assert_eq!((outside(Some(-3.5)), outside(Some(5.0))), (Some(-2.5), Some(2.0)));
+        assert_eq!((outside(None), outside(Some(f64::NAN))), (None, None));
+        assert_eq!(row(Some(f64::NAN)).verdict(), Verdict::Unknown);
+    }
+
+    #[test]
+    fn a_group_is_summed_up_with_its_worst_row() {
+        let mut rows: Vec<Row> = [Some(0.0), Some(4.0), None, Some(-7.0)].map(row).into();
+        rows.push(Row { group: Group::Tyre, ..row(Some(0.0)) });
+        let [tyre, levels] = &summaries(&rows)[..] else { panic!("two groups") };
+        assert_eq!((tyre.group, tyre.rows, tyre.inside, tyre.worst), (Group::Tyre, 1, 1, None));
+        assert_eq!((levels.rows, levels.known, levels.inside, levels.worst), (4, 3, 1, Some(3)));
+    }
+}

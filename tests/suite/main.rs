@@ -49,6 +49,7 @@ mod rotation_layers;
 mod slice_coupling;
 mod slice_laws;
 mod smooth;
+mod sidewall;
 mod sound;
 mod spectra;
 mod study;

@@ -59,8 +59,7 @@ impl SidewallEntry {
             return Err("relaxation holds pairs of a strength that is not negative and a positive time");
         }
         let relaxation = Relaxation { terms: relaxation };
-        let arc =
-            Arc { radius, angle, pressure, mass, shear, hoop, edge_radius, angular_velocity: omega, relaxation };
+        let arc = Arc { radius, angle, pressure, mass, shear, hoop, edge_radius, angular_velocity: omega, relaxation };
         if arc.bead_radius() <= 0.0 {
             return Err("the arc must end above the axle: edge_radius must be above 2 radius sin(angle)");
         }

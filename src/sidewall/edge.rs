@@ -151,19 +151,15 @@ impl<T: ComplexField> Equations<T> {
             [
                 turned * cosine + n * bent * cosine + lossy_n * (stretch * cosine),
                 turned * sine + lossy_n * pressed_out,
-                inertia * radius
-                    + slow
-                    + bent * (cosine * cosine)
-                    + n * lossy_n * stretch
-                    + loss * (-pressure * sine),
+                inertia * radius + slow + bent * (cosine * cosine) + n * lossy_n * stretch + loss * (-pressure * sine),
                 zero,
                 zero,
                 n.like(-sheared * cosine),
             ],
         ];
-        for (row, ratios) in matrix.iter_mut().zip(&units.ratios) {
-            for (entry, ratio) in row.iter_mut().zip(ratios) {
-                *entry = *entry * *ratio;
+        for row in 0..6 {
+            for column in 0..6 {
+                matrix[row][column] = matrix[row][column] * units.ratios[row][column];
             }
         }
         matrix
@@ -187,8 +183,10 @@ pub(super) fn edge_impedance<T: ComplexField>(
     let zero = wave.n.like(0.0);
     let mut compliance = [[zero; 3]; 3];
     for [first, middle, last] in points {
-        let systems = [first, middle, last].map(|point| equations.system(point, &units));
-        let moved = exponential(&expansion(systems, step), squarings);
+        let first = equations.system(first, &units);
+        let middle = equations.system(middle, &units);
+        let last = equations.system(last, &units);
+        let moved = exponential(&expansion(&first, &middle, &last, step), squarings);
         compliance = handed_on(&moved, &compliance);
     }
     at_edge(arc, edge, &inverse(&compliance), &units)
@@ -207,23 +205,21 @@ fn squarings(arc: &Arc, points: &[[Point; 3]], widest: &Wave<Complex64>, units: 
     if largest > 1.0 { largest.log2().ceil().min(60.0) as u32 } else { 0 }
 }
 
+// Loops and functions that are inlined by force, no closures: the vector instructions of the lanes end at a call.
+
 /// Exponent of a step by its three points: Magnus' expansion of sixth order.
 #[inline(always)]
-fn expansion<T: ComplexField>([first, middle, last]: [Matrix<T, 6>; 3], step: f64) -> Matrix<T, 6> {
-    let combined = |a: f64, b: f64, c: f64| {
-        let mut sum = first;
-        for row in 0..6 {
-            for column in 0..6 {
-                let (x, y, z) = (first[row][column], middle[row][column], last[row][column]);
-                sum[row][column] = (x * a).plus_scaled(b, y).plus_scaled(c, z);
-            }
-        }
-        sum
-    };
+fn expansion<T: ComplexField>(
+    first: &Matrix<T, 6>,
+    middle: &Matrix<T, 6>,
+    last: &Matrix<T, 6>,
+    step: f64,
+) -> Matrix<T, 6> {
     let slope = 15.0_f64.sqrt() / 3.0 * step;
     let bend = 10.0 / 3.0 * step;
-    let (mean, slope, bend) =
-        (combined(0.0, step, 0.0), combined(-slope, 0.0, slope), combined(bend, -2.0 * bend, bend));
+    let mean = scaled(middle, step);
+    let slope = plus(&scaled(last, slope), -slope, first);
+    let bend = plus(&plus(&scaled(first, bend), -2.0 * bend, middle), bend, last);
     let c1 = commutator(&mean, &slope);
     let c2 = scaled(&commutator(&mean, &plus(&c1, 2.0, &bend)), -1.0 / 60.0);
     let left = plus(&plus(&c1, -20.0, &mean), -1.0, &bend);
@@ -238,26 +234,25 @@ fn exponential<T: ComplexField>(matrix: &Matrix<T, 6>, squarings: u32) -> Matrix
     let two = product(&one, &one);
     let three = product(&two, &one);
     let four = product(&two, &two);
-    // Terms k, k + 1, ... k + 3 of the series over the matrix to the k.
-    let terms = |k: u32| {
-        let factors: [f64; 4] = std::array::from_fn(|j| inverse_factorial(k + j as u32));
-        let mut sum = scaled(&one, factors[1]);
-        for row in 0..6 {
-            for column in 0..6 {
-                sum[row][column] =
-                    sum[row][column].plus_scaled(factors[2], two[row][column]).plus_scaled(factors[3], three[row][column]);
-            }
-            sum[row][row] = sum[row][row] + factors[0];
-        }
-        sum
-    };
-    let inner = plus(&terms(8), inverse_factorial(12), &four);
-    let inner = plus(&terms(4), 1.0, &product(&four, &inner));
-    let mut result = plus(&terms(0), 1.0, &product(&four, &inner));
+    let inner = plus(&terms(8, &one, &two, &three), inverse_factorial(12), &four);
+    let inner = plus(&terms(4, &one, &two, &three), 1.0, &product(&four, &inner));
+    let mut result = plus(&terms(0, &one, &two, &three), 1.0, &product(&four, &inner));
     for _ in 0..squarings {
         result = product(&result, &result);
     }
     result
+}
+
+/// Terms k, k + 1, ... k + 3 of the series over the matrix to the k.
+#[inline(always)]
+fn terms<T: ComplexField>(k: u32, one: &Matrix<T, 6>, two: &Matrix<T, 6>, three: &Matrix<T, 6>) -> Matrix<T, 6> {
+    let mut sum = scaled(one, inverse_factorial(k + 1));
+    sum = plus(&sum, inverse_factorial(k + 2), two);
+    sum = plus(&sum, inverse_factorial(k + 3), three);
+    for place in 0..6 {
+        sum[place][place] = sum[place][place] + inverse_factorial(k);
+    }
+    sum
 }
 
 fn inverse_factorial(k: u32) -> f64 {
@@ -267,49 +262,53 @@ fn inverse_factorial(k: u32) -> f64 {
 /// Y <- (E11 Y + E12)(E21 Y + E22)^-1.
 #[inline(always)]
 fn handed_on<T: ComplexField>(moved: &Matrix<T, 6>, compliance: &Matrix<T, 3>) -> Matrix<T, 3> {
-    let half = |row: usize| {
-        let mut sum = *compliance;
-        for i in 0..3 {
-            for j in 0..3 {
-                let mut entry = moved[row + i][3 + j];
-                for (k, y) in compliance.iter().enumerate() {
-                    entry = entry + moved[row + i][k] * y[j];
-                }
-                sum[i][j] = entry;
+    product(&half(moved, 0, compliance), &inverse(&half(moved, 3, compliance)))
+}
+
+/// Three rows of the step on (Y, 1).
+#[inline(always)]
+fn half<T: ComplexField>(moved: &Matrix<T, 6>, from: usize, compliance: &Matrix<T, 3>) -> Matrix<T, 3> {
+    let mut sum = *compliance;
+    for i in 0..3 {
+        for j in 0..3 {
+            let mut entry = moved[from + i][3 + j];
+            for k in 0..3 {
+                entry = entry + moved[from + i][k] * compliance[k][j];
             }
+            sum[i][j] = entry;
         }
-        sum
-    };
-    product(&half(0), &inverse(&half(3)))
+    }
+    sum
 }
 
 /// K from the impedance over units at the belt's edge.
 #[inline(always)]
 fn at_edge<T: ComplexField>(arc: &Arc, edge: &EdgeStatics, scaled: &Matrix<T, 3>, units: &Units) -> EdgeImpedance<T> {
     let (sine, cosine) = edge.angle.sin_cos();
-    let [t, u, v] = [0, 1, 2].map(|place| (units.states[3 + place], 1.0 / units.states[place]));
-    let entry = |row: usize, (force, _): (f64, f64), column: usize, (_, motion): (f64, f64)| {
-        scaled[row][column] * (force * motion / arc.edge_radius)
-    };
-    let radial = entry(0, t, 0, t) * (cosine * cosine)
-        + entry(1, u, 1, u) * (sine * sine)
-        + (entry(0, t, 1, u) + entry(1, u, 0, t)) * (sine * cosine);
+    let mut entries = *scaled;
+    for row in 0..3 {
+        for column in 0..3 {
+            let unit = units.states[3 + row] / (units.states[column] * arc.edge_radius);
+            entries[row][column] = scaled[row][column] * unit;
+        }
+    }
+    let [[tt, tu, tv], [ut, uu, uv], [vt, vu, circumferential]] = entries;
+    let radial = tt * (cosine * cosine) + uu * (sine * sine) + (tu + ut) * (sine * cosine);
     // Both halves are equal but for rounding.
-    let coupling = (entry(0, t, 2, v) + entry(2, v, 0, t)) * (0.5 * cosine)
-        + (entry(1, u, 2, v) + entry(2, v, 1, u)) * (0.5 * sine);
-    EdgeImpedance { radial, coupling, circumferential: entry(2, v, 2, v) }
+    let coupling = (tv + vt) * (0.5 * cosine) + (uv + vu) * (0.5 * sine);
+    EdgeImpedance { radial, coupling, circumferential }
 }
 
 #[inline(always)]
 fn product<T: ComplexField, const N: usize>(a: &Matrix<T, N>, b: &Matrix<T, N>) -> Matrix<T, N> {
     let mut result = *a;
-    for (row, left) in result.iter_mut().zip(a) {
-        for (column, entry) in row.iter_mut().enumerate() {
-            let mut sum = left[0] * b[0][column];
+    for i in 0..N {
+        for j in 0..N {
+            let mut sum = a[i][0] * b[0][j];
             for k in 1..N {
-                sum = sum + left[k] * b[k][column];
+                sum = sum + a[i][k] * b[k][j];
             }
-            *entry = sum;
+            result[i][j] = sum;
         }
     }
     result
@@ -324,9 +323,9 @@ fn commutator<T: ComplexField>(a: &Matrix<T, 6>, b: &Matrix<T, 6>) -> Matrix<T, 
 #[inline(always)]
 fn plus<T: ComplexField>(a: &Matrix<T, 6>, factor: f64, b: &Matrix<T, 6>) -> Matrix<T, 6> {
     let mut sum = *a;
-    for (row, other) in sum.iter_mut().zip(b) {
-        for (entry, other) in row.iter_mut().zip(other) {
-            *entry = entry.plus_scaled(factor, *other);
+    for i in 0..6 {
+        for j in 0..6 {
+            sum[i][j] = a[i][j].plus_scaled(factor, b[i][j]);
         }
     }
     sum
@@ -335,8 +334,10 @@ fn plus<T: ComplexField>(a: &Matrix<T, 6>, factor: f64, b: &Matrix<T, 6>) -> Mat
 #[inline(always)]
 fn scaled<T: ComplexField>(a: &Matrix<T, 6>, factor: f64) -> Matrix<T, 6> {
     let mut result = *a;
-    for entry in result.as_flattened_mut() {
-        *entry = *entry * factor;
+    for i in 0..6 {
+        for j in 0..6 {
+            result[i][j] = a[i][j] * factor;
+        }
     }
     result
 }
@@ -344,19 +345,23 @@ fn scaled<T: ComplexField>(a: &Matrix<T, 6>, factor: f64) -> Matrix<T, 6> {
 /// a^-1 by cofactors; a singular one gives non-finite entries.
 #[inline(always)]
 fn inverse<T: ComplexField>(a: &Matrix<T, 3>) -> Matrix<T, 3> {
-    let minor = |i: usize, j: usize| {
-        let [r, s] = [(i + 1) % 3, (i + 2) % 3];
-        let [p, q] = [(j + 1) % 3, (j + 2) % 3];
-        a[r][p] * a[s][q] - a[r][q] * a[s][p]
-    };
-    let scale = (a[0][0] * minor(0, 0) + a[0][1] * minor(0, 1) + a[0][2] * minor(0, 2)).reciprocal();
+    let first = minor(a, 0, 0);
+    let scale = (a[0][0] * first + a[0][1] * minor(a, 0, 1) + a[0][2] * minor(a, 0, 2)).reciprocal();
     let mut result = *a;
-    for (i, row) in result.iter_mut().enumerate() {
-        for (j, entry) in row.iter_mut().enumerate() {
-            *entry = minor(j, i) * scale;
+    for i in 0..3 {
+        for j in 0..3 {
+            result[i][j] = minor(a, j, i) * scale;
         }
     }
     result
+}
+
+/// Cofactor of an entry.
+#[inline(always)]
+fn minor<T: ComplexField>(a: &Matrix<T, 3>, i: usize, j: usize) -> T {
+    let [r, s] = [(i + 1) % 3, (i + 2) % 3];
+    let [p, q] = [(j + 1) % 3, (j + 2) % 3];
+    a[r][p] * a[s][q] - a[r][q] * a[s][p]
 }
 
 #[cfg(test)]

@@ -55,7 +55,8 @@ fn states(arc: &Arc, points: &[[Point; 3]], wave: &Wave<Complex64>) -> [[Complex
                 });
                 stages = std::array::from_fn(|stage| slope(&nodes[stage], &at[stage]));
             }
-            state = stages.iter().zip(weights).fold(state, |state, (slope, weight)| moved(&state, step * weight, slope));
+            state =
+                stages.iter().zip(weights).fold(state, |state, (slope, weight)| moved(&state, step * weight, slope));
         }
         state
     })
@@ -127,8 +128,8 @@ fn both_halves_of_the_impedance_are_equal() {
             let squarings = squarings(&arc, &points, &wave(&arc, n, s), &units, step);
             let mut compliance = [[Complex64::ZERO; 3]; 3];
             for nodes in &points {
-                let systems = nodes.each_ref().map(|point| equations.system(point, &units));
-                compliance = handed_on(&exponential(&expansion(systems, step), squarings), &compliance);
+                let [first, middle, last] = nodes.each_ref().map(|point| equations.system(point, &units));
+                compliance = handed_on(&exponential(&expansion(&first, &middle, &last, step), squarings), &compliance);
             }
             let impedance = inverse(&compliance);
             let (sine, cosine) = meridian.edge().angle.sin_cos();

@@ -8,8 +8,9 @@ use std::f64::consts::{PI, TAU};
 use num_complex::Complex64;
 
 /// Frequency of the lowest term \[Hz\], how many times higher each next one is, and their number: the loss factor is
-/// within 10 % of what is wanted from 50 Hz to 3 kHz.
-const LOWEST: f64 = 12.5;
+/// within 12 % of what is wanted from 100 Hz to 3 kHz, within 25 % from 30 Hz on. Terms at lower frequencies would stiffen
+/// what the pressure holds (by a factor of 1.24 at 100 Hz for a loss factor of 0.15).
+const LOWEST: f64 = 25.0;
 const RATIO: f64 = 4.0;
 const TERMS: i32 = 6;
 
@@ -21,7 +22,7 @@ pub struct Relaxation {
 }
 
 impl Relaxation {
-    /// Terms with nearly one loss factor from 50 Hz to 3 kHz; none for 0.
+    /// Terms with nearly one loss factor from 100 Hz to 3 kHz; none for 0.
     pub fn of_loss_factor(loss_factor: f64) -> Self {
         if loss_factor <= 0.0 {
             return Self::default();
@@ -48,13 +49,13 @@ mod tests {
             let relaxation = Relaxation::of_loss_factor(wanted);
             let mut range = [f64::INFINITY, 0.0_f64];
             for step in 0..=60 {
-                let frequency = 50.0 * 60_f64.powf(f64::from(step) / 60.0);
+                let frequency = 100.0 * 30_f64.powf(f64::from(step) / 60.0);
                 let f = relaxation.at(Complex64::new(0.0, TAU * frequency));
                 let ratio = f.im / f.re / wanted;
                 range = [range[0].min(ratio), range[1].max(ratio)];
             }
-            println!("loss factor {wanted}: {range:?} of it from 50 Hz to 3 kHz");
-            assert!(range[0] > 0.9 && range[1] < 1.1, "loss factor {wanted}: {range:?}");
+            println!("loss factor {wanted}: {range:?} of it from 100 Hz to 3 kHz");
+            assert!(range[0] > 0.88 && range[1] < 1.0, "loss factor {wanted}: {range:?}");
         }
     }
 

@@ -6,9 +6,7 @@ use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
 
 use super::arc::Arc;
-use super::edge::{
-    EdgeImpedance, FEWEST_STEPS, FINE_STEP, STEP, Wave, edge_impedance, wavenumber,
-};
+use super::edge::{EdgeImpedance, FEWEST_STEPS, FINE_STEP, STEP, Wave, edge_impedance, wavenumber};
 use super::meridian::{EdgeStatics, Meridian, Point};
 use crate::numeric::lanes::dispatch;
 use crate::numeric::{Lanes, MOST_LANES};
@@ -46,7 +44,7 @@ impl PartialEq for Sidewall {
 
 /// Bytes of the impedances at one s, of so many waves.
 pub fn table_bytes(waves: usize) -> f64 {
-    (waves.div_ceil(MOST_LANES) * size_of::<OnceLock<[BothWays; MOST_LANES]>>()) as f64
+    (waves.div_ceil(MOST_LANES) * (size_of::<OnceLock<Box<BothWays>>>() + MOST_LANES * size_of::<BothWays>())) as f64
 }
 
 impl Sidewall {
@@ -127,7 +125,7 @@ pub struct SidewallAt {
     sidewall: Shared<Sidewall>,
     s: Complex64,
     largest: usize,
-    blocks: Vec<OnceLock<[BothWays; MOST_LANES]>>,
+    blocks: Vec<OnceLock<Box<[BothWays; MOST_LANES]>>>,
 }
 
 impl SidewallAt {
@@ -135,7 +133,7 @@ impl SidewallAt {
     pub fn both_ways(&self, n: usize) -> &BothWays {
         let n = n.min(self.largest);
         let block = n / MOST_LANES;
-        &self.blocks[block].get_or_init(|| self.block(block * MOST_LANES))[n % MOST_LANES]
+        &self.blocks[block].get_or_init(|| Box::new(self.block(block * MOST_LANES)))[n % MOST_LANES]
     }
 
     /// K of waves from `first` on.

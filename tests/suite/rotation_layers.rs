@@ -374,7 +374,6 @@ fn ring(speed: f64) -> Ring {
         pressure: 1.2e5,
         normal: 3e6,
         tangential: 1e6,
-        sidewall: None,
         sidewall_mass: 1.5,
         radius,
         omega: speed / radius,

@@ -337,9 +337,7 @@ fn sidewalls_take_power_on_a_hard_grid_and_without_hoop_stiffness_give_it() {
 
 #[test]
 fn waves_backwards_are_those_of_the_other_rotation() {
-    let [forth, back] = [98.0, -98.0].map(|angular_velocity| {
-        Sidewall::new(Arc { angular_velocity, ..lossy() })
-    });
+    let [forth, back] = [98.0, -98.0].map(|angular_velocity| Sidewall::new(Arc { angular_velocity, ..lossy() }));
     for (n, s) in [(0, at_frequency(100.0)), (3, Complex64::new(40.0, 1500.0)), (17, at_frequency(700.0))] {
         let (one, other) = (forth.reference(n, s), back.reference(-n, s));
         let mirrored = EdgeImpedance { coupling: -other.coupling, ..other };

@@ -373,7 +373,8 @@ fn inflated(mut tyre: Tyre, table: &Table<'_>) -> Option<Tyre> {
     }
     if arc.hoop < LEAST_HOOP * arc.shear {
         let wrong = format!("{} N/m is less than a quarter of the shear stiffness", short(arc.hoop));
-        let right = "short waves would gain volume at no cost: leave it out, 4 times the shear stiffness, or write more";
+        let right =
+            "short waves would gain volume at no cost: leave it out, 4 times the shear stiffness, or write more";
         return complain("sidewall.hoop", wrong, right.to_owned());
     }
     let (pressure, angle) = (short(arc.pressure), short(sidewall.angle));

@@ -413,7 +413,8 @@ fn curved(entry: CurvedEntry) -> Result<(String, CurvedStack), CasesError> {
     }
     let rotation = Rotation::default();
     let sidewall = None;
-    let resting = CurvedStack { layers, foundation, radius, width, sidewall, pressure, sidewall_mass, cavity, rotation };
+    let resting =
+        CurvedStack { layers, foundation, radius, width, sidewall, pressure, sidewall_mass, cavity, rotation };
     let rotation = match centrifugal_tension {
         Some(CentrifugalTension::Given) => Rotation::of_given_tension(speed / radius),
         None => resting.turning(speed / radius),

@@ -44,7 +44,7 @@ use super::material;
 use super::rotation::{Rotation, hoop_modulus};
 use crate::numeric::ComplexField;
 use crate::scene::{Cavity, Foundation, Layer, Tyre};
-use crate::sidewall::{self, EdgeImpedance, Sidewall};
+use crate::sidewall::{self, EdgeImpedance, Sidewall, table_bytes};
 
 /// Longest step times (wavenumber + 1/h), a wavenumber counted as often as displacements change faster across a layer
 /// than along it (see `super::elasticity`): the error is below 2e-5, its median 4e-8. Layers that are not isotropic
@@ -88,6 +88,17 @@ pub struct CurvedStack {
 /// Growth of a tyre's radius by its rotation \[m\]; 0 at rest and of a flat one.
 pub fn growth(tyre: &Tyre) -> f64 {
     if tyre.curvature { CurvedStack::new(tyre).rotation.growth } else { 0.0 }
+}
+
+/// Number of periods round layers of a thickness \[m\] up to a radius \[m\] from which on waves do not feel what is under
+/// them.
+fn reach(radius: f64, thickness: f64) -> usize {
+    (REACH * radius / thickness).ceil() as usize
+}
+
+/// Bytes that the sidewalls of a tyre take for each s; 0 without them.
+pub fn sidewall_bytes(tyre: &Tyre) -> f64 {
+    if tyre.sidewall.is_some() { table_bytes(reach(tyre.radius(), tyre.thickness()) + 1) } else { 0.0 }
 }
 
 /// Stiffness per area of the air against a motion of the inner face ~ exp(i n theta) at s \[N/m^3\].
@@ -327,7 +338,10 @@ impl CurvedStack {
             let edges = 2.0 / self.width * inner;
             stiffness += edges * turning.impedance(0, Complex64::ZERO).radial.re;
             let fall = edges * (pull(&resting) - pull(&turning));
-            return Rotation { angular_velocity, growth: (angular_velocity * angular_velocity * load + fall) / stiffness };
+            return Rotation {
+                angular_velocity,
+                growth: (angular_velocity * angular_velocity * load + fall) / stiffness,
+            };
         }
         Rotation { angular_velocity, growth: angular_velocity * angular_velocity * load / stiffness }
     }
@@ -394,8 +408,7 @@ impl CurvedStack {
 
     /// Number of periods from which on waves do not feel what is under the layers.
     pub(super) fn reach(&self) -> usize {
-        let thickness = self.radius - self.inner_radius();
-        (REACH * self.radius / thickness).ceil() as usize
+        reach(self.radius, self.radius - self.inner_radius())
     }
 
     /// Its inner face at a wave.

@@ -67,7 +67,12 @@ fn numbers_of_the_inflation() {
 fn keys_of_the_sidewalls_have_a_table_of_their_own_now() {
     for key in ["radius", "angle", "mass", "shear"] {
         let now = format!("`tyre.sidewall.{key}` now");
-        inflation_refused(&format!("pressure = 1e5, sidewall_{key} = 1"), &format!("sidewall_{key}"), &now, "[tyre.sidew");
+        inflation_refused(
+            &format!("pressure = 1e5, sidewall_{key} = 1"),
+            &format!("sidewall_{key}"),
+            &now,
+            "[tyre.sidew",
+        );
     }
     let keys = "inflation = { pressure = 1e5, sidewall_radius = 0.05, sidewall_angle = 1.1 }\ncontact_width = 0.12";
     let found = complaints(&replaced(BASE, &[("contact_width = 0.12", keys)]));
@@ -89,7 +94,12 @@ fn numbers_of_the_sidewalls() {
         sidewall_refused(&left_out, &format!(".{key}"), "missing", unit);
     }
     for angle in ["0", "-1.1", "3.15", "90"] {
-        sidewall_refused(&with("angle = 1.1", &format!("angle = {angle}")), ".angle", "is out of range", "above 0 and below");
+        sidewall_refused(
+            &with("angle = 1.1", &format!("angle = {angle}")),
+            ".angle",
+            "is out of range",
+            "above 0 and below",
+        );
     }
     sidewall_refused(&format!("{ARC}, loss_factor = -0.1"), ".loss_factor", "-0.1 is out", "at least 0");
     sidewall_refused(&format!("{ARC}, hoop = 1e3"), ".hoop", "less than a quarter of the shear", "leave it out");

@@ -18,8 +18,10 @@ const STEPS: usize = 256;
 const ITERATIONS: usize = 30;
 /// Miss of an end that is none, over the length.
 const TOLERANCE: f64 = 1e-13;
-/// A miss at which the method counts as converged where rounding keeps it from less.
+/// A miss at which the method counts as converged where rounding keeps it from less: this, or so many units in the last
+/// place of the radius.
 const ROUNDED: f64 = 1e-11;
+const LAST_PLACES: f64 = 64.0;
 /// Slower rotations on the way to one that is not found at once.
 const STAGES: usize = 16;
 
@@ -108,6 +110,7 @@ impl Load {
     /// N(0) and a(0) of the arc that ends at the belt's edge; `None` where Newton's method does not find them.
     fn found(&self, arc: &Arc, start: [f64; 2]) -> Option<[f64; 2]> {
         let (bead, length) = (arc.bead_radius(), arc.length());
+        let rounded = ROUNDED.max(LAST_PLACES * f64::EPSILON * arc.edge_radius / length);
         let miss = |[tension, angle]: [f64; 2]| {
             let [radius, across, ..] = self.advanced([bead, 0.0, angle, bead * tension], length, STEPS);
             [radius - arc.edge_radius, across]
@@ -133,7 +136,7 @@ impl Load {
             if !(then[0].is_finite() && then[1].is_finite() && next[0] > 0.0) {
                 return None;
             }
-            if then[0].hypot(then[1]) / length >= size && size <= ROUNDED {
+            if then[0].hypot(then[1]) / length >= size && size <= rounded {
                 return Some(at);
             }
             (at, missed) = (next, then);

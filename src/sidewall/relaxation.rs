@@ -8,7 +8,8 @@ use std::f64::consts::{PI, TAU};
 use num_complex::Complex64;
 
 /// Frequency of the lowest term \[Hz\], how many times higher each next one is, and their number: the loss factor is
-/// within 12 % of what is wanted from 100 Hz to 3 kHz, within 25 % from 30 Hz on. Terms at lower frequencies would stiffen
+/// within 10 % of what is wanted from 100 Hz to 3 kHz, within 25 % from 30 Hz on, up to 0.4 (within 15 % up to 1 at 1
+/// kHz). Terms at lower frequencies would stiffen
 /// what the pressure holds (by a factor of 1.24 at 100 Hz for a loss factor of 0.15).
 const LOWEST: f64 = 25.0;
 const RATIO: f64 = 4.0;
@@ -45,17 +46,17 @@ mod tests {
 
     #[test]
     fn the_loss_factor_is_that_asked_for_over_the_range_that_matters() {
-        for wanted in [0.02, 0.1, 0.15, 0.2, 0.4, 1.0] {
+        for (wanted, highest, least) in [(0.02, 3e3, 0.93), (0.1, 3e3, 0.93), (0.2, 3e3, 0.93), (0.4, 3e3, 0.9), (1.0, 1e3, 0.85)] {
             let relaxation = Relaxation::of_loss_factor(wanted);
             let mut range = [f64::INFINITY, 0.0_f64];
             for step in 0..=60 {
-                let frequency = 100.0 * 30_f64.powf(f64::from(step) / 60.0);
+                let frequency = 100.0 * (highest / 100.0_f64).powf(f64::from(step) / 60.0);
                 let f = relaxation.at(Complex64::new(0.0, TAU * frequency));
                 let ratio = f.im / f.re / wanted;
                 range = [range[0].min(ratio), range[1].max(ratio)];
             }
-            println!("loss factor {wanted}: {range:?} of it from 100 Hz to 3 kHz");
-            assert!(range[0] > 0.88 && range[1] < 1.0, "loss factor {wanted}: {range:?}");
+            println!("loss factor {wanted}: {range:?} of it from 100 Hz to {highest} Hz");
+            assert!(range[0] > least && range[1] < 1.0, "loss factor {wanted}: {range:?}");
         }
     }
 

@@ -1,5 +1,5 @@
-//! Cost of the tyre: one evaluation of the compliance, flat and curved, and one influence function by its two exact
-//! ways, with the error of both against a sum of the smallest tolerance.
+//! Cost of the tyre: one evaluation of the compliance, flat and curved, one of a sidewall's impedance, and one influence
+//! function by its two exact ways, with the error of both against a sum of the smallest tolerance.
 //!
 //! `cargo bench --bench tyre`.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
@@ -7,10 +7,12 @@
 
 use std::f64::consts::PI;
 use std::hint::black_box;
+use std::sync::Arc as Shared;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use num_complex::Complex64;
 use tyrewave::scene::{DEFAULT, Scene, Tyre};
+use tyrewave::sidewall::{Arc, Relaxation, Sidewall};
 use tyrewave::test_models::{plate_scene, plate_tyre};
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use tyrewave::tyre::layers::Stack;
@@ -34,6 +36,37 @@ fn compliance(criterion: &mut Criterion) {
         });
     }
     group.bench_function("moduli at one s", |bench| bench.iter(|| stack.at(black_box(Complex64::new(500.0, 6000.0)))));
+    group.finish();
+}
+
+/// One impedance of a sidewall's edge, and eight neighbours together, as runs take them.
+fn sidewall(criterion: &mut Criterion) {
+    let arc = Arc {
+        radius: 0.055,
+        angle: 1.0,
+        pressure: 2.2e5,
+        mass: 7.0,
+        shear: 8e3,
+        hoop: 3.2e4,
+        edge_radius: 0.297,
+        angular_velocity: 0.0,
+        relaxation: Relaxation::of_loss_factor(0.15),
+    };
+    let sidewall = Shared::new(Sidewall::new(arc));
+    let mut group = criterion.benchmark_group("sidewall");
+    for (name, n, frequency) in [("low", 3, 100.0), ("fast", 3, 2.5e3), ("short", 143, 100.0)] {
+        let s = Complex64::new(0.0, 2.0 * PI * frequency);
+        group.bench_function(BenchmarkId::new("one", name), |bench| {
+            bench.iter(|| {
+                let edge = sidewall.impedance(black_box(n), s);
+                assert!(edge.radial.norm() > 0.0);
+                edge
+            });
+        });
+        group.throughput(Throughput::Elements(8)).bench_function(BenchmarkId::new("neighbours", name), |bench| {
+            bench.iter(|| sidewall.at(black_box(s), n as usize).both_ways(n as usize).forwards);
+        });
+    }
     group.finish();
 }
 
@@ -146,5 +179,5 @@ fn curved(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, compliance, influence, curved);
+criterion_group!(benches, compliance, sidewall, influence, curved);
 criterion_main!(benches);

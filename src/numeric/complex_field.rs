@@ -29,6 +29,8 @@ pub trait ComplexField:
     fn square_root(self) -> Self;
     /// exp(z).
     fn exponential(self) -> Self;
+    /// Numbers in the lanes of `self`, lane by lane.
+    fn gathered(self, value: impl FnMut(usize) -> Complex64) -> Self;
     /// `small` where |self|^2 < `limit`, `large` elsewhere.
     fn select_below(self, limit: f64, small: Self, large: Self) -> Self;
 }
@@ -62,6 +64,11 @@ impl ComplexField for Complex64 {
     #[inline]
     fn exponential(self) -> Self {
         self.exp()
+    }
+
+    #[inline]
+    fn gathered(self, mut value: impl FnMut(usize) -> Complex64) -> Self {
+        value(0)
     }
 
     #[inline]

@@ -316,6 +316,11 @@ impl<S: Simd> ComplexField for Lanes<S> {
     }
 
     #[inline(always)]
+    fn gathered(self, value: impl FnMut(usize) -> Complex64) -> Self {
+        Self::from_fn(self.simd, value)
+    }
+
+    #[inline(always)]
     fn select_below(self, limit: f64, small: Self, large: Self) -> Self {
         let simd = self.simd;
         let mask = simd.less_than_f64s(self.norm_squared(), simd.splat_f64s(limit));

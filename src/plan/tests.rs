@@ -113,28 +113,18 @@ fn keys_that_are_given_stay_beside_a_preset() {
 
 #[test]
 fn what_sidewalls_give_is_shown_beside_what_is_used() {
-    let inflation = "inflation = { pressure = 2.2e5, sidewall_radius = 0.05, sidewall_angle = 1.1 }\ncontact_width";
-    let given = planned(&edited("contact_width", inflation)).unwrap();
-    let carried = given.scene.tyre.carried().unwrap();
-    let formulas = [carried.tension, carried.normal, carried.tangential].map(|value| format!("{value:.3e}"));
-    let keys = ["tyre.layers[0].tension", "tyre.foundation.normal", "tyre.foundation.tangential"];
-    let used = ["[6.000e4, 2.000e4] N/m", "1.800e6 N/m^3", "1.000e6 N/m^3"];
-    assert_eq!(given.choices.len(), 3);
-    for (choice, (key, (value, formula))) in given.choices.iter().zip(keys.iter().zip(used.iter().zip(&formulas))) {
-        assert_eq!((choice.key, choice.value.as_str()), (*key, *value));
-        assert!(choice.reason.contains("given; ") && choice.reason.contains(formula), "{}", choice.reason);
-    }
-    let text = replaced(
-        &edited("contact_width", inflation),
-        &[
-            ("foundation = { normal = 1.8e6, tangential = 1e6, loss_factor = 0.1 }\n", ""),
-            ("tension = [6e4, 2e4]\n", ""),
-        ],
-    );
-    let open = planned(&text).unwrap();
-    for (choice, formula) in open.choices.iter().zip(&formulas) {
-        assert!(choice.value.contains(formula) && choice.reason.contains("sidewalls give"), "{choice:?}");
-    }
+    let foundation = "foundation = { normal = 1.8e6, tangential = 1e6, loss_factor = 0.1 }";
+    let sidewall = "curvature = true\ninflation = { pressure = 2.2e5 }\n\
+                    sidewall = { radius = 0.05, angle = 1.1, mass = 7.0, shear = 8e3 }";
+    let text = edited(foundation, sidewall);
+    let given = planned(&text).unwrap();
+    let formula = format!("{:.3e} N/m along", given.scene.tyre.carried_tension().unwrap());
+    let [choice] = given.choices.as_slice() else { panic!("{:?}", given.choices) };
+    assert_eq!((choice.key, choice.value.as_str()), ("tyre.layers.tension", "6.000e4 N/m along all layers"));
+    assert!(choice.reason.contains("given; ") && choice.reason.contains(&formula), "{}", choice.reason);
+    let open = planned(&replaced(&text, &[("tension = [6e4, 2e4]\n", "")])).unwrap();
+    let [choice] = open.choices.as_slice() else { panic!("{:?}", open.choices) };
+    assert!(choice.value.contains(&formula) && choice.reason.contains("sidewalls give"), "{choice:?}");
     assert_eq!(planned(&open.scene.to_toml().unwrap()).unwrap().choices, open.choices);
     assert!(planned(BASE).unwrap().choices.is_empty());
 }

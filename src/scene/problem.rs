@@ -97,6 +97,12 @@ impl Problem {
         Self::at_key(format!("this means nothing with {owner}"), right)
     }
 
+    /// A key that has another place and name now, as a path, in a table described by `wanted`.
+    pub(super) fn moved(now: &str, wanted: &str) -> Self {
+        let table = now.rsplit_once('.').map_or(now, |(table, _)| table);
+        Self::at_key(format!("this key is `{now}` now"), format!("write it there: [{table}] is {wanted}"))
+    }
+
     /// Two keys that exclude each other.
     pub(super) fn conflict(other: &str) -> Self {
         Self::at_key(format!("this and `{other}` exclude each other"), format!("give either this or `{other}`"))

@@ -53,6 +53,7 @@ fn cord_tyre() -> CurvedStack {
         radius: 1.95 / (2.0 * PI),
         width: 0.136,
         pressure: 1.46e5,
+        sidewall: None,
         sidewall_mass: 0.5,
         cavity: Some(Cavity { radius: 0.235, depth: 0.0825, density: 3.84, sound_speed: 343.0, relaxation: 1.4e-5 }),
         rotation: Rotation::default(),

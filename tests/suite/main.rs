@@ -46,6 +46,8 @@ mod report;
 mod resume;
 mod rollout;
 mod rotation_layers;
+mod sidewall;
+mod sidewall_tyre;
 mod slice_coupling;
 mod slice_laws;
 mod smooth;

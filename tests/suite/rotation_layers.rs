@@ -357,6 +357,7 @@ impl Ring {
             radius: self.radius + 0.5 * thickness,
             width: 0.2,
             pressure: self.pressure,
+            sidewall: None,
             sidewall_mass: self.sidewall_mass,
             cavity: None,
             rotation: Rotation::of_given_tension(self.omega),

@@ -1,4 +1,4 @@
-//! `[tyre]`: shape, layers, foundation and what is in it.
+//! `[tyre]`: shape, layers, foundation or sidewalls, and what is in it.
 
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Serialize, Serializer};
@@ -6,13 +6,15 @@ use serde_json::{Value as Json, json};
 use toml::de::DeValue;
 
 use super::cords::{CORDS, Cords, MOST_CORD_LOSSES, ORTHOTROPIC, Orthotropic};
-use super::inflation::{CAVITY, Carried, Cavity, INFLATION, Inflation, Sidewalls};
+use super::inflation::{CAVITY, Cavity, INFLATION, Inflation};
 use super::material::{FREQUENCY, LOSS, MATERIAL, MODULUS, Material, POISSON, Written};
+use super::sidewall::{SIDEWALL, Sidewall};
 use crate::scene::Problem;
 use crate::scene::keys::{is_default, keys};
 use crate::scene::kind::{Bounds, Exactly, File, Flag, Name, OneOf, Optional};
 use crate::scene::problem::short;
 use crate::scene::table::{Each, Kind, Nested, Table, Value};
+use crate::sidewall::{Arc, Meridian, Relaxation};
 
 const CIRCUMFERENCE: Bounds = Bounds::positive("m").plausible(0.02, 30.0);
 const LENGTH: Bounds = Bounds::positive("m").plausible(1e-3, 5.0);
@@ -41,13 +43,17 @@ keys! {
         /// True if the layers are a hollow cylinder; a flat plate otherwise.
         #[serde(skip_serializing_if = "is_default")]
         curvature: bool = false => Flag,
-        /// The pressure within and the sidewalls that bear it.
+        /// The pressure within.
         #[serde(skip_serializing_if = "Option::is_none")]
         inflation: Option<Inflation> = None => Optional(INFLATION),
         /// The air within, as a resonator.
         #[serde(skip_serializing_if = "Option::is_none")]
         cavity: Option<Cavity> = None => Optional(CAVITY),
-        /// The air cushion and carcass under the innermost layer; may be left out where the sidewalls' arcs give it.
+        /// The sidewalls of a curved tyre as inflated arcs, in place of `foundation`.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        sidewall: Option<Sidewall> = None => Optional(SIDEWALL),
+        /// The air cushion and carcass under the innermost layer; there is none beside `sidewall`.
+        #[serde(skip_serializing_if = "is_default")]
         foundation: Foundation = Foundation::default() => FOUNDATION,
         /// Layers from the rim outwards; the last one is the tread.
         layers: Vec<Layer> => LAYERS,
@@ -71,13 +77,13 @@ pub enum Sides {
 }
 
 keys! {
-    /// Elastic foundation under the innermost layer; its loss follows the same power law as the materials.
+    /// Elastic foundation under the innermost layer, none by default; its loss follows the same power law as the materials.
     #[derive(Clone, Debug, PartialEq, Serialize)]
     Foundation {
         /// Normal stiffness per area at the reference frequency \[N/m^3\].
-        normal: f64 = 0.0 => BED,
+        normal: f64 => BED,
         /// Tangential stiffness per area at the reference frequency \[N/m^3\].
-        tangential: f64 = 0.0 => BED,
+        tangential: f64 => BED,
         /// Loss factor eta \[1\].
         loss_factor: f64 = 0.0 => LOSS,
         /// Frequency at which the stiffness is as given \[Hz\].
@@ -104,6 +110,18 @@ keys! {
         cords: Vec<Cords> = Vec::new() => CORDS,
         /// Moduli of a layer that is not isotropic; not of the outermost one.
         orthotropic: Option<Orthotropic> = None => Optional(ORTHOTROPIC),
+    }
+}
+
+impl Default for Foundation {
+    fn default() -> Self {
+        Self {
+            normal: 0.0,
+            tangential: 0.0,
+            loss_factor: 0.0,
+            reference_frequency: Material::REFERENCE_FREQUENCY,
+            corner_frequency: Material::CORNER_FREQUENCY,
+        }
     }
 }
 
@@ -166,12 +184,34 @@ impl Tyre {
         Self { crown_radius: None, ..self.clone() }
     }
 
-    /// Returns the values by inflation and sidewalls, where the arcs of the sidewalls are known; tension and foundation
-    /// of the tyre are these values where the scene left them out.
-    pub fn carried(&self) -> Option<Carried> {
-        let inflation = self.inflation.as_ref()?;
-        let inner_radius = self.radius() - self.thickness();
-        inflation.sidewalls().map(|arc| arc.carry(inflation.pressure, self.width, inner_radius))
+    /// One of its sidewalls, turning with an angular velocity \[rad/s\], where they are arcs: they end at the inner face.
+    pub fn sidewall_arc(&self, angular_velocity: f64) -> Option<Arc> {
+        let Sidewall { radius, angle, mass, shear, hoop, loss_factor } = *self.sidewall.as_ref()?;
+        Some(Arc {
+            radius,
+            angle,
+            pressure: self.inflation.as_ref()?.pressure,
+            mass,
+            shear,
+            hoop: hoop.unwrap_or(Arc::HOOP_OVER_SHEAR * shear),
+            edge_radius: self.radius() - self.thickness(),
+            angular_velocity,
+            relaxation: Relaxation::of_loss_factor(loss_factor),
+        })
+    }
+
+    /// Tension along the belt that the inflation gives it at rest, less what the sidewalls' arcs pull: T = R_b p B_e/B
+    /// \[N/m\]. It is the tension of the stiffest layer where no layer has any.
+    pub fn carried_tension(&self) -> Option<f64> {
+        let arc = self.sidewall_arc(0.0)?;
+        let pull = Meridian::new(&arc)?.edge().pull();
+        Some(arc.edge_radius * (arc.pressure - 2.0 * pull / self.width))
+    }
+
+    /// Place of the layer that is stiffest along the circumference.
+    pub fn stiffest_layer(&self) -> usize {
+        let stiffness = |place: &usize| self.layers[*place].hoop_stiffness();
+        (0..self.layers.len()).max_by(|one, other| stiffness(one).total_cmp(&stiffness(other))).unwrap_or(0)
     }
 
     /// Tells whether it turns: waves that run forwards then differ from those that run backwards.
@@ -254,30 +294,34 @@ impl Kind for TyreKind {
 
 fn tyre(table: &mut Table<'_>) -> Option<Tyre> {
     let read = Tyre::read(table);
-    let bed = bed_is_whole(table);
+    let held = is_held(table);
     if let (Some(Some(value)), Some(Some(limit))) = (table.peek("contact_width", &LENGTH), table.peek("width", &LENGTH))
         && value > limit
     {
         return table.complain("contact_width", Problem::exceeds(value, limit, "the tyre's width"));
     }
-    bed?;
+    held?;
     let tyre = read?;
     check(&tyre, table)?;
     inflated(tyre, table)
 }
 
-/// Checks that the foundation has all of its stiffness where nothing else gives it; `None` after complaints.
-fn bed_is_whole(table: &Table<'_>) -> Option<()> {
-    match (table.peek("inflation", &INFLATION), table.peek("foundation", &FOUNDATION)) {
-        // Sidewalls that are themselves wrong might have given it.
-        (None | Some(Some(Inflation { sidewall_radius: Some(_), .. })), _) | (_, None) => Some(()),
-        (_, Some(None)) => table.complain("foundation", Problem::missing(&FOUNDATION.wanted())),
-        (_, Some(Some(_))) => {
-            let missing = || Problem::missing(&BED.wanted());
-            let part = |key: &str| if table.gives(key) { Some(()) } else { table.complain(key, missing()) };
-            ["foundation.normal", "foundation.tangential"].map(part).into_iter().collect()
-        }
+/// Checks that either a foundation or sidewalls hold the tyre; `None` after complaints.
+fn is_held(table: &Table<'_>) -> Option<()> {
+    let mut sound = Some(());
+    let mut complain = |key: &str, problem| sound = table.complain(key, problem);
+    match [table.has("sidewall"), table.has("foundation")] {
+        [true, true] => complain("foundation", Problem::conflict("sidewall")),
+        [false, false] => complain("foundation", Problem::missing(&FOUNDATION.wanted())),
+        _ => {}
     }
+    if table.has("sidewall") && !table.has("inflation") {
+        complain("inflation", Problem::missing(&INFLATION.wanted()));
+    }
+    if table.peek("foundation", &FOUNDATION) == Some(Some(Foundation::default())) {
+        complain("foundation", Problem::new("this bears nothing", "write stiffnesses above 0 N/m^3"));
+    }
+    sound
 }
 
 /// Checks what is in a tyre against its shape; `None` after complaints.
@@ -288,15 +332,15 @@ fn check(tyre: &Tyre, table: &Table<'_>) -> Option<()> {
     if !tyre.curvature && tyre.cavity.is_some() {
         complain("cavity", flat());
     }
-    if !tyre.curvature && tyre.inflation.as_ref().is_some_and(|inflation| inflation.sidewall_mass > 0.0) {
-        complain("inflation.sidewall_mass", flat());
+    if !tyre.curvature && tyre.sidewall.is_some() {
+        complain("sidewall", flat());
     }
     if tyre.sides == Sides::Supported && tyre.cavity.is_some() {
         let wrong = "sides = \"supported\" has no wave that is constant across the width, which is what the air feels";
         complain("cavity", Problem::new(wrong, "write sides = \"guided\", or leave this out"));
     }
     let (thickness, radius) = (tyre.thickness(), tyre.radius());
-    if (tyre.curvature || tyre.carried().is_some()) && thickness >= radius {
+    if tyre.curvature && thickness >= radius {
         let (thickness, radius) = (short(thickness), short(radius));
         let wrong = format!("the layers are {thickness} m thick together, and the tyre's radius is {radius} m");
         complain("layers", Problem::new(wrong, "make the layers thinner, or the circumference longer"));
@@ -317,49 +361,43 @@ fn check(tyre: &Tyre, table: &Table<'_>) -> Option<()> {
     sound
 }
 
-/// A tyre with what was left out taken from its inflation; `None` after complaints.
+/// A tyre under the tension that its inflation gives it, where it has none; `None` after complaints.
 fn inflated(mut tyre: Tyre, table: &Table<'_>) -> Option<Tyre> {
-    let arc = tyre.inflation.as_ref().and_then(|inflation| Some((inflation.pressure, inflation.sidewalls()?)));
-    let (Some(Carried { tension, normal, tangential }), Some((pressure, arc))) = (tyre.carried(), arc) else {
-        return Some(tyre);
+    let (Some(sidewall), Some(arc)) = (&tyre.sidewall, tyre.sidewall_arc(0.0)) else { return Some(tyre) };
+    let complain = |key: &str, wrong: String, right: String| table.complain(key, Problem::new(wrong, right));
+    let chord = arc.edge_radius - arc.bead_radius();
+    if arc.bead_radius() <= 0.0 {
+        let inner = short(arc.edge_radius);
+        let wrong = format!("the arc is {chord:.4} m high, and the inner face is {inner} m from the axle");
+        return complain("sidewall.radius", wrong, "write a shorter radius, or another angle".to_owned());
+    }
+    if arc.hoop < LEAST_HOOP * arc.shear {
+        let wrong = format!("{} N/m is less than a quarter of the shear stiffness", short(arc.hoop));
+        let right =
+            "short waves would gain volume at no cost: leave it out, 4 times the shear stiffness, or write more";
+        return complain("sidewall.hoop", wrong, right.to_owned());
+    }
+    let (pressure, angle) = (short(arc.pressure), short(sidewall.angle));
+    let Some(tension) = tyre.carried_tension() else {
+        let wrong = format!("{pressure} Pa give an arc of this angle, {angle} rad, no steady shape");
+        return complain("sidewall.angle", wrong, "write another angle, from 0.5 to 1.5 rad".to_owned());
     };
-    let mut sound = Some(());
-    let mut complain = |key, wrong, right| sound = table.complain(key, Problem::new(wrong, right));
-    let [no_tension, no_normal, no_tangential] =
-        ["layers[0].tension", "foundation.normal", "foundation.tangential"].map(|key| !table.gives(key));
-    if no_tension && !(tension >= 0.0 && tension.is_finite()) {
-        let Sidewalls { radius, angle, .. } = arc;
-        let pull = 2.0 * pressure * radius * angle.cos() / tyre.width;
+    if tyre.layers.iter().enumerate().any(|(place, _)| table.gives(&format!("layers[{place}].tension"))) {
+        return Some(tyre);
+    }
+    if !(tension >= 0.0 && tension.is_finite()) {
+        let pull = arc.pressure - tension / arc.edge_radius;
         let wrong = format!(
-            "the sidewalls pull the belt inwards by {pull:.3e} Pa, the pressure is {} Pa: a tension of {tension:.3e} \
-             N/m would buckle it",
-            short(pressure)
+            "the sidewalls pull the belt inwards by {pull:.3e} Pa, the pressure is {pressure} Pa: a tension of \
+             {tension:.3e} N/m would buckle it"
         );
-        let right = format!(
-            "write a number above {:.4} rad, a sidewall_radius below {:.4} m, or the innermost layer's tension",
-            (0.5 * tyre.width / radius).acos(),
-            0.5 * tyre.width / angle.cos()
-        );
-        complain("inflation.sidewall_angle", wrong, right);
+        let right = "write a larger angle, a shorter radius, or a layer's tension".to_owned();
+        return complain("sidewall.angle", wrong, right);
     }
-    let bears = |stiffness: f64| stiffness > 0.0 && stiffness.is_finite();
-    for (key, is_left_out, stiffness) in
-        [("foundation.normal", no_normal, normal), ("foundation.tangential", no_tangential, tangential)]
-    {
-        if is_left_out && !bears(stiffness) {
-            let wrong = format!("sidewalls of this angle give {key} = {stiffness:.3e} N/m^3, which bears nothing");
-            complain("inflation.sidewall_angle", wrong, format!("write a number from 0.01 to 2.79 rad, or give {key}"));
-        }
-    }
-    sound?;
-    if no_tension {
-        tyre.layers[0].tension = [tension, 0.0];
-    }
-    if no_normal {
-        tyre.foundation.normal = normal;
-    }
-    if no_tangential {
-        tyre.foundation.tangential = tangential;
-    }
+    let belt = tyre.stiffest_layer();
+    tyre.layers[belt].tension = [tension, 0.0];
     Some(tyre)
 }
+
+/// Least hoop over shear stiffness: waves of many periods are stable with it, and not without any.
+const LEAST_HOOP: f64 = 0.25;

@@ -145,19 +145,24 @@ fn tyre() -> impl Strategy<Value = Tyre> {
             corner_frequency,
         },
     );
-    let shape = (any::<[bool; 2]>(), prop::option::of(inflation()), prop::option::of(cavity()));
+    let content = (prop::option::of(inflation()), prop::option::of(cavity()), prop::option::of(sidewall()));
+    let shape = (any::<[bool; 2]>(), content);
     (sizes, bed, prop::collection::vec(layer, 1..4), shape).prop_map(
-        |((circumference, width, part), foundation, mut layers, ([curvature, guided], inflation, cavity))| {
+        |((circumference, width, part), foundation, mut layers, ([curvature, guided], content))| {
+            let (inflation, cavity, sidewall) = content;
             let radius = circumference / std::f64::consts::TAU;
-            let mut inflation = inflation;
-            if curvature || inflation.as_ref().is_some_and(|inflation| inflation.sidewall_radius.is_some()) {
+            if curvature {
                 let thickest = 0.3 * radius;
                 layers.iter_mut().for_each(|layer| layer.thickness = layer.thickness.min(thickest));
             }
-            if let Some(inflation) = &mut inflation
-                && !curvature
-            {
-                inflation.sidewall_mass = 0.0;
+            let inner = radius - layers.iter().map(|layer| layer.thickness).sum::<f64>();
+            let sidewall = sidewall
+                .filter(|_| curvature && inflation.is_some())
+                .map(|sidewall| Sidewall { radius: sidewall.radius * inner, ..sidewall });
+            let foundation = if sidewall.is_some() { Foundation::default() } else { foundation };
+            if sidewall.is_some() {
+                // What is left out is the sidewalls' to give.
+                layers[0].tension[0] += 1.0;
             }
             let cavity = cavity.filter(|_| curvature && guided).map(|cavity| Cavity {
                 radius: cavity.radius * radius,
@@ -174,6 +179,7 @@ fn tyre() -> impl Strategy<Value = Tyre> {
                 curvature,
                 inflation,
                 cavity,
+                sidewall,
                 foundation,
                 layers,
                 angular_velocity: 0.0,
@@ -183,14 +189,14 @@ fn tyre() -> impl Strategy<Value = Tyre> {
 }
 
 fn inflation() -> impl Strategy<Value = Inflation> {
-    // Arcs that may not serve for tension and foundation: both are written, and what is written wins.
-    let arc = prop::option::of((positive(), 1e-9..std::f64::consts::PI, 0.0..1e5_f64));
-    (around(1e5), 0.0..9.0_f64, arc).prop_map(|(pressure, sidewall_mass, arc)| Inflation {
-        pressure,
-        sidewall_mass,
-        sidewall_radius: arc.map(|(radius, ..)| radius),
-        sidewall_angle: arc.map(|(_, angle, _)| angle),
-        sidewall_shear: arc.map_or(0.0, |(.., shear)| shear),
+    around(1e5).prop_map(|pressure| Inflation { pressure })
+}
+
+/// Its radius as a part of the inner face's.
+fn sidewall() -> impl Strategy<Value = Sidewall> {
+    let arc = (0.05..0.4_f64, 0.5..1.5_f64, 1.0..20.0_f64, 1e3..1e5_f64);
+    (arc, prop::option::of(1e5..1e6_f64), 0.0..1.0_f64).prop_map(|((radius, angle, mass, shear), hoop, loss_factor)| {
+        Sidewall { radius, angle, mass, shear, hoop, loss_factor }
     })
 }
 

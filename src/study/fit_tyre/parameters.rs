@@ -37,11 +37,21 @@ pub enum Parameter {
     FoundationTangential,
     /// Its loss factor.
     FoundationLoss,
+    /// Radius of the sidewalls' arcs \[m\].
+    SidewallRadius,
+    /// Half their angle \[rad\].
+    SidewallAngle,
+    /// Their mass \[kg/m^2\].
+    SidewallMass,
+    /// Their shear stiffness \[N/m\].
+    SidewallShear,
+    /// Their loss factor.
+    SidewallLoss,
 }
 
 impl Parameter {
     /// All of them.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 18] = [
         Self::TreadModulus,
         Self::TreadLoss,
         Self::TreadThickness,
@@ -55,10 +65,21 @@ impl Parameter {
         Self::FoundationNormal,
         Self::FoundationTangential,
         Self::FoundationLoss,
+        Self::SidewallRadius,
+        Self::SidewallAngle,
+        Self::SidewallMass,
+        Self::SidewallShear,
+        Self::SidewallLoss,
     ];
 
     /// Those that say where the lowest modes lie: what a search over starts varies.
-    pub const OF_LOW_MODES: [Self; 3] = [Self::TensionAlong, Self::FoundationNormal, Self::FoundationTangential];
+    pub const OF_LOW_MODES: [Self; 5] = [
+        Self::TensionAlong,
+        Self::FoundationNormal,
+        Self::FoundationTangential,
+        Self::SidewallRadius,
+        Self::SidewallAngle,
+    ];
 
     /// Its name on the command line.
     pub const fn name(self) -> &'static str {
@@ -76,6 +97,11 @@ impl Parameter {
             Self::FoundationNormal => "foundation-normal",
             Self::FoundationTangential => "foundation-tangential",
             Self::FoundationLoss => "foundation-loss",
+            Self::SidewallRadius => "sidewall-radius",
+            Self::SidewallAngle => "sidewall-angle",
+            Self::SidewallMass => "sidewall-mass",
+            Self::SidewallShear => "sidewall-shear",
+            Self::SidewallLoss => "sidewall-loss",
         }
     }
 
@@ -84,19 +110,30 @@ impl Parameter {
         match self {
             Self::TreadModulus | Self::BeltModulus | Self::CordStiffness => "Pa",
             Self::CordAngle => "degrees",
-            Self::TreadLoss | Self::BeltLoss | Self::FoundationLoss => "",
-            Self::TreadThickness => "m",
+            Self::TreadLoss | Self::BeltLoss | Self::FoundationLoss | Self::SidewallLoss => "",
+            Self::TreadThickness | Self::SidewallRadius => "m",
             Self::TreadDensity => "kg/m^3",
-            Self::TensionAlong | Self::TensionAcross => "N/m",
+            Self::TensionAlong | Self::TensionAcross | Self::SidewallShear => "N/m",
+            Self::SidewallAngle => "rad",
+            Self::SidewallMass => "kg/m^2",
             Self::FoundationNormal | Self::FoundationTangential => "N/m^3",
         }
     }
 
     /// Tells whether it is fitted by default: thickness and density of the tread are weighed and
     /// measured better than any mobility tells them, and with them known the others are told well. The angle of cords
-    /// is known from how the tyre was built. The foundation's losses show in the lowest modes only.
+    /// is known from how the tyre was built. The foundation's losses, and the sidewalls', show in the lowest modes only;
+    /// their mass is weighed.
     pub const fn is_usually_free(self) -> bool {
-        !matches!(self, Self::TreadThickness | Self::TreadDensity | Self::CordAngle | Self::FoundationLoss)
+        !matches!(
+            self,
+            Self::TreadThickness
+                | Self::TreadDensity
+                | Self::CordAngle
+                | Self::FoundationLoss
+                | Self::SidewallMass
+                | Self::SidewallLoss
+        )
     }
 
     /// The key of the scene that holds it.
@@ -116,6 +153,11 @@ impl Parameter {
             Self::FoundationNormal => "tyre.foundation.normal".to_owned(),
             Self::FoundationTangential => "tyre.foundation.tangential".to_owned(),
             Self::FoundationLoss => "tyre.foundation.loss_factor".to_owned(),
+            Self::SidewallRadius => "tyre.sidewall.radius".to_owned(),
+            Self::SidewallAngle => "tyre.sidewall.angle".to_owned(),
+            Self::SidewallMass => "tyre.sidewall.mass".to_owned(),
+            Self::SidewallShear => "tyre.sidewall.shear".to_owned(),
+            Self::SidewallLoss => "tyre.sidewall.loss_factor".to_owned(),
         }
     }
 
@@ -129,6 +171,11 @@ impl Parameter {
             Self::FoundationNormal => return Some(&mut tyre.foundation.normal),
             Self::FoundationTangential => return Some(&mut tyre.foundation.tangential),
             Self::FoundationLoss => return Some(&mut tyre.foundation.loss_factor),
+            Self::SidewallRadius => return Some(&mut tyre.sidewall.as_mut()?.radius),
+            Self::SidewallAngle => return Some(&mut tyre.sidewall.as_mut()?.angle),
+            Self::SidewallMass => return Some(&mut tyre.sidewall.as_mut()?.mass),
+            Self::SidewallShear => return Some(&mut tyre.sidewall.as_mut()?.shear),
+            Self::SidewallLoss => return Some(&mut tyre.sidewall.as_mut()?.loss_factor),
             _ => tyre.layers.get_mut(belt?)?,
         };
         let has_loss = matches!(layer.material.law, Law::PowerLaw | Law::Hysteretic);
@@ -186,13 +233,15 @@ impl Space<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Cords;
+    use crate::scene::{Cords, Sidewall};
     use crate::test_models::plate_tyre;
 
     #[test]
     fn every_parameter_moves_its_own_value_and_names_its_key() {
         let mut start = plate_tyre();
         start.layers[0].cords.push(Cords::new(3e9, 20.0, 0.01));
+        let (shear, hoop, loss_factor) = (8e3, None, 0.15);
+        start.sidewall = Some(Sidewall { radius: 0.055, angle: 1.0, mass: 7.0, shear, hoop, loss_factor });
         let scene = toml::Table::try_from(&start).unwrap();
         for parameter in Parameter::ALL {
             let moved = Space { start: &start, free: &[parameter] }.tyre(&[2.0_f64.ln()]);

@@ -36,6 +36,7 @@ use super::projection::Projection;
 use super::short_waves::{self, Change, ShortWaves};
 use crate::numeric::{Ring, in_parallel};
 use crate::scene::{Numerics, Tyre};
+use crate::tyre::layers::curved::sidewall_bytes;
 
 /// How the sums over m and p are ended.
 #[derive(Clone, Debug, PartialEq)]
@@ -158,7 +159,8 @@ impl InfluenceSum {
 
     /// Bytes of a tyre's kernel with its tail at so many s \[bytes\]: what [`Self::at_all`] holds, at most.
     pub fn expected_bytes(tyre: &Tyre, points: usize) -> f64 {
-        points as f64 * POINT_BYTES[usize::from(tyre.curvature) + usize::from(tyre.curvature && tyre.turns())]
+        let own = POINT_BYTES[usize::from(tyre.curvature) + usize::from(tyre.curvature && tyre.turns())];
+        points as f64 * (own + sidewall_bytes(tyre))
     }
 
     /// The wavenumbers and weights.

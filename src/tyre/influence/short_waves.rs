@@ -105,14 +105,14 @@ impl ShortWaves {
         let inner = (0..classes.last()).map(|class| classes.band(class)).filter(|&limits| resolved(limits));
         let top = classes.highest().powi(2);
         let bands = inner.chain([[top, f64::INFINITY]]);
-        let stack = CurvedStack::new(tyre).resolved();
+        let stack = CurvedStack::new(tyre).resolved().without_sidewalls();
         let bands = bands.map(|limits| Band::new(tyre, &stack, limits, largest_s, tolerance)).collect();
         Self { tyre: tyre.clone(), tolerance, classes, bands }
     }
 
     /// The same for s = 0 alone.
     fn at_rest(&self) -> Self {
-        let stack = CurvedStack::new(&self.tyre).resolved();
+        let stack = CurvedStack::new(&self.tyre).resolved().without_sidewalls();
         let resting = |band: &Band| Band::new(&self.tyre, &stack, band.limits, 0.0, self.tolerance);
         let bands = self.bands.iter().map(resting).collect();
         Self { tyre: self.tyre.clone(), classes: self.classes.clone(), bands, ..*self }

@@ -14,9 +14,12 @@
 //! tread's surface; `tension` is that at rest then and grows as [`super::rotation`] has it, or with
 //! `"centrifugal_tension": "given"` that of the turning tyre. A tyre's `resolved` is not read. Cases have `n` and `m`;
 //! their order is circumferential, lateral, radial outward.
+//!
+//! Sidewalls are beside tyres, or without any: see [`crate::sidewall::cases`].
 
 use num_complex::Complex64;
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use thiserror::Error;
 
@@ -24,6 +27,8 @@ use super::compliance::{Matrix3, Stack};
 use super::curved::{CurvedStack, FINE_STEP};
 use super::rotation::Rotation;
 use crate::scene::{Cavity, Cords, Foundation, Law, Layer, MOST_CORD_LOSSES, Material, Orthotropic};
+use crate::sidewall::cases::SidewallEntry;
+use crate::sidewall::{self, Sidewall};
 
 /// Steps through the layers of a curved tyre at most: ten times those of the shortest waves that matter.
 const MOST_STEPS: f64 = 1e4;
@@ -37,6 +42,14 @@ pub enum CasesError {
     /// A case names a tyre that is not there.
     #[error("case {index} names the tyre '{name}', which `tyres` does not hold")]
     UnknownTyre {
+        /// Position of the case, from 0.
+        index: usize,
+        /// The name.
+        name: String,
+    },
+    /// A case names a sidewall that is not there.
+    #[error("case {index} names the sidewall '{name}', which `sidewalls` does not hold")]
+    UnknownSidewall {
         /// Position of the case, from 0.
         index: usize,
         /// The name.
@@ -226,7 +239,8 @@ struct Within(#[serde(with = "CavityEntry")] Cavity);
 
 #[derive(Deserialize)]
 struct CaseEntry {
-    tyre: String,
+    tyre: Option<String>,
+    sidewall: Option<String>,
     kx: Option<f64>,
     ky: Option<f64>,
     n: Option<i64>,
@@ -234,6 +248,12 @@ struct CaseEntry {
     #[serde(default)]
     speed: f64,
     s: [f64; 2],
+}
+
+/// Answer to a case: C and D, or K.
+enum Answer {
+    Faces((Matrix3, Matrix3)),
+    Edge([[[f64; 2]; 2]; 2]),
 }
 
 /// Question of a case.
@@ -245,14 +265,16 @@ enum Asked {
 /// Evaluates every case of a file's text; the answer is the same document with its `C` and `D` replaced.
 pub fn evaluate(text: &str) -> Result<Value, CasesError> {
     let mut document: Value = serde_json::from_str(text)?;
-    let tyres: Vec<Value> = serde_json::from_value(document["tyres"].clone())?;
+    let sidewalls: Vec<SidewallEntry> = list(&document, "sidewalls")?.unwrap_or_default();
+    let tyres: Vec<Value> = match list(&document, "tyres")? {
+        None if sidewalls.is_empty() => serde_json::from_value(document["tyres"].clone())?,
+        tyres => tyres.unwrap_or_default(),
+    };
     let cases: Vec<CaseEntry> = serde_json::from_value(document["cases"].clone())?;
     let tyres = tyres.into_iter().map(asked).collect::<Result<Vec<_>, _>>()?;
+    let sidewalls = sidewalls.into_iter().map(sidewall).collect::<Result<Vec<_>, _>>()?;
     let mut answers = Vec::with_capacity(cases.len());
     for (index, case) in cases.iter().enumerate() {
-        let Some((_, asked)) = tyres.iter().find(|(name, _)| *name == case.tyre) else {
-            return Err(CasesError::UnknownTyre { index, name: case.tyre.clone() });
-        };
         let refuse = |what| CasesError::Range { place: format!("case {index}"), what };
         let finite = case.s.iter().chain(&case.kx).chain(&case.ky).all(|number| number.is_finite());
         if !finite || case.s[0] < 0.0 {
@@ -262,6 +284,21 @@ pub fn evaluate(text: &str) -> Result<Value, CasesError> {
             return Err(refuse("a case has no speed: the tyre has"));
         }
         let s = Complex64::new(case.s[0], case.s[1]);
+        let name = match (&case.tyre, &case.sidewall) {
+            (Some(name), None) => name,
+            (None, Some(name)) => {
+                let Some((_, sidewall)) = sidewalls.iter().find(|(own, _)| own == name) else {
+                    return Err(CasesError::UnknownSidewall { index, name: name.clone() });
+                };
+                let Some(n) = case.n else { return Err(refuse("a case of a sidewall has n")) };
+                answers.push(Answer::Edge(sidewall::cases::answer(sidewall, n, s).map_err(refuse)?));
+                continue;
+            }
+            _ => return Err(refuse("a case names either a tyre or a sidewall")),
+        };
+        let Some((_, asked)) = tyres.iter().find(|(own, _)| own == name) else {
+            return Err(CasesError::UnknownTyre { index, name: name.clone() });
+        };
         let answer = match (asked, case) {
             (Asked::Flat(stack), CaseEntry { kx: Some(kx), ky: Some(ky), .. }) => stack.at(s).full(*kx, *ky),
             (Asked::Curved(stack), CaseEntry { n: Some(n), m: Some(m), .. }) => {
@@ -278,15 +315,33 @@ pub fn evaluate(text: &str) -> Result<Value, CasesError> {
         if !surface.iter().chain(bottom).flatten().all(|entry| entry.is_finite()) {
             return Err(refuse("its compliance is not finite: its numbers are beyond all bounds, or nothing holds it"));
         }
-        answers.push(answer);
+        answers.push(Answer::Faces(answer));
     }
     if let Some(entries) = document["cases"].as_array_mut() {
-        for (entry, (surface, bottom)) in entries.iter_mut().zip(answers) {
-            entry["C"] = numbers(surface);
-            entry["D"] = numbers(bottom);
+        for (entry, answer) in entries.iter_mut().zip(answers) {
+            match answer {
+                Answer::Faces((surface, bottom)) => {
+                    entry["C"] = numbers(surface);
+                    entry["D"] = numbers(bottom);
+                }
+                Answer::Edge(impedance) => entry["K"] = json!(impedance),
+            }
         }
     }
     Ok(document)
+}
+
+/// A list of a document, if it has it.
+fn list<T: DeserializeOwned>(document: &Value, key: &str) -> Result<Option<Vec<T>>, serde_json::Error> {
+    document.get(key).map(|list| serde_json::from_value(list.clone())).transpose()
+}
+
+/// A sidewall by its name.
+fn sidewall(entry: SidewallEntry) -> Result<(String, Sidewall), CasesError> {
+    let name = entry.name().to_owned();
+    let refuse = |what| CasesError::Range { place: format!("sidewall '{name}'"), what };
+    let sidewall = entry.sidewall().map_err(refuse)?;
+    Ok((name, sidewall))
 }
 
 /// The curved tyres of a file's text, by name.
@@ -357,7 +412,9 @@ fn curved(entry: CurvedEntry) -> Result<(String, CurvedStack), CasesError> {
         return Err(refuse(&name, "the layers must be thinner than the radius"));
     }
     let rotation = Rotation::default();
-    let resting = CurvedStack { layers, foundation, radius, width, pressure, sidewall_mass, cavity, rotation };
+    let sidewall = None;
+    let resting =
+        CurvedStack { layers, foundation, radius, width, sidewall, pressure, sidewall_mass, cavity, rotation };
     let rotation = match centrifugal_tension {
         Some(CentrifugalTension::Given) => Rotation::of_given_tension(speed / radius),
         None => resting.turning(speed / radius),

@@ -26,7 +26,14 @@
 //! Trans. R. Soc. A* 357, 983; impedance instead of transfer matrices as in Rokhlin & Wang (2002), *J. Acoust. Soc.
 //! Am.* 112, 822.
 //!
+//! Sidewalls as arcs ([`crate::sidewall`]), spread evenly across the width B, give the inner face 2/B times the impedance
+//! of one of them, between V and w alone. The pressure on the face is then the full one: the sidewalls' pull turns with
+//! the edge, and is in their impedance. A pressure that is uniform over the section drives the edges, too, against the
+//! face: the air's term is times (B_e/B)^2, B_e = B - 2 N_b cos(a_b)/p.
+//!
 //! Cost: one exponential of a 6x6 matrix and one inverse of a 3x3 matrix a step.
+
+use std::sync::Arc;
 
 use num_complex::Complex64;
 
@@ -37,6 +44,7 @@ use super::material;
 use super::rotation::{Rotation, hoop_modulus};
 use crate::numeric::ComplexField;
 use crate::scene::{Cavity, Foundation, Layer, Tyre};
+use crate::sidewall::{self, EdgeImpedance, Sidewall, table_bytes};
 
 /// Longest step times (wavenumber + 1/h), a wavenumber counted as often as displacements change faster across a layer
 /// than along it (see `super::elasticity`): the error is below 2e-5, its median 4e-8. Layers that are not isotropic
@@ -44,6 +52,8 @@ use crate::scene::{Cavity, Foundation, Layer, Tyre};
 pub const STEP: f64 = 0.6;
 /// A step for reference values: the error is below 2e-8.
 pub const FINE_STEP: f64 = 0.1;
+/// Wavenumber times thickness of the layers from which waves do not feel the sidewalls under them: to exp(-18).
+const REACH: f64 = 9.0;
 /// Fewest steps in a layer.
 const FEWEST_STEPS: usize = 4;
 /// Terms of the exponential's series; with a norm of at most 1/2 the last one is below 1e-19.
@@ -62,9 +72,12 @@ pub struct CurvedStack {
     pub radius: f64,
     /// Width B between the sides \[m\].
     pub width: f64,
-    /// Pressure on the inner face \[Pa\], less what the sidewalls pull: it follows the face as it turns.
+    /// Sidewalls as arcs, in place of the foundation; both are alike.
+    pub sidewall: Option<Arc<Sidewall>>,
+    /// Pressure on the inner face \[Pa\], less what the sidewalls pull where they are none of their own: it follows the
+    /// face as it turns.
     pub pressure: f64,
-    /// Mass per area that moves with the inner face, of the sidewalls \[kg/m^2\].
+    /// Mass per area that moves with the inner face, of sidewalls that are a foundation \[kg/m^2\].
     pub sidewall_mass: f64,
     /// The air within.
     pub cavity: Option<Cavity>,
@@ -75,6 +88,17 @@ pub struct CurvedStack {
 /// Growth of a tyre's radius by its rotation \[m\]; 0 at rest and of a flat one.
 pub fn growth(tyre: &Tyre) -> f64 {
     if tyre.curvature { CurvedStack::new(tyre).rotation.growth } else { 0.0 }
+}
+
+/// Number of periods round layers of a thickness \[m\] up to a radius \[m\] from which on waves do not feel what is under
+/// them.
+fn reach(radius: f64, thickness: f64) -> usize {
+    (REACH * radius / thickness).ceil() as usize
+}
+
+/// Bytes that the sidewalls of a tyre take for each s; 0 without them.
+pub fn sidewall_bytes(tyre: &Tyre) -> f64 {
+    if tyre.sidewall.is_some() { table_bytes(reach(tyre.radius(), tyre.thickness()) + 1) } else { 0.0 }
 }
 
 /// Stiffness per area of the air against a motion of the inner face ~ exp(i n theta) at s \[N/m^3\].
@@ -102,6 +126,8 @@ pub(super) struct InnerFace {
     cavity: Option<Cavity>,
     /// m_s Omega^2 \[N/m^3\] and 2 m_s Omega \[N s/m^3\].
     turning: [f64; 2],
+    /// Share of an area of the face in the edges of both sidewalls \[1/m\].
+    edges: f64,
 }
 
 impl InnerFace {
@@ -117,6 +143,31 @@ impl InnerFace {
         };
         let (zero, turned, tilted) = (s.like(0.0), s.like(-(n as f64) * hoop), s.like(-ky * pressure));
         [[tangential + -hoop, zero, turned], [zero, tangential, tilted], [turned, tilted, normal + -hoop]]
+    }
+
+    /// Number of periods round the tyre.
+    pub(super) fn periods(&self) -> usize {
+        self.n.unsigned_abs() as usize
+    }
+
+    /// Adds the impedance of both sidewalls' edges.
+    #[inline(always)]
+    pub(super) fn hold<T: ComplexField>(&self, impedance: &mut [[T; 3]; 3], edge: &EdgeImpedance<T>) {
+        self.hold_scaled(impedance, edge, 1.0);
+    }
+
+    /// The same to an impedance times a factor.
+    #[inline(always)]
+    pub(super) fn hold_scaled<T: ComplexField>(
+        &self,
+        impedance: &mut [[T; 3]; 3],
+        edge: &EdgeImpedance<T>,
+        factor: f64,
+    ) {
+        let EdgeImpedance { radial, coupling, circumferential } = *edge;
+        for (row, column, entry) in [(0, 0, circumferential), (0, 2, coupling), (2, 0, coupling), (2, 2, radial)] {
+            impedance[row][column] = impedance[row][column].plus_scaled(factor * self.edges, entry);
+        }
     }
 
     /// The same where the tyre turns: the impedance without the Coriolis force of the sidewalls' mass, and what this
@@ -220,26 +271,33 @@ impl LayerAt {
 impl CurvedStack {
     /// The layers of a tyre, taken as curved.
     ///
-    /// Sidewalls whose arcs are known take their pull off the pressure: T = R_i p then holds for what is left, and a
-    /// rigid turn of the tyre meets the sidewalls' stiffness alone.
+    /// The edges of sidewalls as arcs are at the radius of the inner face: a rigid turn of the tyre, or a shift of it,
+    /// meets nothing but their stiffness if the tension is what pressure and pull give.
     pub fn new(tyre: &Tyre) -> Self {
-        let inflation = tyre.inflation.as_ref();
-        let inner_radius = tyre.radius() - tyre.thickness();
-        let pressure = match tyre.carried() {
-            Some(carried) => carried.tension / inner_radius,
-            None => inflation.map_or(0.0, |inflation| inflation.pressure),
-        };
+        let sidewall = tyre.sidewall_arc(tyre.angular_velocity).map(|arc| Arc::new(Sidewall::new(arc)));
+        let share = |wall: &Arc<Sidewall>| wall.effective_width(tyre.width).unwrap_or(f64::NAN) / tyre.width;
+        let share = sidewall.as_ref().map(share);
+        let cavity = tyre.cavity.map(|cavity| match share {
+            Some(share) => Cavity { density: cavity.density * share * share, ..cavity },
+            None => cavity,
+        });
         let resting = Self {
             layers: tyre.layers.clone(),
             foundation: tyre.foundation.clone(),
             radius: tyre.radius(),
             width: tyre.width,
-            pressure,
-            sidewall_mass: inflation.map_or(0.0, |inflation| inflation.sidewall_mass),
-            cavity: tyre.cavity,
+            sidewall,
+            pressure: tyre.inflation.as_ref().map_or(0.0, |inflation| inflation.pressure),
+            sidewall_mass: 0.0,
+            cavity,
             rotation: Rotation::default(),
         };
         Self { rotation: resting.turning(tyre.angular_velocity), ..resting }
+    }
+
+    /// The same on nothing: for waves that do not reach the inner face.
+    pub(in crate::tyre) fn without_sidewalls(self) -> Self {
+        Self { sidewall: None, ..self }
     }
 
     /// The same with all of the hoop stress in its layers' tension, so that the stress stays if a layer is cut.
@@ -271,6 +329,20 @@ impl CurvedStack {
         }
         let [_, normal] = material::foundation_stiffness(&self.foundation, Complex64::ZERO);
         stiffness += normal.re * inner;
+        if let Some(sidewall) = &self.sidewall {
+            // What turns pulls less.
+            let pull = |sidewall: &Sidewall| sidewall.edge().map_or(f64::NAN, |edge| edge.pull());
+            let arc = sidewall.arc().clone();
+            let resting = Sidewall::new(sidewall::Arc { angular_velocity: 0.0, ..arc.clone() });
+            let turning = Sidewall::new(sidewall::Arc { angular_velocity, ..arc });
+            let edges = 2.0 / self.width * inner;
+            stiffness += edges * turning.impedance(0, Complex64::ZERO).radial.re;
+            let fall = edges * (pull(&resting) - pull(&turning));
+            return Rotation {
+                angular_velocity,
+                growth: (angular_velocity * angular_velocity * load + fall) / stiffness,
+            };
+        }
         Rotation { angular_velocity, growth: angular_velocity * angular_velocity * load / stiffness }
     }
 
@@ -291,6 +363,9 @@ impl CurvedStack {
             impedance = turning;
             impedance[0][2] += Complex64::i() * coriolis;
             impedance[2][0] += Complex64::i() * coriolis;
+        }
+        if let Some(sidewall) = &self.sidewall {
+            inner.hold(&mut impedance, &sidewall.impedance(n, s));
         }
         let n = n as f64;
         let mut transfer = identity();
@@ -331,6 +406,11 @@ impl CurvedStack {
         self.layers.iter().map(of).sum()
     }
 
+    /// Number of periods from which on waves do not feel what is under the layers.
+    pub(super) fn reach(&self) -> usize {
+        reach(self.radius, self.radius - self.inner_radius())
+    }
+
     /// Its inner face at a wave.
     pub(super) fn inner_face(&self, n: i64, m: usize) -> InnerFace {
         let ky = m as f64 * std::f64::consts::PI / self.width;
@@ -341,7 +421,7 @@ impl CurvedStack {
     pub(super) fn face_of_short_wave(&self, n: i64, ky: f64) -> InnerFace {
         let Self { pressure, sidewall_mass: mass, rotation: Rotation { angular_velocity: omega, .. }, .. } = *self;
         let turning = [mass * omega * omega, 2.0 * mass * omega];
-        InnerFace { n, ky, radius: self.inner_radius(), pressure, cavity: None, turning }
+        InnerFace { n, ky, radius: self.inner_radius(), pressure, cavity: None, turning, edges: 2.0 / self.width }
     }
 
     /// Tangential and normal stiffness of sidewalls and foundation at s, inertia included \[N/m^3\].

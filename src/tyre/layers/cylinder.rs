@@ -24,7 +24,7 @@
 //! Cost: a wave takes an eigenvalue problem of some 40 unknowns a layer; a value two real products for each mode and
 //! entry of a symmetric 6x6 matrix and one 3x3 inverse a layer.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use num_complex::Complex64;
 use pulp::Simd;
@@ -38,6 +38,7 @@ use super::material;
 use super::radial_polynomials::RadialProducts;
 use crate::numeric::{ComplexField, Lanes, MOST_LANES};
 use crate::scene::{Layer, MOST_CORD_LOSSES, Tyre};
+use crate::sidewall::{BothWays, EdgeImpedance, SidewallAt};
 
 /// Where the prestress is part of the stiffness, as a share of the largest |s|: modes matter where waves are short.
 const REFERENCE: f64 = 0.3;
@@ -89,6 +90,8 @@ pub struct CylinderAt<T = Complex64> {
     pub(super) foundation: [T; 2],
     /// s.
     pub(super) s: T,
+    /// Sidewalls as arcs, lane by lane; none on a foundation.
+    sidewalls: Vec<Arc<SidewallAt>>,
 }
 
 /// A wave (n, m), ready for any s.
@@ -148,7 +151,8 @@ impl Cylinder {
                 coriolis: self.stack.rotation.coriolis(layer.material.density, s),
             })
             .collect();
-        CylinderAt { layers, foundation: self.stack.foundation(s), s }
+        let sidewall = self.stack.sidewall.as_ref().map(|sidewall| Arc::new(sidewall.at(s, self.stack.reach())));
+        CylinderAt { layers, foundation: self.stack.foundation(s), s, sidewalls: sidewall.into_iter().collect() }
     }
 
     /// The wave of n periods round the tyre and of the lateral number m.
@@ -236,7 +240,26 @@ impl<S: Simd> CylinderAt<Lanes<S>> {
             layers: (0..single[0].layers.len()).map(layer).collect(),
             foundation: pair(&|at| at.foundation),
             s: Lanes::from_fn(simd, |lane| single[lane].s),
+            sidewalls: single.iter().flat_map(|at| &at.sidewalls).map(Arc::clone).collect(),
         }
+    }
+}
+
+impl<T: ComplexField> CylinderAt<T> {
+    /// The impedance of a sidewall's edge under a wave.
+    #[inline(always)]
+    fn edge(&self, n: usize, way: impl Fn(&BothWays) -> &EdgeImpedance) -> Option<EdgeImpedance<T>> {
+        if self.sidewalls.is_empty() {
+            return None;
+        }
+        let entry = |of: &dyn Fn(&EdgeImpedance) -> Complex64| {
+            self.s.gathered(|lane| of(way(self.sidewalls[lane].both_ways(n))))
+        };
+        Some(EdgeImpedance {
+            radial: entry(&|edge| edge.radial),
+            coupling: entry(&|edge| edge.coupling),
+            circumferential: entry(&|edge| edge.circumferential),
+        })
     }
 }
 
@@ -340,7 +363,11 @@ impl CylinderWave {
     /// and displacements of the inner face by those.
     #[inline(always)]
     fn climb<T: ComplexField>(&self, at: &CylinderAt<T>, layers: usize) -> Climb<T> {
-        let mut climb = Climb::from(scaled(self.inner.impedance(at.s, at.foundation), self.inner.radius));
+        let mut impedance = self.inner.impedance(at.s, at.foundation);
+        if let Some(edge) = at.edge(self.inner.periods(), |both| &both.forwards) {
+            self.inner.hold(&mut impedance, &edge);
+        }
+        let mut climb = Climb::from(scaled(impedance, self.inner.radius));
         for (layer, at) in self.layers[..layers].iter().zip(&at.layers) {
             climb = climb.through(&layer.faces(at));
         }
@@ -356,6 +383,11 @@ impl CylinderWave {
         for (row, column) in [(0, 2), (2, 0)] {
             forwards[row][column] = even[row][column] + odd;
             backwards[row][column] = even[row][column] - odd;
+        }
+        let n = self.inner.periods();
+        if let (Some(forth), Some(back)) = (at.edge(n, |both| &both.forwards), at.edge(n, |both| &both.backwards)) {
+            self.inner.hold_scaled(&mut forwards, &forth, self.inner.radius);
+            self.inner.hold_scaled(&mut backwards, &back, self.inner.radius);
         }
         let (mut forwards, mut backwards) = (Climb::from(forwards), Climb::from(backwards));
         for (layer, at) in self.layers[..layers].iter().zip(&at.layers) {

@@ -71,6 +71,9 @@ impl ComplexField for Counted {
     fn exponential(self) -> Self {
         counted(34 + 40 + 2, self.0.exp())
     }
+    fn gathered(self, mut value: impl FnMut(usize) -> Complex64) -> Self {
+        Self(value(0))
+    }
     fn select_below(self, limit: f64, small: Self, large: Self) -> Self {
         counted(3, self.0.select_below(limit, small.0, large.0))
     }

@@ -1,0 +1,369 @@
+//! From the six states along a sidewall's arc to the impedance at the belt's edge.
+//!
+//! Fields ~ exp(i n theta + s t); t runs along the arc, u outwards, v = -i V round the tyre. With the steady meridian
+//! (R, a, ka, N, see `super::meridian`), f(s) times p, N, G and E, U = t cos a + u sin a, e = (n V + U)/R and forces T
+//! per radian
+//!
+//! ```text
+//! t' = -ka u                                   Tt' = R A_t - (ka - p/N) Tn - n G Gam + E e cos a
+//! u' = ka t + Tn/(R N)                         Tn' = R A_n + ka Tt - p R e + E e sin a
+//! V' = (Tv + G (n t + V cos a))/(R (N + G))    Tv' = R A_v - G Gam cos a + n E e - p (n u + V sin a)
+//! Gam = (Tv - N (n t + V cos a))/(R (N + G))
+//! A_t = m (s^2 t - Om^2 U cos a + 2 i Om s V cos a)    A_n = m (s^2 u - Om^2 U sin a + 2 i Om s V sin a)
+//! A_v = m ((s^2 - Om^2) V + 2 i Om s U)
+//! ```
+//!
+//! Cords along the meridian do not stretch (t' = -ka u), and nothing bends. At the bead t = u = V = 0: the compliance
+//! Y = (t, u, V) by (Tt, Tn, Tv) begins with 0 and is handed on, step by step, by exponentials of Magnus' expansion of
+//! sixth order (Blanes, Casas, Oteo & Ros 2009, *Phys. Rep.* 470, 151), so that nothing overflows. At the edge
+//! t = w cos a_b, u = w sin a_b, with no lateral motion, and K = Q^T Y^-1 Q/R_b per metre of the edge.
+//!
+//! Cost: eleven products of 6x6 matrices and one inverse of a 3x3 matrix a step.
+
+use num_complex::Complex64;
+
+use super::arc::Arc;
+use super::meridian::{EdgeStatics, Point};
+use crate::numeric::ComplexField;
+
+/// Impedance at the belt's edge: forces per metre of edge by its motion \[N/m^2\], of one sidewall.
+///
+/// With v = -i V: radial force P = ww w + i wV v, circumferential force q = -i wV w + VV v.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EdgeImpedance<T = Complex64> {
+    /// Radial force by radial motion.
+    pub radial: T,
+    /// Radial force by V, and circumferential force by w.
+    pub coupling: T,
+    /// Circumferential force by V.
+    pub circumferential: T,
+}
+
+type Matrix<T, const N: usize> = [[T; N]; N];
+
+/// A wave at one s: n, s and f(s).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Wave<T> {
+    pub(super) n: T,
+    pub(super) s: T,
+    pub(super) loss: T,
+}
+
+/// Largest product of step and wavenumber of production, and of reference values: errors below 1e-5 and 1e-7 of the
+/// largest entry of K.
+pub(super) const STEP: f64 = 0.8;
+pub(super) const FINE_STEP: f64 = 0.2;
+/// Fewest steps along an arc, most of which are for its own shape.
+pub(super) const FEWEST_STEPS: usize = 16;
+
+/// Wavenumber along the arc to which steps are fitted \[1/m\].
+pub(super) fn wavenumber(arc: &Arc, n: f64, s: Complex64) -> f64 {
+    let along = ((arc.mass * arc.radius / arc.pressure) * s.norm_sqr() + 2.0).sqrt() / arc.radius;
+    along.max(n.abs() / arc.bead_radius())
+}
+
+/// Units in which states are of one size.
+struct Units {
+    states: [f64; 6],
+    /// Of the state in the column over that in the row.
+    ratios: Matrix<f64, 6>,
+}
+
+impl Units {
+    fn new(arc: &Arc, wavenumber: f64) -> Self {
+        let along = (1.0 / (arc.radius * wavenumber)).min(1.0);
+        let force = arc.pressure * arc.radius * arc.edge_radius * wavenumber;
+        let states = [along, 1.0, 1.0, force / along, force, force];
+        Self { states, ratios: states.map(|row| states.map(|column| column / row)) }
+    }
+}
+
+/// What the equations need of an arc and a wave, the same all along it.
+struct Equations<T> {
+    n: T,
+    /// n f, f.
+    lossy_n: T,
+    loss: T,
+    /// 1/f.
+    over_loss: T,
+    /// m s^2, 2 i Om m s.
+    inertia: T,
+    coriolis: T,
+    /// m Om^2.
+    spin: f64,
+    pressure: f64,
+    shear: f64,
+    hoop: f64,
+}
+
+impl<T: ComplexField> Equations<T> {
+    #[inline(always)]
+    fn new(arc: &Arc, &Wave { n, s, loss }: &Wave<T>) -> Self {
+        Self {
+            n,
+            lossy_n: n * loss,
+            loss,
+            over_loss: loss.reciprocal(),
+            inertia: s * s * arc.mass,
+            coriolis: (s * (2.0 * arc.angular_velocity * arc.mass)).times_i(),
+            spin: arc.mass * arc.angular_velocity * arc.angular_velocity,
+            pressure: arc.pressure,
+            shear: arc.shear,
+            hoop: arc.hoop,
+        }
+    }
+
+    /// Derivative of (t, u, V, Tt, Tn, Tv) along the arc, over units.
+    #[inline(always)]
+    fn system(&self, point: &Point, units: &Units) -> Matrix<T, 6> {
+        let Self { n, lossy_n, loss, over_loss, inertia, coriolis, spin, pressure, shear, hoop } = *self;
+        let Point { radius, sine, cosine, curvature, tension, pressed } = *point;
+        let zero = n.like(0.0);
+        let over = 1.0 / (radius * (tension + shear));
+        // Shares of shear and tension in the slope of V.
+        let (sheared, held) = (shear * over, tension * over);
+        let flexible = over_loss * (1.0 / (radius * tension));
+        let stretch = hoop / radius;
+        let pressed_out = stretch * sine - pressure;
+        let turned = coriolis * radius;
+        let slow = -spin * radius;
+        let bent = loss * (shear * held);
+        let mut matrix = [
+            [zero, n.like(-curvature), zero, zero, zero, zero],
+            [n.like(curvature), zero, zero, zero, flexible, zero],
+            [n * sheared, zero, n.like(cosine * sheared), zero, zero, over_loss * over],
+            [
+                inertia * radius + slow * cosine * cosine + n * n * bent + loss * (stretch * cosine * cosine),
+                loss * (stretch * cosine * sine) + slow * cosine * sine,
+                turned * cosine + n * bent * cosine + lossy_n * (stretch * cosine),
+                zero,
+                n.like(pressed - curvature),
+                n * -sheared,
+            ],
+            [
+                loss * (pressed_out * cosine) + slow * cosine * sine,
+                inertia * radius + slow * sine * sine + loss * (pressed_out * sine),
+                turned * sine + lossy_n * pressed_out,
+                n.like(curvature),
+                zero,
+                zero,
+            ],
+            [
+                turned * cosine + n * bent * cosine + lossy_n * (stretch * cosine),
+                turned * sine + lossy_n * pressed_out,
+                inertia * radius + slow + bent * (cosine * cosine) + n * lossy_n * stretch + loss * (-pressure * sine),
+                zero,
+                zero,
+                n.like(-sheared * cosine),
+            ],
+        ];
+        for row in 0..6 {
+            for column in 0..6 {
+                matrix[row][column] = matrix[row][column] * units.ratios[row][column];
+            }
+        }
+        matrix
+    }
+}
+
+/// K of a wave over the arc's points, three in each of equal steps. `widest`: the wave of the largest |n| among those
+/// in lockstep, for the exponentials' scale.
+#[inline(always)]
+pub(super) fn edge_impedance<T: ComplexField>(
+    arc: &Arc,
+    edge: &EdgeStatics,
+    points: &[[Point; 3]],
+    wave: &Wave<T>,
+    widest: &Wave<Complex64>,
+) -> EdgeImpedance<T> {
+    let units = Units::new(arc, wavenumber(arc, widest.n.re, widest.s));
+    let step = arc.length() / points.len() as f64;
+    let squarings = squarings(arc, points, widest, &units, step);
+    let equations = Equations::new(arc, wave);
+    let zero = wave.n.like(0.0);
+    let mut compliance = [[zero; 3]; 3];
+    for [first, middle, last] in points {
+        let first = equations.system(first, &units);
+        let middle = equations.system(middle, &units);
+        let last = equations.system(last, &units);
+        let moved = exponential(&expansion(&first, &middle, &last, step), squarings);
+        compliance = handed_on(&moved, &compliance);
+    }
+    at_edge(arc, edge, &inverse(&compliance), &units)
+}
+
+/// Squarings that the exponentials need.
+fn squarings(arc: &Arc, points: &[[Point; 3]], widest: &Wave<Complex64>, units: &Units, step: f64) -> u32 {
+    let equations = Equations::new(arc, widest);
+    let norm = |point: &Point| {
+        let rows = equations.system(point, units).map(|row| row.iter().map(|entry| entry.norm()).sum::<f64>());
+        rows.into_iter().fold(0.0, f64::max)
+    };
+    let [first, .., last] = points else { return 0 };
+    let largest = step * norm(&first[0]).max(norm(&last[2]));
+    // What is no number stays none.
+    if largest > 1.0 { largest.log2().ceil().min(60.0) as u32 } else { 0 }
+}
+
+// Loops and functions that are inlined by force, no closures: the vector instructions of the lanes end at a call.
+
+/// Exponent of a step by its three points: Magnus' expansion of sixth order.
+#[inline(always)]
+fn expansion<T: ComplexField>(
+    first: &Matrix<T, 6>,
+    middle: &Matrix<T, 6>,
+    last: &Matrix<T, 6>,
+    step: f64,
+) -> Matrix<T, 6> {
+    let slope = 15.0_f64.sqrt() / 3.0 * step;
+    let bend = 10.0 / 3.0 * step;
+    let mean = scaled(middle, step);
+    let slope = plus(&scaled(last, slope), -slope, first);
+    let bend = plus(&plus(&scaled(first, bend), -2.0 * bend, middle), bend, last);
+    let c1 = commutator(&mean, &slope);
+    let c2 = scaled(&commutator(&mean, &plus(&c1, 2.0, &bend)), -1.0 / 60.0);
+    let left = plus(&plus(&c1, -20.0, &mean), -1.0, &bend);
+    let c3 = commutator(&left, &plus(&slope, 1.0, &c2));
+    plus(&plus(&mean, 1.0 / 12.0, &bend), 1.0 / 240.0, &c3)
+}
+
+/// exp of a matrix: twelve terms of its series at a 2^-k of it, squared k times.
+#[inline(always)]
+fn exponential<T: ComplexField>(matrix: &Matrix<T, 6>, squarings: u32) -> Matrix<T, 6> {
+    let one = scaled(matrix, 0.5_f64.powi(squarings as i32));
+    let two = product(&one, &one);
+    let three = product(&two, &one);
+    let four = product(&two, &two);
+    let inner = plus(&terms(8, &one, &two, &three), inverse_factorial(12), &four);
+    let inner = plus(&terms(4, &one, &two, &three), 1.0, &product(&four, &inner));
+    let mut result = plus(&terms(0, &one, &two, &three), 1.0, &product(&four, &inner));
+    for _ in 0..squarings {
+        result = product(&result, &result);
+    }
+    result
+}
+
+/// Terms k, k + 1, ... k + 3 of the series over the matrix to the k.
+#[inline(always)]
+fn terms<T: ComplexField>(k: u32, one: &Matrix<T, 6>, two: &Matrix<T, 6>, three: &Matrix<T, 6>) -> Matrix<T, 6> {
+    let mut sum = scaled(one, inverse_factorial(k + 1));
+    sum = plus(&sum, inverse_factorial(k + 2), two);
+    sum = plus(&sum, inverse_factorial(k + 3), three);
+    for place in 0..6 {
+        sum[place][place] = sum[place][place] + inverse_factorial(k);
+    }
+    sum
+}
+
+fn inverse_factorial(k: u32) -> f64 {
+    (1..=k).map(|j| 1.0 / f64::from(j)).product()
+}
+
+/// Y <- (E11 Y + E12)(E21 Y + E22)^-1.
+#[inline(always)]
+fn handed_on<T: ComplexField>(moved: &Matrix<T, 6>, compliance: &Matrix<T, 3>) -> Matrix<T, 3> {
+    product(&half(moved, 0, compliance), &inverse(&half(moved, 3, compliance)))
+}
+
+/// Three rows of the step on (Y, 1).
+#[inline(always)]
+fn half<T: ComplexField>(moved: &Matrix<T, 6>, from: usize, compliance: &Matrix<T, 3>) -> Matrix<T, 3> {
+    let mut sum = *compliance;
+    for i in 0..3 {
+        for j in 0..3 {
+            let mut entry = moved[from + i][3 + j];
+            for k in 0..3 {
+                entry = entry + moved[from + i][k] * compliance[k][j];
+            }
+            sum[i][j] = entry;
+        }
+    }
+    sum
+}
+
+/// K from the impedance over units at the belt's edge.
+#[inline(always)]
+fn at_edge<T: ComplexField>(arc: &Arc, edge: &EdgeStatics, scaled: &Matrix<T, 3>, units: &Units) -> EdgeImpedance<T> {
+    let (sine, cosine) = edge.angle.sin_cos();
+    let mut entries = *scaled;
+    for row in 0..3 {
+        for column in 0..3 {
+            let unit = units.states[3 + row] / (units.states[column] * arc.edge_radius);
+            entries[row][column] = scaled[row][column] * unit;
+        }
+    }
+    let [[tt, tu, tv], [ut, uu, uv], [vt, vu, circumferential]] = entries;
+    let radial = tt * (cosine * cosine) + uu * (sine * sine) + (tu + ut) * (sine * cosine);
+    // Both halves are equal but for rounding.
+    let coupling = (tv + vt) * (0.5 * cosine) + (uv + vu) * (0.5 * sine);
+    EdgeImpedance { radial, coupling, circumferential }
+}
+
+#[inline(always)]
+fn product<T: ComplexField, const N: usize>(a: &Matrix<T, N>, b: &Matrix<T, N>) -> Matrix<T, N> {
+    let mut result = *a;
+    for i in 0..N {
+        for j in 0..N {
+            let mut sum = a[i][0] * b[0][j];
+            for k in 1..N {
+                sum = sum + a[i][k] * b[k][j];
+            }
+            result[i][j] = sum;
+        }
+    }
+    result
+}
+
+#[inline(always)]
+fn commutator<T: ComplexField>(a: &Matrix<T, 6>, b: &Matrix<T, 6>) -> Matrix<T, 6> {
+    plus(&product(a, b), -1.0, &product(b, a))
+}
+
+/// a + factor b.
+#[inline(always)]
+fn plus<T: ComplexField>(a: &Matrix<T, 6>, factor: f64, b: &Matrix<T, 6>) -> Matrix<T, 6> {
+    let mut sum = *a;
+    for i in 0..6 {
+        for j in 0..6 {
+            sum[i][j] = a[i][j].plus_scaled(factor, b[i][j]);
+        }
+    }
+    sum
+}
+
+#[inline(always)]
+fn scaled<T: ComplexField>(a: &Matrix<T, 6>, factor: f64) -> Matrix<T, 6> {
+    let mut result = *a;
+    for i in 0..6 {
+        for j in 0..6 {
+            result[i][j] = a[i][j] * factor;
+        }
+    }
+    result
+}
+
+/// a^-1 by cofactors; a singular one gives non-finite entries.
+#[inline(always)]
+fn inverse<T: ComplexField>(a: &Matrix<T, 3>) -> Matrix<T, 3> {
+    let first = minor(a, 0, 0);
+    let scale = (a[0][0] * first + a[0][1] * minor(a, 0, 1) + a[0][2] * minor(a, 0, 2)).reciprocal();
+    let mut result = *a;
+    for i in 0..3 {
+        for j in 0..3 {
+            result[i][j] = minor(a, j, i) * scale;
+        }
+    }
+    result
+}
+
+/// Cofactor of an entry.
+#[inline(always)]
+fn minor<T: ComplexField>(a: &Matrix<T, 3>, i: usize, j: usize) -> T {
+    let [r, s] = [(i + 1) % 3, (i + 2) % 3];
+    let [p, q] = [(j + 1) % 3, (j + 2) % 3];
+    a[r][p] * a[s][q] - a[r][q] * a[s][p]
+}
+
+#[cfg(test)]
+#[path = "edge_tests.rs"]
+mod tests;

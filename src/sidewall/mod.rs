@@ -1,0 +1,21 @@
+//! Sidewalls as inflated arcs: the impedance that an arc of inextensible meridional cords gives the edge of the belt.
+//!
+//! - [`Arc`]: measures of a sidewall;
+//! - [`Relaxation`]: its losses, a function of s;
+//! - `meridian`: its shape and tension under pressure and rotation;
+//! - `edge`: from the six states along the arc to the impedance at its edge;
+//! - [`Sidewall`], [`SidewallAt`]: both together, with all waves of one s at hand;
+//! - [`cases`]: sidewalls in files of compliance cases.
+
+mod arc;
+pub mod cases;
+mod edge;
+mod meridian;
+mod relaxation;
+mod table;
+
+pub use arc::Arc;
+pub use edge::EdgeImpedance;
+pub use meridian::{EdgeStatics, Meridian};
+pub use relaxation::Relaxation;
+pub use table::{BothWays, Sidewall, SidewallAt, table_bytes};

@@ -1,0 +1,202 @@
+//! A sidewall with its meridian, and its impedances at one s.
+
+use std::sync::{Arc as Shared, OnceLock};
+
+use num_complex::Complex64;
+use pulp::{Simd, WithSimd};
+
+use super::arc::Arc;
+use super::edge::{EdgeImpedance, FEWEST_STEPS, FINE_STEP, STEP, Wave, edge_impedance, wavenumber};
+use super::meridian::{EdgeStatics, Meridian, Point};
+use crate::numeric::lanes::dispatch;
+use crate::numeric::{Lanes, MOST_LANES};
+
+/// Steps along the arc; waves that want more than the most take it.
+const LADDER: [usize; 13] = [FEWEST_STEPS, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024];
+/// Most steps on account of s: the arc changes little in any of them, which is what their error comes from (1e-6 at 16
+/// kHz).
+const MOST_FOR_TIME: f64 = 128.0;
+
+/// K of a wave n, with the sidewall turning as it does, and the other way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BothWays {
+    /// K(n; Omega).
+    pub forwards: EdgeImpedance,
+    /// K(n; -Omega), which is K(-n; Omega) with its coupling negative.
+    pub backwards: EdgeImpedance,
+}
+
+/// A sidewall, ready for any wave.
+#[derive(Debug)]
+pub struct Sidewall {
+    arc: Arc,
+    /// Those of the arc and of one that turns the other way share it; `None`: no steady state, no impedance.
+    meridian: Option<Meridian>,
+    /// Points along the arc, by number of steps.
+    points: [OnceLock<Vec<[Point; 3]>>; LADDER.len()],
+}
+
+impl PartialEq for Sidewall {
+    fn eq(&self, other: &Self) -> bool {
+        self.arc == other.arc
+    }
+}
+
+/// Bytes of the impedances at one s, of so many waves.
+pub fn table_bytes(waves: usize) -> f64 {
+    (waves.div_ceil(MOST_LANES) * (size_of::<OnceLock<Box<BothWays>>>() + MOST_LANES * size_of::<BothWays>())) as f64
+}
+
+impl Sidewall {
+    /// The sidewall of an arc.
+    pub fn new(arc: Arc) -> Self {
+        let meridian = Meridian::new(&arc);
+        Self { arc, meridian, points: std::array::from_fn(|_| OnceLock::new()) }
+    }
+
+    /// Its measures.
+    pub fn arc(&self) -> &Arc {
+        &self.arc
+    }
+
+    /// Statics of its edge; `None` where the arc has no steady state.
+    pub fn edge(&self) -> Option<EdgeStatics> {
+        self.meridian.as_ref().map(Meridian::edge)
+    }
+
+    /// Width of the belt on which the pressure would act as it does with the sidewalls' pull: B_e = B - 2 N_b cos(a_b)/p
+    /// \[m\] for a belt of the width B.
+    pub fn effective_width(&self, width: f64) -> Option<f64> {
+        self.edge().map(|edge| width - 2.0 * edge.pull() / self.arc.pressure)
+    }
+
+    /// Steps that [`Self::reference`] takes.
+    pub fn reference_steps(&self, n: i64, s: Complex64) -> f64 {
+        let steps = self.arc.length() * wavenumber(&self.arc, n as f64, s) / FINE_STEP;
+        steps.ceil().max(2.0 * FEWEST_STEPS as f64)
+    }
+
+    /// K(n, s) with steps so fine that its error is below 1e-7 of its largest entry, a wave at a time; not finite where
+    /// the arc has no steady state.
+    pub fn reference(&self, n: i64, s: Complex64) -> EdgeImpedance {
+        let Some(meridian) = &self.meridian else { return NOTHING };
+        let points = meridian.points(self.reference_steps(n, s) as usize);
+        let wave = self.wave(n as f64, s);
+        edge_impedance(&self.arc, &meridian.edge(), &points, &wave, &wave)
+    }
+
+    /// K(n, s) as runs take it, within 1e-5 of its largest entry.
+    pub fn impedance(&self, n: i64, s: Complex64) -> EdgeImpedance {
+        let Some((edge, points)) = self.steps(n as f64, s) else { return NOTHING };
+        let wave = self.wave(n as f64, s);
+        edge_impedance(&self.arc, &edge, points, &wave, &wave)
+    }
+
+    /// Its waves n = 0 ..= `largest` at s. Above, the largest stands for all.
+    pub fn at(self: &Shared<Self>, s: Complex64, largest: usize) -> SidewallAt {
+        let blocks = (0..=largest / MOST_LANES).map(|_| OnceLock::new());
+        SidewallAt { sidewall: Shared::clone(self), s, largest, blocks: blocks.collect() }
+    }
+
+    fn wave(&self, n: f64, s: Complex64) -> Wave<Complex64> {
+        Wave { n: n.into(), s, loss: self.arc.relaxation.at(s) }
+    }
+
+    /// Statics, and the points of as many steps as waves up to n want.
+    fn steps(&self, n: f64, s: Complex64) -> Option<(EdgeStatics, &[[Point; 3]])> {
+        let meridian = self.meridian.as_ref()?;
+        let steps = |n: f64, s: Complex64| self.arc.length() * wavenumber(&self.arc, n, s) / STEP;
+        let wanted = steps(0.0, s).min(MOST_FOR_TIME).max(steps(n, Complex64::ZERO));
+        let place = LADDER.iter().position(|&steps| steps as f64 >= wanted).unwrap_or(LADDER.len() - 1);
+        let points = self.points[place].get_or_init(|| meridian.points(LADDER[place]));
+        Some((meridian.edge(), points))
+    }
+}
+
+/// The impedance of a sidewall without a steady state.
+const NOTHING: EdgeImpedance = {
+    let none = Complex64::new(f64::NAN, f64::NAN);
+    EdgeImpedance { radial: none, coupling: none, circumferential: none }
+};
+
+/// A sidewall at one s: its waves are found when they are first asked for, some neighbours together.
+#[derive(Debug)]
+pub struct SidewallAt {
+    sidewall: Shared<Sidewall>,
+    s: Complex64,
+    largest: usize,
+    blocks: Vec<OnceLock<Box<[BothWays; MOST_LANES]>>>,
+}
+
+impl SidewallAt {
+    /// K of the wave n >= 0, forwards and backwards.
+    pub fn both_ways(&self, n: usize) -> &BothWays {
+        let n = n.min(self.largest);
+        let block = n / MOST_LANES;
+        &self.blocks[block].get_or_init(|| Box::new(self.block(block * MOST_LANES)))[n % MOST_LANES]
+    }
+
+    /// K of waves from `first` on.
+    fn block(&self, first: usize) -> [BothWays; MOST_LANES] {
+        let Self { sidewall, s, .. } = self;
+        let mut found = [BothWays { forwards: NOTHING, backwards: NOTHING }; MOST_LANES];
+        let last = (first + MOST_LANES - 1) as f64;
+        let Some((edge, points)) = sidewall.steps(last, *s) else { return found };
+        let widest = sidewall.wave(last, *s);
+        let mut put = |arc: &Arc, backwards: bool| {
+            let mut values = [NOTHING; MOST_LANES];
+            dispatch(Neighbours { arc, edge: &edge, points, widest: &widest, first, values: &mut values });
+            for (both, value) in found.iter_mut().zip(values) {
+                if backwards {
+                    both.backwards = value;
+                } else {
+                    *both = BothWays { forwards: value, backwards: value };
+                }
+            }
+        };
+        put(&sidewall.arc, false);
+        if sidewall.arc.angular_velocity != 0.0 {
+            let arc = Arc { angular_velocity: -sidewall.arc.angular_velocity, ..sidewall.arc.clone() };
+            put(&arc, true);
+        }
+        found
+    }
+}
+
+/// Neighbouring waves in lockstep. A type, not a closure, since it has to be inlined into the dispatch to be compiled
+/// for its instructions.
+struct Neighbours<'a> {
+    arc: &'a Arc,
+    edge: &'a EdgeStatics,
+    points: &'a [[Point; 3]],
+    widest: &'a Wave<Complex64>,
+    first: usize,
+    values: &'a mut [EdgeImpedance; MOST_LANES],
+}
+
+impl WithSimd for Neighbours<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { arc, edge, points, widest, first, values } = self;
+        for (group, values) in values.chunks_mut(S::F64_LANES).enumerate() {
+            let from = first + group * S::F64_LANES;
+            let wave = Wave {
+                n: Lanes::from_fn(simd, |lane| ((from + lane) as f64).into()),
+                s: Lanes::from_fn(simd, |_| widest.s),
+                loss: Lanes::from_fn(simd, |_| widest.loss),
+            };
+            let EdgeImpedance { radial, coupling, circumferential } = edge_impedance(arc, edge, points, &wave, widest);
+            let (radial, coupling) = (radial.to_array(), coupling.to_array());
+            let circumferential = circumferential.to_array();
+            for (lane, value) in values.iter_mut().enumerate() {
+                *value = EdgeImpedance {
+                    radial: radial[lane],
+                    coupling: coupling[lane],
+                    circumferential: circumferential[lane],
+                };
+            }
+        }
+    }
+}

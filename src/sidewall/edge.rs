@@ -16,7 +16,8 @@
 //! Cords along the meridian do not stretch (t' = -ka u), and nothing bends. At the bead t = u = V = 0: the compliance
 //! Y = (t, u, V) by (Tt, Tn, Tv) begins with 0 and is handed on, step by step, by exponentials of Magnus' expansion of
 //! sixth order (Blanes, Casas, Oteo & Ros 2009, *Phys. Rep.* 470, 151), so that nothing overflows. At the edge
-//! t = w cos a_b, u = w sin a_b, with no lateral motion, and K = Q^T Y^-1 Q/R_b per metre of the edge.
+//! t = w cos a_b - q sin a_b, u = w sin a_b + q cos a_b, and K = Q^T Y^-1 Q/R_b per metre of the edge. A belt that is
+//! symmetric across moves by q as a whole alone, apart from w and V: K_qq, and K over w and V without q.
 //!
 //! Cost: eleven products of 6x6 matrices and one inverse of a 3x3 matrix a step.
 
@@ -37,6 +38,8 @@ pub struct EdgeImpedance<T = Complex64> {
     pub coupling: T,
     /// Circumferential force by V.
     pub circumferential: T,
+    /// Lateral force by lateral motion alone.
+    pub lateral: T,
 }
 
 type Matrix<T, const N: usize> = [[T; N]; N];
@@ -51,7 +54,7 @@ pub(super) struct Wave<T> {
 
 /// Largest product of step and wavenumber of production, and of reference values: errors below 1e-5 and 1e-7 of the
 /// largest entry of K.
-pub(super) const STEP: f64 = 0.8;
+pub(super) const STEP: f64 = 1.0;
 pub(super) const FINE_STEP: f64 = 0.2;
 /// Fewest steps along an arc, most of which are for its own shape.
 pub(super) const FEWEST_STEPS: usize = 16;
@@ -296,7 +299,8 @@ fn at_edge<T: ComplexField>(arc: &Arc, edge: &EdgeStatics, scaled: &Matrix<T, 3>
     let radial = tt * (cosine * cosine) + uu * (sine * sine) + (tu + ut) * (sine * cosine);
     // Both halves are equal but for rounding.
     let coupling = (tv + vt) * (0.5 * cosine) + (uv + vu) * (0.5 * sine);
-    EdgeImpedance { radial, coupling, circumferential }
+    let lateral = tt * (sine * sine) + uu * (cosine * cosine) + (tu + ut) * (-sine * cosine);
+    EdgeImpedance { radial, coupling, circumferential, lateral }
 }
 
 #[inline(always)]

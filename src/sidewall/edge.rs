@@ -56,8 +56,8 @@ pub(super) struct Wave<T> {
 /// largest entry of K.
 pub(super) const STEP: f64 = 1.0;
 pub(super) const FINE_STEP: f64 = 0.2;
-/// Fewest steps along an arc, most of which are for its own shape.
-pub(super) const FEWEST_STEPS: usize = 16;
+/// Fewest steps along an arc. They serve a car's sidewall up to 1.9 kHz: K is there as smooth in s as it is.
+pub(super) const FEWEST_STEPS: usize = 32;
 
 /// Wavenumber along the arc to which steps are fitted \[1/m\].
 pub(super) fn wavenumber(arc: &Arc, n: f64, s: Complex64) -> f64 {

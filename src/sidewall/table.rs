@@ -12,7 +12,7 @@ use crate::numeric::lanes::dispatch;
 use crate::numeric::{Lanes, MOST_LANES};
 
 /// Steps along the arc; waves that want more than the most take it.
-const LADDER: [usize; 13] = [FEWEST_STEPS, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024];
+const LADDER: [usize; 11] = [FEWEST_STEPS, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024];
 /// Most steps on account of s: the arc changes little in any of them, which is what their error comes from (1e-6 at 16
 /// kHz).
 const MOST_FOR_TIME: f64 = 96.0;

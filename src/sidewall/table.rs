@@ -64,8 +64,8 @@ impl Sidewall {
         self.meridian.as_ref().map(Meridian::edge)
     }
 
-    /// Width of the belt on which the pressure would act as it does with the sidewalls' pull: B_e = B - 2 N_b cos(a_b)/p
-    /// \[m\] for a belt of the width B.
+    /// Width of the belt on which the pressure would act as it does with the sidewalls' pull: B_e = B - 2 N_b
+    /// cos(a_b)/p \[m\] for a belt of the width B.
     pub fn effective_width(&self, width: f64) -> Option<f64> {
         self.edge().map(|edge| width - 2.0 * edge.pull() / self.arc.pressure)
     }

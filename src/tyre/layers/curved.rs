@@ -26,10 +26,11 @@
 //! Trans. R. Soc. A* 357, 983; impedance instead of transfer matrices as in Rokhlin & Wang (2002), *J. Acoust. Soc.
 //! Am.* 112, 822.
 //!
-//! Sidewalls as arcs ([`crate::sidewall`]), spread evenly across the width B, give the inner face 2/B times the impedance
-//! of one of them, between V and w; a belt that moves across as a whole (k_y = 0) meets their lateral one. The pressure on the face is then the full one: the sidewalls' pull turns with
-//! the edge, and is in their impedance. A pressure that is uniform over the section drives the edges, too, against the
-//! face: the air's term is times (B_e/B)^2, B_e = B - 2 N_b cos(a_b)/p.
+//! Sidewalls as arcs ([`crate::sidewall`]), spread evenly across the width B, give the inner face 2/B times the
+//! impedance of one of them, between V and w; a belt that moves across as a whole (k_y = 0) meets their lateral one.
+//! The pressure on the face is then the full one: the sidewalls' pull turns with the edge, and is in their impedance. A
+//! pressure that is uniform over the section drives the edges, too, against the face: the air's term is times
+//! (B_e/B)^2, B_e = B - 2 N_b cos(a_b)/p.
 //!
 //! Cost: one exponential of a 6x6 matrix and one inverse of a 3x3 matrix a step.
 
@@ -91,8 +92,8 @@ pub fn growth(tyre: &Tyre) -> f64 {
     if tyre.curvature { CurvedStack::new(tyre).rotation.growth } else { 0.0 }
 }
 
-/// Number of periods round layers of a thickness \[m\] up to a radius \[m\] from which on waves do not feel what is under
-/// them.
+/// Number of periods round layers of a thickness \[m\] up to a radius \[m\] from which on waves do not feel what is
+/// under them.
 fn reach(radius: f64, thickness: f64) -> usize {
     (REACH * radius / thickness).ceil() as usize
 }

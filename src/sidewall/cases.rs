@@ -1,9 +1,9 @@
 //! Sidewalls in files of compliance cases.
 //!
-//! `sidewalls`: list of `name`, `radius`, `angle` (half the arc's), `pressure`, `mass`, `shear`, `hoop` (4 `shear` where
-//! it is left out), `edge_radius`, `omega` \[rad/s\], `relaxation`: list of \[g, T\]. A case of `sidewall` (a name), `n`
-//! and `s` gets `K`: \[\[ww, wV\], \[wV, VV\]\] in N/m^2, of one sidewall, per metre of the belt's edge (see
-//! [`EdgeImpedance`](super::EdgeImpedance)).
+//! `sidewalls`: list of `name`, `radius`, `angle` (half the arc's), `pressure`, `mass`, `shear`, `hoop` (4 `shear`
+//! where it is left out), `edge_radius`, `omega` \[rad/s\], `relaxation`: list of \[g, T\]. A case of `sidewall` (a
+//! name), `n` and `s` gets `K`: \[\[ww, wV\], \[wV, VV\]\] in N/m^2, of one sidewall, per metre of the belt's edge
+//! (see [`EdgeImpedance`](super::EdgeImpedance)).
 
 use num_complex::Complex64;
 use serde::Deserialize;

@@ -46,7 +46,9 @@ mod tests {
 
     #[test]
     fn the_loss_factor_is_that_asked_for_over_the_range_that_matters() {
-        for (wanted, highest, least) in [(0.02, 3e3, 0.93), (0.1, 3e3, 0.93), (0.2, 3e3, 0.93), (0.4, 3e3, 0.9), (1.0, 1e3, 0.85)] {
+        for (wanted, highest, least) in
+            [(0.02, 3e3, 0.93), (0.1, 3e3, 0.93), (0.2, 3e3, 0.93), (0.4, 3e3, 0.9), (1.0, 1e3, 0.85)]
+        {
             let relaxation = Relaxation::of_loss_factor(wanted);
             let mut range = [f64::INFINITY, 0.0_f64];
             for step in 0..=60 {

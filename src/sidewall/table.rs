@@ -12,10 +12,10 @@ use crate::numeric::lanes::dispatch;
 use crate::numeric::{Lanes, MOST_LANES};
 
 /// Steps along the arc; waves that want more than the most take it.
-const LADDER: [usize; 13] = [FEWEST_STEPS, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024];
+const LADDER: [usize; 11] = [FEWEST_STEPS, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024];
 /// Most steps on account of s: the arc changes little in any of them, which is what their error comes from (1e-6 at 16
 /// kHz).
-const MOST_FOR_TIME: f64 = 128.0;
+const MOST_FOR_TIME: f64 = 96.0;
 
 /// K of a wave n, with the sidewall turning as it does, and the other way.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,8 +64,8 @@ impl Sidewall {
         self.meridian.as_ref().map(Meridian::edge)
     }
 
-    /// Width of the belt on which the pressure would act as it does with the sidewalls' pull: B_e = B - 2 N_b cos(a_b)/p
-    /// \[m\] for a belt of the width B.
+    /// Width of the belt on which the pressure would act as it does with the sidewalls' pull: B_e = B - 2 N_b
+    /// cos(a_b)/p \[m\] for a belt of the width B.
     pub fn effective_width(&self, width: f64) -> Option<f64> {
         self.edge().map(|edge| width - 2.0 * edge.pull() / self.arc.pressure)
     }
@@ -116,7 +116,7 @@ impl Sidewall {
 /// The impedance of a sidewall without a steady state.
 const NOTHING: EdgeImpedance = {
     let none = Complex64::new(f64::NAN, f64::NAN);
-    EdgeImpedance { radial: none, coupling: none, circumferential: none }
+    EdgeImpedance { radial: none, coupling: none, circumferential: none, lateral: none }
 };
 
 /// A sidewall at one s: its waves are found when they are first asked for, some neighbours together.
@@ -187,14 +187,15 @@ impl WithSimd for Neighbours<'_> {
                 s: Lanes::from_fn(simd, |_| widest.s),
                 loss: Lanes::from_fn(simd, |_| widest.loss),
             };
-            let EdgeImpedance { radial, coupling, circumferential } = edge_impedance(arc, edge, points, &wave, widest);
-            let (radial, coupling) = (radial.to_array(), coupling.to_array());
-            let circumferential = circumferential.to_array();
+            let found = edge_impedance(arc, edge, points, &wave, widest);
+            let (radial, coupling) = (found.radial.to_array(), found.coupling.to_array());
+            let (circumferential, lateral) = (found.circumferential.to_array(), found.lateral.to_array());
             for (lane, value) in values.iter_mut().enumerate() {
                 *value = EdgeImpedance {
                     radial: radial[lane],
                     coupling: coupling[lane],
                     circumferential: circumferential[lane],
+                    lateral: lateral[lane],
                 };
             }
         }

@@ -77,7 +77,8 @@ pub enum Sides {
 }
 
 keys! {
-    /// Elastic foundation under the innermost layer, none by default; its loss follows the same power law as the materials.
+    /// Elastic foundation under the innermost layer, none by default; its loss follows the same power law as the
+    /// materials.
     #[derive(Clone, Debug, PartialEq, Serialize)]
     Foundation {
         /// Normal stiffness per area at the reference frequency \[N/m^3\].
@@ -184,7 +185,8 @@ impl Tyre {
         Self { crown_radius: None, ..self.clone() }
     }
 
-    /// One of its sidewalls, turning with an angular velocity \[rad/s\], where they are arcs: they end at the inner face.
+    /// One of its sidewalls, turning with an angular velocity \[rad/s\], where they are arcs: they end at the inner
+    /// face.
     pub fn sidewall_arc(&self, angular_velocity: f64) -> Option<Arc> {
         let Sidewall { radius, angle, mass, shear, hoop, loss_factor } = *self.sidewall.as_ref()?;
         Some(Arc {

@@ -26,10 +26,11 @@
 //! Trans. R. Soc. A* 357, 983; impedance instead of transfer matrices as in Rokhlin & Wang (2002), *J. Acoust. Soc.
 //! Am.* 112, 822.
 //!
-//! Sidewalls as arcs ([`crate::sidewall`]), spread evenly across the width B, give the inner face 2/B times the impedance
-//! of one of them, between V and w alone. The pressure on the face is then the full one: the sidewalls' pull turns with
-//! the edge, and is in their impedance. A pressure that is uniform over the section drives the edges, too, against the
-//! face: the air's term is times (B_e/B)^2, B_e = B - 2 N_b cos(a_b)/p.
+//! Sidewalls as arcs ([`crate::sidewall`]), spread evenly across the width B, give the inner face 2/B times the
+//! impedance of one of them, between V and w; a belt that moves across as a whole (k_y = 0) meets their lateral one.
+//! The pressure on the face is then the full one: the sidewalls' pull turns with the edge, and is in their impedance. A
+//! pressure that is uniform over the section drives the edges, too, against the face: the air's term is times
+//! (B_e/B)^2, B_e = B - 2 N_b cos(a_b)/p.
 //!
 //! Cost: one exponential of a 6x6 matrix and one inverse of a 3x3 matrix a step.
 
@@ -52,8 +53,9 @@ use crate::sidewall::{self, EdgeImpedance, Sidewall, table_bytes};
 pub const STEP: f64 = 0.6;
 /// A step for reference values: the error is below 2e-8.
 pub const FINE_STEP: f64 = 0.1;
-/// Wavenumber times thickness of the layers from which waves do not feel the sidewalls under them: to exp(-18).
-const REACH: f64 = 9.0;
+/// Wavenumber times thickness of the layers from which waves do not feel the sidewalls under them: to exp(-12), of
+/// what the sidewalls are beside the layers, a hundredth.
+const REACH: f64 = 6.0;
 /// Fewest steps in a layer.
 const FEWEST_STEPS: usize = 4;
 /// Terms of the exponential's series; with a norm of at most 1/2 the last one is below 1e-19.
@@ -90,8 +92,8 @@ pub fn growth(tyre: &Tyre) -> f64 {
     if tyre.curvature { CurvedStack::new(tyre).rotation.growth } else { 0.0 }
 }
 
-/// Number of periods round layers of a thickness \[m\] up to a radius \[m\] from which on waves do not feel what is under
-/// them.
+/// Number of periods round layers of a thickness \[m\] up to a radius \[m\] from which on waves do not feel what is
+/// under them.
 fn reach(radius: f64, thickness: f64) -> usize {
     (REACH * radius / thickness).ceil() as usize
 }
@@ -164,9 +166,12 @@ impl InnerFace {
         edge: &EdgeImpedance<T>,
         factor: f64,
     ) {
-        let EdgeImpedance { radial, coupling, circumferential } = *edge;
+        let EdgeImpedance { radial, coupling, circumferential, lateral } = *edge;
         for (row, column, entry) in [(0, 0, circumferential), (0, 2, coupling), (2, 0, coupling), (2, 2, radial)] {
             impedance[row][column] = impedance[row][column].plus_scaled(factor * self.edges, entry);
+        }
+        if self.ky <= 0.0 {
+            impedance[1][1] = impedance[1][1].plus_scaled(factor * self.edges, lateral);
         }
     }
 

@@ -259,6 +259,7 @@ impl<T: ComplexField> CylinderAt<T> {
             radial: entry(&|edge| edge.radial),
             coupling: entry(&|edge| edge.coupling),
             circumferential: entry(&|edge| edge.circumferential),
+            lateral: entry(&|edge| edge.lateral),
         })
     }
 }

@@ -216,8 +216,8 @@ fn textures() -> Result<String, PlotError> {
 fn plot(title: &str, quantity: &str, across: &str, series: Vec<Series<'_>>) -> Result<String, PlotError> {
     let points = || series.iter().flat_map(|series| &series.points);
     let (x, y) = (points().map(|point| point.0).collect::<Vec<_>>(), points().map(|point| point.1).collect::<Vec<_>>());
-    let x = Axis::logarithmic_around(across, x.into_iter(), [0.9, 1.1]);
-    LinePlot { title, x, y: Axis::linear_around(quantity, y.into_iter()), series }.to_svg()
+    let x = Axis::logarithmic_around(across, x, [0.9, 1.1]);
+    LinePlot { title, x, y: Axis::linear_around(quantity, y), series }.to_svg()
 }
 
 /// Makes a page of a validation that needs nothing but a browser.

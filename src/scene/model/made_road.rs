@@ -86,16 +86,14 @@ pub(super) fn made(table: &mut Table<'_>) -> Option<MadeRoad> {
         let other = if table.has("levels") { "levels" } else { "wavelengths" };
         return table.complain("power_law", Problem::conflict(other));
     }
-    if table.has("texture") {
-        if let Some(other) = ["wavelengths", "levels", "power_law"].into_iter().find(|other| table.has(other)) {
-            return table.complain("texture", Problem::conflict(other));
-        }
+    let spectrum = ["wavelengths", "levels", "power_law"].into_iter().find(|other| table.has(other));
+    if let Some(other) = spectrum.filter(|_| table.has("texture")) {
+        return table.complain("texture", Problem::conflict(other));
     }
     let mut road = read?;
-    if let Some([skewness, kurtosis]) = road.texture.and_then(NamedTexture::shape) {
-        if !table.has("skewness") && !table.has("kurtosis") {
-            (road.skewness, road.kurtosis) = (skewness, kurtosis);
-        }
+    let shape = road.texture.and_then(NamedTexture::shape);
+    if let Some([skewness, kurtosis]) = shape.filter(|_| !table.has("skewness") && !table.has("kurtosis")) {
+        (road.skewness, road.kurtosis) = (skewness, kurtosis);
     }
     match (&road.wavelengths, &road.levels) {
         (Some(_), None) => {

@@ -351,9 +351,9 @@ fn inverse<T: ComplexField>(a: &Matrix<T, 3>) -> Matrix<T, 3> {
     let first = minor(a, 0, 0);
     let scale = (a[0][0] * first + a[0][1] * minor(a, 0, 1) + a[0][2] * minor(a, 0, 2)).reciprocal();
     let mut result = *a;
-    for i in 0..3 {
-        for j in 0..3 {
-            result[i][j] = minor(a, j, i) * scale;
+    for (i, row) in result.iter_mut().enumerate() {
+        for (j, entry) in row.iter_mut().enumerate() {
+            *entry = minor(a, j, i) * scale;
         }
     }
     result

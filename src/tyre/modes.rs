@@ -41,8 +41,9 @@ const BEYOND: f64 = 1.25;
 /// Error of the approximation relative to the largest sample. Far below what a start needs: weak modes are then seen,
 /// too.
 const TOLERANCE: f64 = 1e-10;
-/// Most support points; ten modes of lossy layers need some twenty.
+/// Most support points; ten modes of lossy layers need some twenty, sidewalls have modes of their own.
 const MOST_POINTS: usize = 40;
+const MOST_ON_SIDEWALLS: usize = 80;
 /// Above this damping nothing rings: it loses 97 % of its amplitude in a period.
 const LARGEST_DAMPING: f64 = 0.5;
 /// Part of the largest sample above which a pole is felt.
@@ -164,7 +165,8 @@ pub fn modes(tyre: &Tyre, largest_n: usize, lateral_count: usize, highest: f64) 
     let around = (0..=largest_n).flat_map(directions);
     let waves: Vec<_> =
         around.flat_map(|(n, direction)| lateral.clone().map(move |m| WaveOf { n, direction, m })).collect();
-    found(&waves, highest, |wave, s| kernel.at(s).full(wave.signed(), wave.m))
+    let most = if tyre.sidewall.is_some() { MOST_ON_SIDEWALLS } else { MOST_POINTS };
+    found(&waves, &Line::up_to(highest, most), |wave, s| kernel.at(s).full(wave.signed(), wave.m))
 }
 
 /// A wave, of one direction where these differ.
@@ -198,18 +200,17 @@ pub fn modes_of(
     compliance: impl Fn(usize, usize, Complex64) -> Matrix3 + Sync,
 ) -> Result<Modes, ModesError> {
     let waves: Vec<_> = waves.iter().map(|&(n, m)| WaveOf { n, direction: None, m }).collect();
-    found(&waves, highest, |wave, s| compliance(wave.n, wave.m, s))
+    found(&waves, &Line::up_to(highest, MOST_POINTS), |wave, s| compliance(wave.n, wave.m, s))
 }
 
 fn found(
     waves: &[WaveOf],
-    highest: f64,
+    line: &Line,
     compliance: impl Fn(WaveOf, Complex64) -> Matrix3 + Sync,
 ) -> Result<Modes, ModesError> {
-    let line = Line::up_to(highest);
     let of_wave = |&of: &WaveOf| {
         let wave = Wave { of, compliance: |s| compliance(of, s) };
-        wave.modes(&line).map_err(|source| ModesError { n: of.n, m: of.m, source })
+        wave.modes(line).map_err(|source| ModesError { n: of.n, m: of.m, source })
     };
     let found = in_parallel::map(waves, of_wave);
     let mut all = Modes::default();
@@ -240,21 +241,22 @@ struct Line {
     points: Vec<Complex64>,
     shift: f64,
     highest: f64,
+    most_points: usize,
 }
 
 impl Line {
     /// Evenly spaced; as far right of the axis as the points are apart, so that no pole lies closer.
-    fn up_to(highest: f64) -> Self {
+    fn up_to(highest: f64, most_points: usize) -> Self {
         let shift = TAU * highest / SAMPLES as f64;
         let count = (BEYOND * SAMPLES as f64) as usize;
         let points = (0..count).map(|k| Complex64::new(0.0, (k as f64 + 0.5) * shift)).collect();
-        Self { points, shift, highest }
+        Self { points, shift, highest, most_points }
     }
 
     /// Poles of an approximation to a function's values on the line that ring within the band; with each whether the
     /// values feel it.
     fn poles(&self, values: &[Complex64]) -> Result<Vec<(Complex64, bool)>, RationalError> {
-        let model = approximate(&self.points, values, TOLERANCE, MOST_POINTS)?;
+        let model = approximate(&self.points, values, TOLERANCE, self.most_points)?;
         let largest = values.iter().fold(0.0_f64, |a, value| a.max(value.norm()));
         let felt = |z: Complex64| residue(|z| model.evaluate(z), z).norm() > FELT * largest * z.re.abs();
         let poles = model.poles()?.into_iter().filter(|&z| self.rings(z + self.shift));

@@ -58,7 +58,8 @@ fn waves_of_a_turning_ring_are_found_with_their_direction() {
     };
     let wave = |direction| WaveOf { n: 2, direction, m: 1 };
     let waves = Direction::BOTH.map(|direction| wave(Some(direction)));
-    let modes = found(&waves, 500.0, |wave, s| diagonal([ring(wave.signed(), s); 3])).unwrap();
+    let modes =
+        found(&waves, &Line::up_to(500.0, MOST_POINTS), |wave, s| diagonal([ring(wave.signed(), s); 3])).unwrap();
     for (direction, signed) in [(Direction::Forwards, 2), (Direction::Backwards, -2)] {
         let of: Vec<_> = modes.confirmed.iter().filter(|mode| mode.direction == Some(direction)).collect();
         let exact = Gyroscopic::new(1.0, 150.0, 0.03, 200.0).pole(direction);
@@ -90,7 +91,7 @@ fn a_mode_that_moves_two_ways_is_listed_once_with_its_shares() {
 #[test]
 fn a_pole_that_only_the_samples_have_is_reported_and_what_is_not_finite_refused() {
     let ringing = pole(100.0, 0.05);
-    let line = Line::up_to(500.0);
+    let line = Line::up_to(500.0, MOST_POINTS);
     let cut = |s: Complex64| if s.re < 0.9 * line.shift { Complex64::ONE } else { oscillator(ringing, s) };
     let modes = of(|s| diagonal([Complex64::ONE, Complex64::ONE, cut(s)]));
     assert_eq!((modes.confirmed.len(), modes.unconfirmed.len()), (0, 1), "{modes:?}");

@@ -252,7 +252,7 @@ struct CaseEntry {
 
 /// Answer to a case: C and D, or K.
 enum Answer {
-    Faces((Matrix3, Matrix3)),
+    Faces(Box<(Matrix3, Matrix3)>),
     Edge([[[f64; 2]; 2]; 2]),
 }
 
@@ -315,12 +315,13 @@ pub fn evaluate(text: &str) -> Result<Value, CasesError> {
         if !surface.iter().chain(bottom).flatten().all(|entry| entry.is_finite()) {
             return Err(refuse("its compliance is not finite: its numbers are beyond all bounds, or nothing holds it"));
         }
-        answers.push(Answer::Faces(answer));
+        answers.push(Answer::Faces(Box::new(answer)));
     }
     if let Some(entries) = document["cases"].as_array_mut() {
         for (entry, answer) in entries.iter_mut().zip(answers) {
             match answer {
-                Answer::Faces((surface, bottom)) => {
+                Answer::Faces(faces) => {
+                    let (surface, bottom) = *faces;
                     entry["C"] = numbers(surface);
                     entry["D"] = numbers(bottom);
                 }

@@ -84,7 +84,7 @@ const PATTERN: f64 = 700.0;
 impl Lacks {
     /// Looks at a scene.
     pub fn of(scene: &Scene) -> Self {
-        Self { sidewalls: true, cells: scene.contact.zone == Zone::Slices }
+        Self { sidewalls: scene.tyre.sidewall.is_none(), cells: scene.contact.zone == Zone::Slices }
     }
 
     /// Lists the reasons for a value outside its range, at a frequency where it has one \[Hz\]; `outside` is negative

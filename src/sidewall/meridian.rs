@@ -156,8 +156,13 @@ impl Meridian {
         let begin = match load.found(arc, start) {
             Some(begin) => begin,
             None => {
-                let stage = |at: [f64; 2], stage: usize| under(stage as f64 / STAGES as f64).found(arc, at);
-                (0..=STAGES).try_fold(start, stage)?
+                // From an almost straight sidewall to its own radius of the edge, then from rest to its speed.
+                let share = |stage: usize| stage as f64 / STAGES as f64;
+                let bent = |at: [f64; 2], stage: usize| {
+                    under(0.0).found(&Arc { edge_radius: arc.edge_radius / share(stage), ..arc.clone() }, at)
+                };
+                let resting = (1..=STAGES).try_fold(start, bent)?;
+                (1..=STAGES).try_fold(resting, |at, stage| under(share(stage)).found(arc, at))?
             }
         };
         let [bead_tension, bead_angle] = begin;

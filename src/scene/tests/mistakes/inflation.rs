@@ -105,16 +105,15 @@ fn numbers_of_the_sidewalls() {
     sidewall_refused(&format!("{ARC}, hoop = 1e3"), ".hoop", "less than a quarter of the shear", "leave it out");
     sidewall_refused(&format!("{ARC}, mas = 1"), ".mas", "not a key", "known keys");
     sidewall_refused(&with("radius = 0.05", "radius = 0.17"), ".radius", "is 0.29", "a shorter radius");
-    sidewall_refused(&with("angle = 1.1", "angle = 3.1"), ".angle", "no steady shape", "from 0.5 to 1.5 rad");
 }
 
 #[test]
 fn a_belt_that_would_buckle() {
-    let pulls = replaced(ARC, &[("radius = 0.05", "radius = 0.1"), ("angle = 1.1", "angle = 0.2")]);
+    let pulls = replaced(ARC, &[("radius = 0.05", "radius = 0.15"), ("angle = 1.1", "angle = 0.2")]);
     sidewall_refused(&pulls, ".angle", "would buckle it", "a larger angle, a shorter radius, or a layer's tension");
     for (from, to) in [
-        ("angle = 0.2", "angle = 1.2"),
-        ("radius = 0.1", "radius = 0.03"),
+        ("angle = 0.2", "angle = 1.0"),
+        ("radius = 0.15", "radius = 0.03"),
         ("name = \"belt\"\n", "name = \"belt\"\ntension = [6e4, 2e4]\n"),
     ] {
         let text = replaced(&on_sidewalls(&pulls), &[(from, to)]);

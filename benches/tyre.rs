@@ -1,5 +1,5 @@
-//! Cost of the tyre: one evaluation of the compliance, flat and curved, one of a sidewall's impedance, and one influence
-//! function by its two exact ways, with the error of both against a sum of the smallest tolerance.
+//! Cost of the tyre: one evaluation of the compliance, flat and curved, one of a sidewall's impedance, and one
+//! influence function by its two exact ways, with the error of both against a sum of the smallest tolerance.
 //!
 //! `cargo bench --bench tyre`.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]

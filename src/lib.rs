@@ -64,9 +64,9 @@
 //!
 //! [`numeric`], [`counters`] and [`storage`], which keeps states and caches in files, know no physics and serve all of
 //! them; [`half_space`], the contact of rough surfaces on an elastic half-space, knows no tyre and serves the road's
-//! slices; [`radiation`] knows bodies and air alone; [`sidewall`] knows
-//! inflated arcs alone, whose statics a scene asks for, and whose impedance the tyre; [`time_rule`] is how a run goes from one step to the next, a
-//! choice that a scene names. The command line is the program's own and uses the public parts alone; `test_models` is
+//! slices; [`radiation`] knows bodies and air alone; [`sidewall`] knows inflated arcs alone, whose statics a scene asks
+//! for, and whose impedance the tyre; [`time_rule`] is how a run goes from one step to the next, a choice that a scene
+//! names. The command line is the program's own and uses the public parts alone; `test_models` is
 //! for tests alone; `python`, there with the feature of that name, is the Python package's extension module and stands
 //! last.
 //!

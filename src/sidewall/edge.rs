@@ -68,7 +68,7 @@ pub(super) fn wavenumber(arc: &Arc, n: f64, s: Complex64) -> f64 {
 /// Units in which states are of one size.
 struct Units {
     states: [f64; 6],
-    /// Of the state in the column over that in the row.
+    /// Unit of the column's state over that of the row's.
     ratios: Matrix<f64, 6>,
 }
 
@@ -81,7 +81,7 @@ impl Units {
     }
 }
 
-/// What the equations need of an arc and a wave, the same all along it.
+/// Coefficients of the equations that are the same all along an arc.
 struct Equations<T> {
     n: T,
     /// n f, f.

@@ -122,8 +122,8 @@ impl Parameter {
 
     /// Tells whether it is fitted by default: thickness and density of the tread are weighed and
     /// measured better than any mobility tells them, and with them known the others are told well. The angle of cords
-    /// is known from how the tyre was built. The foundation's losses, and the sidewalls', show in the lowest modes only;
-    /// their mass is weighed.
+    /// is known from how the tyre was built. The foundation's losses, and the sidewalls', show in the lowest modes
+    /// only; their mass is weighed.
     pub const fn is_usually_free(self) -> bool {
         !matches!(
             self,

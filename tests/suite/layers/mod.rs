@@ -14,7 +14,7 @@ mod sources;
 const LEVELS: [&[&str]; 18] = [
     &["numeric", "counters"],
     &["storage"],
-    &["half_space", "time_rule", "radiation"],
+    &["half_space", "time_rule", "radiation", "sidewall"],
     &["scene"],
     &["tyre", "road"],
     &["contact"],

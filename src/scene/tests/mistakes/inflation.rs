@@ -110,11 +110,11 @@ fn numbers_of_the_sidewalls() {
 
 #[test]
 fn a_belt_that_would_buckle() {
-    let pulls = replaced(ARC, &[("radius = 0.05", "radius = 0.1"), ("angle = 1.1", "angle = 0.2")]);
+    let pulls = replaced(ARC, &[("radius = 0.05", "radius = 0.11"), ("angle = 1.1", "angle = 0.2")]);
     sidewall_refused(&pulls, ".angle", "would buckle it", "a larger angle, a shorter radius, or a layer's tension");
     for (from, to) in [
         ("angle = 0.2", "angle = 1.2"),
-        ("radius = 0.1", "radius = 0.03"),
+        ("radius = 0.11", "radius = 0.03"),
         ("name = \"belt\"\n", "name = \"belt\"\ntension = [6e4, 2e4]\n"),
     ] {
         let text = replaced(&on_sidewalls(&pulls), &[(from, to)]);

@@ -10,6 +10,8 @@
 //! the ends and the length are those of a circular arc of the radius r and the angle 2 phi. N(0) and a(0) are found by
 //! Newton's method, from p r and -phi; where that fails, by way of slower rotations. The cords do not stretch.
 
+use std::f64::consts::PI;
+
 use super::arc::Arc;
 
 /// Steps of the Runge-Kutta method of fourth order along the whole arc, at least: errors of some 1e-10.
@@ -172,7 +174,9 @@ impl Meridian {
         let edge = EdgeStatics { bead_angle, bead_tension, angle, tension: pulled / radius };
         let meridian = Self { load, length, begin: state, edge };
         let is_tense = meridian.points(8).iter().flatten().all(|point| point.tension > 0.0 && point.radius > 0.0);
-        (is_tense && edge.tension > 0.0).then_some(meridian)
+        // Newton's method also finds curves that wind round.
+        let is_arc = [bead_angle, angle].iter().all(|angle| angle.abs() < PI);
+        (is_tense && is_arc && edge.tension > 0.0).then_some(meridian)
     }
 
     /// Tension and angle at its ends.

@@ -194,7 +194,7 @@ fn inflation() -> impl Strategy<Value = Inflation> {
 
 /// Its radius as a part of the inner face's.
 fn sidewall() -> impl Strategy<Value = Sidewall> {
-    let arc = (0.05..0.4_f64, 0.5..1.5_f64, 1.0..20.0_f64, 1e3..1e5_f64);
+    let arc = (0.05..0.25_f64, 0.5..1.2_f64, 1.0..20.0_f64, 1e3..1e5_f64);
     (arc, prop::option::of(1e5..1e6_f64), 0.0..1.0_f64).prop_map(|((radius, angle, mass, shear), hoop, loss_factor)| {
         Sidewall { radius, angle, mass, shear, hoop, loss_factor }
     })

@@ -105,6 +105,7 @@ fn numbers_of_the_sidewalls() {
     sidewall_refused(&format!("{ARC}, hoop = 1e3"), ".hoop", "less than a quarter of the shear", "leave it out");
     sidewall_refused(&format!("{ARC}, mas = 1"), ".mas", "not a key", "known keys");
     sidewall_refused(&with("radius = 0.05", "radius = 0.17"), ".radius", "is 0.29", "a shorter radius");
+    sidewall_refused(&with("angle = 1.1", "angle = 3.1"), ".angle", "no steady shape", "from 0.5 to 1.5 rad");
 }
 
 #[test]

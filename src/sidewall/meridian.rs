@@ -8,7 +8,8 @@
 //! ```
 //!
 //! the ends and the length are those of a circular arc of the radius r and the angle 2 phi. N(0) and a(0) are found by
-//! Newton's method, from p r and -phi; where that fails, by way of slower rotations. The cords do not stretch.
+//! Newton's method, from p r and -phi; where that fails, by way of larger edges and slower rotations. The cords do not
+//! stretch.
 
 use std::f64::consts::PI;
 

@@ -63,7 +63,12 @@ fn every_shipped_tyre_loads() {
     };
     let mut names: Vec<_> = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().file_name()).collect();
     names.sort();
-    assert_eq!(names, ["car.toml", "isotropic.toml", "plate.toml", "stiff_tread.toml", "wide.toml"]);
+    assert_eq!(
+        names,
+        ["car.toml", "isotropic.toml", "moving_sides.toml", "plate.toml", "stiff_tread.toml", "wide.toml"]
+    );
+    let moving = tyre("moving_sides.toml");
+    assert!(moving.sidewall.is_some() && moving.curvature && moving.layers.iter().any(|layer| layer.tension[0] > 4e4));
     let (car, isotropic) = (tyre("car.toml"), tyre("isotropic.toml"));
     let (wide, plate) = (tyre("wide.toml"), tyre("plate.toml"));
     for curved in [&car, &isotropic, &wide] {

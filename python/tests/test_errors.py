@@ -30,7 +30,7 @@ def test_a_mistake_has_file_line_and_key(tmp_path: Path) -> None:
     speed = found["rolling.speed_kmh"]
     assert speed.file == str(path) and lines[speed.line - 1].startswith("speed_kmh") and speed.column > 1
     assert "-80" in speed.message and speed.hint
-    unknown = found["tyre.layers[1].thicknes"]
+    unknown = found["tyre.layers[2].thicknes"]
     assert lines[unknown.line - 1].startswith("thicknes") and "thickness" in unknown.hint
     assert str(unknown).startswith(f"{path}:{unknown.line}:")
     # The message shows the places, as on the command line.

@@ -55,7 +55,8 @@ def test_memory_holds_what_a_folder_does(scene: tyrewave.Scene, tmp_path: Path) 
         assert np.array_equal(column, folder.spectra[name], equal_nan=True), name
     without = {"cost": None, "files": None}
     assert memory.summary | without == folder.summary | without
-    assert memory.units == {"time": "s", "total_force": "N", "patch_force": "N", "patch_element": "1"}
+    forces = {"total_force": "N", "patch_force": "N", "patch_element": "1"}
+    assert memory.units == {"time": "s", "contact_length": "m"} | forces
 
 
 def test_vibration_pressures_and_passages_are_in_memory_as_in_a_folder(tmp_path: Path) -> None:

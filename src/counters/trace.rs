@@ -129,9 +129,13 @@ impl Trace {
         self.block_staged = self.staged[phase as usize];
     }
 
-    /// Ends the run; returns its time.
-    pub fn end(&mut self) -> Duration {
-        let now = Instant::now();
+    /// Beginning of the run.
+    pub fn began(&self) -> Instant {
+        self.began
+    }
+
+    /// Ends the run at a moment; returns its time.
+    pub fn end(&mut self, now: Instant) -> Duration {
         self.end_phase(now);
         self.phase_began = now;
         self.wall = now - self.began;

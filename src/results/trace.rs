@@ -123,7 +123,7 @@ mod tests {
         meter.enter(Phase::Results);
         meter.settle_steps(300);
         meter.time(Stage::Output, || busy(100));
-        meter.trace_mut().unwrap().end();
+        meter.trace_mut().unwrap().end(Instant::now());
         meter
     }
 

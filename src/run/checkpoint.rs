@@ -195,9 +195,9 @@ impl Checkpoints {
         Ok(Self { owner, scene, interval, last: Instant::now(), begin, begin_cpu, earlier })
     }
 
-    /// Wall time of the whole run so far.
-    pub fn wall(&self) -> Duration {
-        self.earlier[0] + self.begin.elapsed()
+    /// Wall time of the whole run until `now`.
+    pub fn wall(&self, now: Instant) -> Duration {
+        self.earlier[0] + now.saturating_duration_since(self.begin)
     }
 
     /// Processor time of all threads for the whole run so far; `None` where the system does not tell.
@@ -220,7 +220,7 @@ impl Checkpoints {
             folder.write_text(SCENE_FILE, &self.scene)?;
         }
         let open = run.meter.open();
-        let state = RunState::of(run, [self.wall(), self.cpu().unwrap_or_default()])?;
+        let state = RunState::of(run, [self.wall(Instant::now()), self.cpu().unwrap_or_default()])?;
         let owned = (&self.owner, run.next_step(), written);
         checkpoint::write(folder.working(), &(env!("CARGO_PKG_VERSION"), owned, state))?;
         folder.keep_if_stopped();

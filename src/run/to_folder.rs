@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use crate::counters::process::cpu_time;
-use crate::counters::{MachinePeak, Meter, Progress, Stage, Watch};
+use crate::counters::{MachinePeak, Meter, Progress, Stage, Trace, Watch};
 use crate::effects::RunError;
 use crate::plan::{Forecast, Plan, process_memory, unit_record};
 use crate::results::arrays::ArrayPlace;
@@ -118,7 +118,10 @@ struct Begin {
 
 impl Begin {
     fn now(watch: Watch) -> Self {
-        Self { wall: Instant::now(), cpu: cpu_time(), process: process_memory(), meter: Meter::new(watch) }
+        let (cpu, process, meter) = (cpu_time(), process_memory(), Meter::new(watch));
+        // A timeline and the wall time begin, and end, with one reading of the clock.
+        let wall = meter.trace().map_or_else(Instant::now, Trace::began);
+        Self { wall, cpu, process, meter }
     }
 }
 
@@ -204,9 +207,10 @@ impl<'a> PlannedRun<'a> {
         run.finish_arrays()?;
         progress.stage(Stage::Response);
         let found = look_back(run, folder, complete)?;
-        let (wall, cpu) = (checkpoints.wall(), checkpoints.cpu());
+        let now = Instant::now();
+        let (wall, cpu) = (checkpoints.wall(now), checkpoints.cpu());
         if let Some(trace) = run.meter.trace_mut() {
-            trace.end();
+            trace.end(now);
         }
         let summary = summary(run, self.loaded, found, |meter| {
             let mut cost = Cost::new(meter, wall.as_secs_f64(), self.threads).with_cpu(cpu);

@@ -15,6 +15,10 @@ use tyrewave::tyre::modes::{Mode, Modes, Motion};
 /// Half the length of a mode's dash, in n.
 const DASH: f64 = 0.35;
 
+/// Peak of a mode, relative to the strongest of its waves and motion, below which it has no place in the table: most
+/// are those of the sidewalls alone.
+const WEAK: f64 = 0.02;
+
 pub const PHASE: Quantity = ("Phase of the driving-point mobility [degrees]", phase);
 
 /// A row for each n, a column for each lateral number and motion that has modes.
@@ -22,16 +26,25 @@ pub fn modes_report(modes: &Modes, largest_n: usize) -> Report {
     let kinds: BTreeSet<(usize, Motion)> = modes.confirmed.iter().map(|mode| (mode.m, mode.motion)).collect();
     let header =
         ["n".to_owned()].into_iter().chain(kinds.iter().map(|(m, motion)| format!("m = {m} {}", motion.name())));
-    let cell = |n: usize, kind: (usize, Motion)| {
-        let of_kind = modes.confirmed.iter().filter(|mode| (mode.n, (mode.m, mode.motion)) == (n, kind));
+    let kind = |mode: &Mode| (mode.n, (mode.m, mode.motion));
+    let of_kind = |n, wanted| modes.confirmed.iter().filter(move |mode| kind(mode) == (n, wanted));
+    let strongest = |n, wanted| of_kind(n, wanted).map(|mode| mode.peak).fold(0.0_f64, f64::max);
+    let is_weak = |mode: &Mode| mode.peak < WEAK * strongest(mode.n, (mode.m, mode.motion));
+    let cell = |n: usize, wanted: (usize, Motion)| {
+        let shown = of_kind(n, wanted).filter(|mode| !is_weak(mode));
         let texts: Vec<String> =
-            of_kind.map(|mode| format!("{:.1} ({:.1})", mode.frequency(), 100.0 * mode.damping())).collect();
+            shown.map(|mode| format!("{:.1} ({:.1})", mode.frequency(), 100.0 * mode.damping())).collect();
         texts.join(", ")
     };
     let row = |n: usize| [n.to_string()].into_iter().chain(kinds.iter().map(move |&kind| cell(n, kind)));
     let mut report = Report::default();
     report.text("Modes: frequency in Hz (damping in % of the critical one)\n");
     report.table(numbers(header, (0..=largest_n).map(row)));
+    let weak = modes.confirmed.iter().filter(|mode| is_weak(mode)).count();
+    if weak > 0 {
+        let percent = 100.0 * WEAK;
+        report.text(format!("{weak} modes below {percent:.0} % of the strongest beside them are in modes.csv alone\n"));
+    }
     for &(n, m, pole) in &modes.unconfirmed {
         let frequency = pole.im / std::f64::consts::TAU;
         report.text(format!("not confirmed by the compliance itself: n = {n}, m = {m}, near {frequency:.1} Hz\n"));

@@ -44,6 +44,9 @@ const TOLERANCE: f64 = 1e-10;
 /// Most support points; ten modes of lossy layers need some twenty, sidewalls have modes of their own.
 const MOST_POINTS: usize = 40;
 const MOST_ON_SIDEWALLS: usize = 80;
+/// Support points that must halve the error: where they do not, the compliance is known no better, and further poles
+/// are those of its rounding.
+const PATIENCE: usize = 8;
 /// Above this damping nothing rings: it loses 97 % of its amplitude in a period.
 const LARGEST_DAMPING: f64 = 0.5;
 /// Part of the largest sample above which a pole is felt.
@@ -98,6 +101,8 @@ pub struct Mode {
     pub pole: Complex64,
     /// Circumferential, lateral and radial motion of the tread's surface: squared, of a sum of 1.
     pub shares: [f64; 3],
+    /// Compliance that it adds at resonance, of the three directions together \[m/Pa\].
+    pub peak: f64,
 }
 
 impl Mode {
@@ -256,7 +261,7 @@ impl Line {
     /// Poles of an approximation to a function's values on the line that ring within the band; with each whether the
     /// values feel it.
     fn poles(&self, values: &[Complex64]) -> Result<Vec<(Complex64, bool)>, RationalError> {
-        let model = approximate(&self.points, values, TOLERANCE, self.most_points)?;
+        let model = approximate(&self.points, values, TOLERANCE, [self.most_points, PATIENCE])?;
         let largest = values.iter().fold(0.0_f64, |a, value| a.max(value.norm()));
         let felt = |z: Complex64| residue(|z| model.evaluate(z), z).norm() > FELT * largest * z.re.abs();
         let poles = model.poles()?.into_iter().filter(|&z| self.rings(z + self.shift));
@@ -348,6 +353,8 @@ impl<F: Fn(Complex64) -> Matrix3> Wave<F> {
         let parts: [f64; 3] = std::array::from_fn(part);
         let sum: f64 = parts.iter().sum();
         let shares = parts.map(|part| part / sum);
+        // Its residue is half of the difference times the distance.
+        let peak = 0.5 * beside * sum / pole.re.abs();
         let [circumferential, lateral, radial] = shares;
         let motion = if radial >= RADIAL {
             Motion::Radial
@@ -357,7 +364,7 @@ impl<F: Fn(Complex64) -> Matrix3> Wave<F> {
             Motion::Lateral
         };
         let WaveOf { n, direction, m } = self.of;
-        Mode { n, direction, m, motion, pole, shares }
+        Mode { n, direction, m, motion, pole, shares, peak }
     }
 }
 

@@ -51,6 +51,26 @@ fn poles_of_oscillators_are_found_with_frequency_damping_and_motion() {
 }
 
 #[test]
+fn rounding_of_the_compliance_makes_no_modes() {
+    let (strong, weak) = (pole(90.0, 0.05), pole(140.0, 0.02));
+    let strength = 1e-4;
+    let modes = modes_of(&[(2, 1)], 200.0, |_, _, s| {
+        // Errors of 1e-9 that follow no function of s.
+        let digits = (s.im * 1e6).sin() * 1e-9;
+        diagonal([(oscillator(strong, s) + oscillator(weak, s) * strength) * (1.0 + digits); 3])
+    });
+    let modes = modes.unwrap();
+    assert_eq!(modes.unconfirmed, []);
+    let radial: Vec<&Mode> = modes.confirmed.iter().filter(|mode| mode.motion == Motion::Radial).collect();
+    assert_eq!(radial.len(), 2, "{radial:?}");
+    for (mode, (pole, strength)) in radial.iter().zip([(strong, 1.0), (weak, strength)]) {
+        // A peak is that of the residue 1/(2 Im p).
+        let peak = strength / (2.0 * pole.im * pole.re.abs());
+        assert!(same(mode.pole, pole, 1e-6) && (mode.peak / peak - 1.0).abs() < 1e-2, "{mode:?} {peak}");
+    }
+}
+
+#[test]
 fn waves_of_a_turning_ring_are_found_with_their_direction() {
     let ring = |n: i64, s: Complex64| {
         let direction = if n < 0 { Direction::Backwards } else { Direction::Forwards };

@@ -101,12 +101,12 @@ impl Barycentric {
 }
 
 /// Approximates `values` at `points` (Im >= 0) until the largest error is below `tolerance` times the largest value, or
-/// `most` support points are used.
+/// `most` support points are used, or `patience` of them have not halved the error: it is then that of the values.
 pub fn approximate(
     points: &[Complex64],
     values: &[Complex64],
     tolerance: f64,
-    most: usize,
+    [most, patience]: [usize; 2],
 ) -> Result<Barycentric, RationalError> {
     if values.iter().any(|value| !value.is_finite()) {
         return Err(RationalError::NotFinite { stage: "AAA" });
@@ -116,6 +116,7 @@ pub fn approximate(
     let mut current: Vec<Complex64> = vec![Complex64::new(mean, 0.0); values.len()];
     let mut taken = vec![false; values.len()];
     let mut model = Barycentric::default();
+    let (mut halved, mut halved_at) = (f64::INFINITY, 0);
     loop {
         let worst = (0..values.len()).filter(|&k| !taken[k]).map(|k| (k, (values[k] - current[k]).norm())).fold(
             None,
@@ -126,7 +127,11 @@ pub fn approximate(
         );
         let Some((worst, error)) = worst else { break };
         model.error = error;
-        if (error <= tolerance * scale && !model.points.is_empty()) || model.points.len() == most {
+        let count = model.points.len();
+        if error < 0.5 * halved {
+            (halved, halved_at) = (error, count);
+        }
+        if (error <= tolerance * scale && count > 0) || count == most || count - halved_at >= patience {
             break;
         }
         taken[worst] = true;
@@ -210,7 +215,7 @@ mod tests {
         let f = |s: Complex64| (s * 3.0 + 1.0) / (s * s + s * 0.2 + 25.0) + 2.0 / (s + 4.0);
         let points = axis(60, 0.01, 100.0);
         let values: Vec<_> = points.iter().map(|&s| f(s)).collect();
-        let model = approximate(&points, &values, 1e-12, 20).unwrap();
+        let model = approximate(&points, &values, 1e-12, [20; 2]).unwrap();
         for s in [Complex64::new(3.0, 0.0), Complex64::new(0.1, 4.7), Complex64::new(0.0, 33.3)] {
             assert!((model.evaluate(s) - f(s)).norm() < 1e-11 * f(s).norm());
         }
@@ -229,7 +234,7 @@ mod tests {
         let values: Vec<_> = points.iter().map(|&s| f(s)).collect();
         let mut last = f64::INFINITY;
         for (tolerance, most) in [(1e-3, 5), (1e-6, 9), (1e-9, 14)] {
-            let model = approximate(&points, &values, tolerance, 30).unwrap();
+            let model = approximate(&points, &values, tolerance, [30; 2]).unwrap();
             assert!(model.points.len() <= most, "{} pairs for {tolerance}", model.points.len());
             let fresh = axis(777, 1.3e-3, 180.0);
             let error = fresh.iter().map(|&s| (model.evaluate(s) - f(s)).norm()).fold(0.0, f64::max);

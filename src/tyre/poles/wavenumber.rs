@@ -143,7 +143,7 @@ impl Attempt<'_> {
         let points: Vec<_> = self.sampled.grid.iter().map(|&rung| self.sampled.ladder.points[rung]).collect();
         let values: Vec<_> = self.sampled.grid.iter().map(|&rung| self.sampled.value(rung)[0]).collect();
         let most = (self.target.most_poles / 2).min(points.len() / 3).max(2);
-        let barycentric = aaa::approximate(&points, &values, 0.3 * self.target.tolerance, most)?;
+        let barycentric = aaa::approximate(&points, &values, 0.3 * self.target.tolerance, [most; 2])?;
         let mut poles = fold_conjugates(&barycentric.poles()?);
         stabilise(&mut poles);
         self.bound(&mut poles);

@@ -31,9 +31,11 @@ Or, without patch_m, the columns re_20mm and im_20mm for a patch of 20 mm, and s
 
 The scene's tyre is the start, and gives what is not fitted. Names of parameters: tread-modulus, tread-loss, \
 tread-thickness, tread-density, belt-modulus, belt-loss, cord-stiffness, cord-angle, tension-along, tension-across, \
-foundation-normal, foundation-tangential, foundation-loss. Thickness and density of the tread stand still unless they \
-are named with --free: weigh and measure them. So do the angle of the belt's cords and the foundation's loss factor. \
-Every parameter stays within a factor 4 of the start.
+foundation-normal, foundation-tangential, foundation-loss, sidewall-radius, sidewall-angle, sidewall-mass, \
+sidewall-shear, sidewall-loss. Thickness and density of the tread stand still unless they are named with --free: weigh \
+and measure them. So do the angle of the belt's cords, the mass of the sidewalls, and the loss factors of foundation \
+and sidewalls. Tension that the scene leaves to inflation and sidewalls follows the sidewalls. Every parameter stays \
+within a factor 4 of the start.
 
 Results: tyre.toml, to be named in a scene as tyre = \"tyre.toml\"; fit.txt, fit.json; mobility.csv, measured and \
 fitted; mobility.svg and residuals.svg. An interval holds its parameter at 95 %, if the uncertainties are right and \
@@ -138,7 +140,7 @@ fn free_parameters(loaded: &LoadedScene, fix: &[Parameter], free: &[Parameter]) 
         return Err(SceneError::from(first).into());
     }
     let wanted = |parameter: &Parameter| {
-        let asked = free.contains(parameter) || (parameter.is_usually_free() && !fix.contains(parameter));
+        let asked = free.contains(parameter) || (parameter.is_free_from(tyre) && !fix.contains(parameter));
         asked && parameter.value(tyre).is_some()
     };
     let chosen: Vec<Parameter> = Parameter::ALL.into_iter().filter(wanted).collect();

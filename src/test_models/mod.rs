@@ -143,6 +143,16 @@ pub fn with_road(text: &str, keys: &str) -> String {
     changed(text, "road", |inside, road| inside.insert(road.to_owned(), table(keys).into()).is_some())
 }
 
+/// The text with the car tyre on springs in place of sidewalls, the default one of earlier versions.
+///
+/// # Panics
+///
+/// If it has no tyre.
+pub fn on_springs(text: &str) -> String {
+    let springs = table(include_str!("../../scenes/tyres/spring_sides.toml"));
+    changed(text, "tyre", |inside, tyre| inside.insert(tyre.to_owned(), springs.into()).is_some())
+}
+
 /// Any text with passages exchanged, also where it is then no scene.
 ///
 /// # Panics

@@ -80,9 +80,12 @@ mod tests {
         let free = modes(&tyre, 10, 1, 400.0).unwrap().confirmed;
         let radial = free.iter().filter(|mode| mode.n > 0 && mode.motion == Motion::Radial);
         let speeds = radial.map(|mode| (mode.frequency() * tyre.circumference / mode.n as f64, mode.n));
-        let (speed, n) = speeds.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
-        assert!((found.speed / speed - 1.0).abs() < 0.03, "{found:?} {speed} m/s");
-        assert!(found.n.abs_diff(n) <= 1, "{found:?} {n}");
-        assert_eq!(slowest_wave_below(&tyre, 0.95 * speed), None);
+        let speeds: Vec<(f64, usize)> = speeds.collect();
+        let least = speeds.iter().map(|(speed, _)| *speed).fold(f64::INFINITY, f64::min);
+        assert!((found.speed / least - 1.0).abs() < 0.03, "{found:?} {least} m/s");
+        // Waves of neighbouring n are nearly as slow.
+        let its_own = speeds.iter().filter(|(_, n)| *n == found.n);
+        assert!(its_own.map(|(speed, _)| speed).any(|speed| speed / least < 1.03), "{found:?} {speeds:?}");
+        assert_eq!(slowest_wave_below(&tyre, 0.95 * least), None);
     }
 }

@@ -72,6 +72,7 @@ fn later(_: &Scene, _: &mut Decisions) -> Decided {
 mod tests {
     use super::*;
     use crate::scene::{DEFAULT, PLATE, Slices, Switch};
+    use crate::test_models::on_springs;
 
     fn of(edit: impl FnOnce(&mut Scene)) -> Decisions {
         let mut scene = Scene::from_str(PLATE, "default").unwrap().scene;
@@ -83,8 +84,9 @@ mod tests {
     fn a_curved_tyre_turns_against_the_count_of_its_elements_unless_it_is_held() {
         let flat = of(|_| ());
         assert!(!flat.rows[0].on && flat.rows[0].reason.contains("flat plate"), "{}", flat.rows[0].reason);
+        let text = on_springs(DEFAULT);
         let curved = |speed: f64, switch: Switch| {
-            let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
+            let mut scene = Scene::from_str(&text, "springs").unwrap().scene;
             (scene.rolling.speed_kmh, scene.effects.rotation) = (speed, switch);
             Decisions::new(&scene)
         };
@@ -93,7 +95,7 @@ mod tests {
         assert!((fast.tyre.angular_velocity + 223.76).abs() < 0.01 && fast.rows[0].on, "{:?}", fast.rows[0]);
         assert!((fast.growth - 1.6e-3).abs() < 5e-6, "{}", fast.growth);
         let held = curved(250.0, Switch::Off);
-        assert_eq!((held.tyre, held.growth.to_bits()), (Scene::from_str(DEFAULT, "default").unwrap().scene.tyre, 0));
+        assert_eq!((held.tyre, held.growth.to_bits()), (Scene::from_str(&text, "springs").unwrap().scene.tyre, 0));
     }
 
     #[test]

@@ -210,6 +210,17 @@ impl Tyre {
         Some(arc.edge_radius * (arc.pressure - 2.0 * pull / self.width))
     }
 
+    /// Tension of all layers along the belt \[N/m\].
+    pub fn tension_along(&self) -> f64 {
+        self.layers.iter().map(|layer| layer.tension[0]).sum()
+    }
+
+    /// Tells whether the layers have the tension that inflation and sidewalls give them, no other. Compared by value: a
+    /// scene that was written out gives what it once left out.
+    pub fn tension_is_carried(&self) -> bool {
+        self.carried_tension().is_some_and(|carried| carried.to_bits() == self.tension_along().to_bits())
+    }
+
     /// Place of the layer that is stiffest along the circumference.
     pub fn stiffest_layer(&self) -> usize {
         let stiffness = |place: &usize| self.layers[*place].hoop_stiffness();

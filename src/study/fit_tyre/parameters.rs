@@ -120,6 +120,12 @@ impl Parameter {
         }
     }
 
+    /// Tells whether it is fitted to this start by default. Tension that inflation and sidewalls give follows them:
+    /// beside their radius and angle it would be fitted twice.
+    pub fn is_free_from(self, start: &Tyre) -> bool {
+        self.is_usually_free() && !(self == Self::TensionAlong && start.tension_is_carried())
+    }
+
     /// Tells whether it is fitted by default: thickness and density of the tread are weighed and measured better than
     /// any mobility tells them, and with them known the others are told well. The angle of cords is known from how the
     /// tyre was built. The foundation's losses, and the sidewalls', show in the lowest modes only; their mass is
@@ -218,13 +224,21 @@ impl Space<'_> {
         vec![-BOUND.ln()..BOUND.ln(); self.free.len()]
     }
 
-    /// The tyre at a point.
+    /// The tyre at a point. Tension that the start has of its inflation and sidewalls follows the sidewalls, unless it
+    /// is free itself.
     pub(super) fn tyre(&self, point: &[f64]) -> Tyre {
         let mut tyre = self.start.clone();
         for (parameter, logarithm) in self.free.iter().zip(point) {
             if let Some(value) = parameter.place(&mut tyre) {
                 *value *= logarithm.exp();
             }
+        }
+        if self.start.tension_is_carried()
+            && !self.free.contains(&Parameter::TensionAlong)
+            && let Some(carried) = tyre.carried_tension()
+        {
+            // One layer has all of it.
+            tyre.layers.iter_mut().filter(|layer| layer.tension[0] > 0.0).for_each(|layer| layer.tension[0] = carried);
         }
         tyre
     }
@@ -233,7 +247,7 @@ impl Space<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Cords, Sidewall};
+    use crate::scene::{Cords, DEFAULT, Scene, Sidewall};
     use crate::test_models::plate_tyre;
 
     #[test]
@@ -263,6 +277,19 @@ mod tests {
             );
             assert!(places.contains(&before), "{key}: {places:?}");
         }
+    }
+
+    #[test]
+    fn tension_that_the_inflation_gives_follows_the_sidewalls() {
+        let start = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
+        assert!(start.tension_is_carried() && !Parameter::TensionAlong.is_free_from(&start));
+        let moved = Space { start: &start, free: &[Parameter::SidewallAngle] }.tyre(&[-0.1]);
+        assert!(moved.tension_is_carried() && moved.tension_along() < 0.99 * start.tension_along());
+        let free = [Parameter::SidewallAngle, Parameter::TensionAlong];
+        let given = Space { start: &start, free: &free }.tyre(&[-0.1, 0.0]);
+        assert_eq!(given.tension_along().to_bits(), start.tension_along().to_bits());
+        let springs = plate_tyre();
+        assert!(!springs.tension_is_carried() && Parameter::TensionAlong.is_free_from(&springs));
     }
 
     #[test]

@@ -2,12 +2,13 @@
 
 use std::ops::Range;
 
+use crate::numeric::SplitRule;
 use crate::plan::Plan;
 use crate::plan::front::FrontRow;
 use crate::plan::settle::Choice;
 use crate::radiation::draft::{self, DraftError, DraftErrors};
 use crate::radiation::{
-    Block, Body, Cost, FrequencyRange, RadiationError, Resolution, SetUpCost, TransferGrid, TransferProblem,
+    Block, Body, Cost, Flank, FrequencyRange, RadiationError, Resolution, SetUpCost, TransferGrid, TransferProblem,
 };
 use crate::response::ThirdOctaveBand;
 use crate::response::pressure::{PressureModel, PressureStream};
@@ -116,6 +117,8 @@ pub struct Sound {
     pub layout: SegmentLayout,
     /// Lateral numbers of the waves that are followed, from the lowest on: of those that a strip excites, or of all.
     pub lateral: usize,
+    /// Radius of the bead \[m\], where the sidewalls are heard.
+    pub bead: Option<f64>,
     /// Errors of a draft round this tyre.
     pub draft: Option<DraftErrors>,
 }
@@ -135,10 +138,25 @@ impl Sound {
             body,
             receivers: &self.positions,
             grid: Self::GRID,
+            flank: self.flank(body),
             resolution: Resolution::of(self.radiation.nodes_per_wavelength),
             blocks: self.blocks(),
             memory_limit,
         }
+    }
+
+    /// What is heard of a body beside its tread.
+    pub(super) fn flank(&self, body: &Body) -> Option<Flank> {
+        Flank::new(body, self.bead?)
+    }
+
+    /// Integrals of G for each wavenumber.
+    pub(super) fn integrals(&self) -> usize {
+        let rings = if self.bead.is_some() { SplitRule::POINTS } else { 0 };
+        PressureModel::integrals(
+            self.radiation.air,
+            PressureModel::shape_count(self.layout.across, self.lateral, rings),
+        )
     }
 
     /// The lateral numbers that are followed.
@@ -170,7 +188,7 @@ impl Sound {
         let problem = self.problem(&body, plan.scene.numerics.memory_bytes());
         let range = self.range(&Air::at(self.radiation.temperature)?);
         if self.radiation.quality == RadiationQuality::Draft {
-            let values = (self.points() * problem.sides() * Self::GRID.across * Self::GRID.around) as u64;
+            let values = (self.points() * problem.values()) as u64;
             let frequencies = draft::frequencies(&range).len() as u64;
             let far_evaluations = DRAFT_KERNELS * (values * frequencies) as f64;
             let cost = Cost { far_evaluations, ..Cost::default() };
@@ -370,7 +388,9 @@ impl Plan {
         let heard: Vec<Heard> = heard.collect();
         let stated = FrontRow::asked_for(numerics).map(|row| row.error);
         let draft = DraftErrors::of(self.radius, tyre.width + 2.0 * radiation.shoulder);
-        Some(Sound { radiation, heard, positions, stated, layout, lateral, draft })
+        let arc = tyre.sidewall_arc(0.0).filter(|_| radiation.hears_sides(tyre));
+        let bead = arc.map(|arc| arc.bead_radius());
+        Some(Sound { radiation, heard, positions, stated, layout, lateral, bead, draft })
     }
 }
 

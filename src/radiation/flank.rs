@@ -120,7 +120,8 @@ mod tests {
             let all = arc + sum(side, rim, bead);
             let found: f64 = flank.rings().iter().map(|ring| ring.area).sum();
             assert!((found - all).abs() < 1e-6 * all, "{shoulder}, {bead}: {found} {all}");
-            for (ring, passed) in flank.rings().into_iter().zip(flank.rule.points) {
+            let stand_for_some = flank.rings().into_iter().zip(flank.rule.points).filter(|(ring, _)| ring.area > 0.0);
+            for (ring, passed) in stand_for_some {
                 let before = match ring.chart {
                     Chart::Shoulder { .. } => sum(round, 0.0, ring.meridian),
                     _ => arc + sum(side, rim, ring.meridian),

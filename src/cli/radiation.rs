@@ -38,11 +38,15 @@ pressure at a receiver is a sum over the waves round the tyre, n periods each, o
 The share of a part is Re(p_n conj(p))/|p|^2. Shares add up to one; a part out of phase with the whole has a negative \
 one, and others then more than one. A part is enough where the share so far stays within 10 % of all from there on.
 
+Where the sidewalls are heard ([radiation] sides), the parts are shown, too: tread, shoulders, sides, each with its \
+share and its level over that of the whole.
+
 Of the scene its tyre, its load and [radiation] count; receivers are these: in the tyre's plane, a cpx microphone, the \
 coast-by microphone beside the tyre.
 
 Results: radiation.json (all numbers, SI units), radiation.csv; horn.svg, transfer.svg, directivity.svg, cost.svg; \
-radiating_waves_*.svg and radiating_angles_*.svg, shares so far by receiver.
+radiating_waves_*.svg and radiating_angles_*.svg, shares so far by receiver; radiating_parts_*.svg, levels of tread, \
+shoulders and sides.
 
 Examples:
   tyrewave radiation scenes/default.toml
@@ -63,11 +67,11 @@ const ANGLES: usize = 72;
 const MOST_WAVES: usize = 129;
 /// The receivers' names in the table.
 const NAMES: [&str; 3] = ["in_plane", "cpx_front", "coast_by"];
-/// Names of pictures, by receiver: shares of waves, of the circumference.
-const PICTURES: [[&str; 2]; 3] = [
-    ["radiating_waves_in_plane.svg", "radiating_angles_in_plane.svg"],
-    ["radiating_waves_cpx_front.svg", "radiating_angles_cpx_front.svg"],
-    ["radiating_waves_coast_by.svg", "radiating_angles_coast_by.svg"],
+/// Names of pictures, by receiver: shares of waves, of the circumference, levels of parts.
+const PICTURES: [[&str; 3]; 3] = [
+    ["radiating_waves_in_plane.svg", "radiating_angles_in_plane.svg", "radiating_parts_in_plane.svg"],
+    ["radiating_waves_cpx_front.svg", "radiating_angles_cpx_front.svg", "radiating_parts_cpx_front.svg"],
+    ["radiating_waves_coast_by.svg", "radiating_angles_coast_by.svg", "radiating_parts_coast_by.svg"],
 ];
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
@@ -116,9 +120,12 @@ impl RadiationArguments {
         side.picture("transfer.svg", transfer)?;
         side.picture("directivity.svg", views.directivity())?;
         let length = radiator.wavelength(1.0);
-        for (receiver, [waves, angles]) in PICTURES.into_iter().enumerate() {
+        for (receiver, [waves, angles, parts]) in PICTURES.into_iter().enumerate() {
             side.picture(waves, views.waves(receiver, scene.tyre.circumference / length))?;
             side.picture(angles, views.angles(receiver))?;
+            if radiator.hears_sides() {
+                side.picture(parts, views.parts(receiver))?;
+            }
         }
         let costs = costs(&radiator, highest).map_err(failed)?;
         side.picture("cost.svg", cost_picture(&costs, &title))?;
@@ -131,6 +138,10 @@ impl RadiationArguments {
         report.append(views.table());
         report.text("\nEnough of the tread: waves round the tyre, degrees to either side of the contact\n\n");
         report.append(views.enough());
+        if radiator.hears_sides() {
+            report.text("\nParts that radiate: share of the pressure, level over that of the whole\n\n");
+            report.append(views.parts_table());
+        }
         report.text("\n");
         side.finish(context, &report)
     }
@@ -185,6 +196,33 @@ impl Views<'_> {
         report
     }
 
+    /// Share and level of each part, by receiver.
+    fn parts_table(&self) -> Report {
+        let column = |name: &str, part: &str| format!("{part}, {name}");
+        let names = self.named().into_iter().flat_map(|(name, _)| PressureShares::PARTS.map(|part| column(name, part)));
+        let header: Vec<String> = std::iter::once("Hz".to_owned()).chain(names).collect();
+        let row = |at: &AtFrequency| -> Vec<String> {
+            let one = |shares: &PressureShares| {
+                let pairs = shares.of_parts().into_iter().zip(shares.levels_of_parts());
+                pairs.map(|(share, level)| format!("{share:.2}, {level:+.1} dB")).collect::<Vec<_>>()
+            };
+            [format!("{:.0}", at.frequency)].into_iter().chain(at.shares.iter().flat_map(one)).collect()
+        };
+        let mut report = Report::default();
+        report.table(aligned(header, self.found.iter().map(row)));
+        report
+    }
+
+    /// Levels of the parts at a receiver.
+    fn parts(&self, receiver: usize) -> Result<String, PlotError> {
+        let level = |at: &AtFrequency, part: usize| at.shares[receiver].levels_of_parts()[part];
+        let curve = |part: usize| self.found.iter().map(|at| (at.frequency, level(at, part))).collect();
+        let names = PressureShares::PARTS.into_iter().enumerate();
+        let series = names.map(|(part, name)| Series { name, points: curve(part) }).collect();
+        let title = format!("Radiating parts, {}", self.named()[receiver].0);
+        self.line_plot((&title, "Level over that of the whole [dB]"), series)
+    }
+
     /// A map of shares at a receiver.
     fn shares(
         &self,
@@ -229,7 +267,11 @@ impl Views<'_> {
             .chain(NAMES.iter().map(|name| format!("horn_{name}_db")))
             .chain(NAMES.iter().map(|name| format!("pressure_{name}_pa_n")))
             .chain(NAMES.iter().map(|name| format!("enough_waves_{name}")))
-            .chain(NAMES.iter().map(|name| format!("enough_angle_{name}_degrees")));
+            .chain(NAMES.iter().map(|name| format!("enough_angle_{name}_degrees")))
+            .chain(NAMES.iter().flat_map(|name| PressureShares::PARTS.map(|part| format!("share_{part}_{name}"))))
+            .chain(
+                NAMES.iter().flat_map(|name| PressureShares::PARTS.map(|part| format!("pressure_{part}_{name}_pa_n"))),
+            );
         let rows = self.found.iter().map(|at| {
             [at.frequency]
                 .into_iter()
@@ -238,6 +280,8 @@ impl Views<'_> {
                 .chain(at.shares.iter().map(|shares| shares.pressure.norm()))
                 .chain(at.shares.iter().map(|shares| shares.enough_waves() as f64))
                 .chain(at.shares.iter().map(PressureShares::enough_angle))
+                .chain(at.shares.iter().flat_map(PressureShares::of_parts))
+                .chain(at.shares.iter().flat_map(|shares| shares.parts.map(|part| part.norm())))
         });
         csv(header, rows)
     }
@@ -250,8 +294,12 @@ impl Views<'_> {
     ) -> Result<String, PlotError> {
         let named = self.named();
         let points = |index: usize| self.found.iter().map(|at| (at.frequency, value(at, index))).collect::<Vec<_>>();
-        let series: Vec<Series<'_>> =
-            (0..named.len()).map(|index| Series { name: named[index].0, points: points(index) }).collect();
+        let series = (0..named.len()).map(|index| Series { name: named[index].0, points: points(index) }).collect();
+        self.line_plot((title, quantity), series)
+    }
+
+    /// Curves over frequency.
+    fn line_plot(&self, (title, quantity): (&str, &str), series: Vec<Series<'_>>) -> Result<String, PlotError> {
         let levels = series.iter().flat_map(|series| series.points.iter().map(|point| point.1));
         LinePlot {
             title: &format!("{title}: {}", self.title),

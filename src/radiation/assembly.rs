@@ -58,22 +58,17 @@ impl Targets {
         this
     }
 
-    /// Points of a tyre's tread in the quarter, each y and theta; one that no patch holds is a free one.
-    pub fn on_tread(mesh: &Mesh, points: &[[f64; 2]]) -> Self {
+    /// Points of a body's surface in the quarter, each a chart and its two parameters; one that no patch holds is a
+    /// free one.
+    pub fn on_surface(mesh: &Mesh, points: &[(Chart, [f64; 2])]) -> Self {
         let mut this = Self::default();
-        for &[y, theta] in points {
-            let holds = |patch: &Patch| {
-                let within = |[low, high]: [f64; 2], at: f64| low <= at && at <= high;
-                matches!(patch.chart, Chart::Tread { .. }) && within(patch.meridian, y) && within(patch.turn, theta)
+        for &(chart, [meridian, turn]) in points {
+            let home = |(index, patch): (usize, &Patch)| {
+                let local = Some(patch).filter(|patch| patch.chart == chart)?.local(meridian, turn)?;
+                Some(Place::Patch(index, local))
             };
-            let tread = |patch: &Patch| matches!(patch.chart, Chart::Tread { .. });
-            let home = mesh.patches.iter().position(holds).or_else(|| mesh.patches.iter().position(tread));
-            if let Some(index) = home {
-                let patch = &mesh.patches[index];
-                let local = |[low, high]: [f64; 2], at: f64| (2.0 * at - low - high) / (high - low);
-                let place = Place::Patch(index, [local(patch.meridian, y), local(patch.turn, theta)]);
-                this.push(patch.chart.point(y, theta).position, if holds(patch) { place } else { Place::Free });
-            }
+            let place = mesh.patches.iter().enumerate().find_map(home).unwrap_or(Place::Free);
+            this.push(chart.point(meridian, turn).position, place);
         }
         this.fill();
         this

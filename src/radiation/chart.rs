@@ -5,7 +5,7 @@
 //! turn = theta, from the bottom (the contact's centre), increasing towards +x; meridian is y on the tread, the
 //! shoulder's own angle from the tread's edge on the shoulder, the radius on the side.
 
-use super::body::Vector;
+use super::body::{Body, Shape, Vector};
 
 /// A piece of surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,6 +81,18 @@ pub struct SurfacePoint {
 }
 
 impl Chart {
+    /// Tread, shoulder and side of a tyre; `None` for another body.
+    pub fn of_tyre(body: &Body) -> Option<[Self; 3]> {
+        let Shape::Tyre { radius, width, shoulder } = body.shape() else { return None };
+        let (middle, gap) = (body.height().unwrap_or(0.0), body.gap());
+        let edge = 0.5 * width - shoulder;
+        Some([
+            Self::Tread { radius, middle, gap },
+            Self::Shoulder { radius, shoulder, edge, middle, gap },
+            Self::Sidewall { half_width: 0.5 * width, middle, gap },
+        ])
+    }
+
     /// The point at a meridian parameter and an angle.
     pub fn point(&self, meridian: f64, turn: f64) -> SurfacePoint {
         let (sin, cos) = turn.sin_cos();

@@ -220,6 +220,7 @@ mod tests {
             body,
             receivers,
             grid: TransferGrid { around: 512, across: 4 },
+            flank: None,
             resolution: Resolution::of(6.0),
             blocks: &Block::EVEN_ACROSS,
             memory_limit: 1 << 30,

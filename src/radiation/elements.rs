@@ -39,6 +39,27 @@ pub struct Patch {
 }
 
 impl Patch {
+    /// Local coordinates of a point of its chart; `None` outside of the patch.
+    pub fn local(&self, meridian: f64, turn: f64) -> Option<[f64; 2]> {
+        let at = match self.cut {
+            Cut::None => [meridian, turn],
+            Cut::Turn { end } => {
+                let start = self.chart.cut_turn(meridian);
+                [meridian, (turn - start) / (end - start)]
+            }
+            Cut::Meridian { end } => {
+                let start = self.chart.cut_meridian(turn);
+                [(meridian - start) / (end - start), turn]
+            }
+        };
+        let ranges = [self.meridian, self.turn];
+        let within = |([from, to], at): (&[f64; 2], f64)| from.min(*to) <= at && at <= from.max(*to);
+        let local = |place: usize| {
+            (2.0 * at[place] - ranges[place][0] - ranges[place][1]) / (ranges[place][1] - ranges[place][0])
+        };
+        ranges.iter().zip(at).all(within).then(|| [local(0), local(1)])
+    }
+
     /// The point at local coordinates in (-1, 1)^2; `area` is per unit of these.
     pub fn point(&self, [u, v]: [f64; 2]) -> SurfacePoint {
         let between = |[from, to]: [f64; 2], at: f64| 0.5 * ((to + from) + (to - from) * at);

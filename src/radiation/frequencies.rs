@@ -131,7 +131,7 @@ impl SetUpCost {
                 ..cost
             };
         }
-        let values = problem.receivers.len() * problem.sides() * problem.grid.across * problem.grid.around;
+        let values = problem.receivers.len() * problem.values();
         Ok(Self { frequencies: all.len(), cost: sum, bytes_kept: 8 * (values * kept) as u64 })
     }
 }
@@ -362,9 +362,8 @@ impl Search<'_> {
     /// Takes a frequency known before, if it is of the same receivers and grid.
     fn lookup(&self, known: &mut Vec<FrequencyTransfers>, frequency: f64) -> Option<FrequencyTransfers> {
         let problem = self.problem;
-        let sides = problem.sides();
+        let (sides, values) = (problem.sides(), problem.values());
         let fits = |transfer: &Transfer, receiver: &Vector| {
-            let values = sides * problem.grid.across * problem.grid.around;
             transfer.grid == problem.grid
                 && (transfer.sides, transfer.values.len()) == (sides, values)
                 && distance(transfer.receiver, *receiver) <= 0.0

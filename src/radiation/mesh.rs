@@ -167,7 +167,11 @@ pub fn patches(body: &Body, wavenumber: f64, resolution: &Resolution) -> Result<
             let start = if body.on_road() { start } else { 0.0 };
             blocks.fill(chart, [start, PI], [0.0, FRAC_PI_2], Cut::None, Across::NEITHER)?;
         }
-        Shape::Tyre { radius, width, shoulder } => blocks.tyre(body, radius, width, shoulder)?,
+        Shape::Tyre { radius, width, shoulder } => {
+            if let Some(charts) = Chart::of_tyre(body) {
+                blocks.tyre(body, charts, radius, width, shoulder)?;
+            }
+        }
     }
     Ok(blocks.patches)
 }
@@ -186,12 +190,16 @@ struct Blocks {
 }
 
 impl Blocks {
-    fn tyre(&mut self, body: &Body, radius: f64, width: f64, shoulder: f64) -> Result<(), RadiationError> {
+    fn tyre(
+        &mut self,
+        body: &Body,
+        [tread, round, side]: [Chart; 3],
+        radius: f64,
+        width: f64,
+        shoulder: f64,
+    ) -> Result<(), RadiationError> {
         let (middle, gap) = (body.height().unwrap_or(0.0), body.gap());
         let edge = 0.5 * width - shoulder;
-        let tread = Chart::Tread { radius, middle, gap };
-        let round = Chart::Shoulder { radius, shoulder, edge, middle, gap };
-        let side = Chart::Sidewall { half_width: 0.5 * width, middle, gap };
         let rim = radius - shoulder;
         let depth = if body.on_road() { (radius - middle).max(0.0) } else { 0.0 };
         let start = if depth > 0.0 { tread.cut_turn(0.0) } else { 0.0 };

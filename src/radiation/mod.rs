@@ -12,7 +12,8 @@
 //! From the surface to the transfer: [`body`], its pieces as [`chart`]s, cut into [`elements`] by the [`mesh`]; the
 //! [`kernel`] in lanes, [`near`] integrals, both put together by [`assembly`] for four blocks of [`parity`];
 //! [`interior`] points against irregular frequencies; LU ([`factor`]); the boundary problem ([`solve`]) with its
-//! [`cost`]; the [`transfer`] from a tread, its [`frequencies`]. Beside all that, in a second: [`draft`].
+//! [`cost`]; the [`transfer`] from a tread, and from the [`flank`]
+//! beside it where that moves, too, its [`frequencies`]. Beside all that, in a second: [`draft`].
 //!
 //! How accurate (sphere and tyre body against independent values, the standing tyre against itself): 1e-5 at 10 nodes
 //! per wavelength with 4 x 4 elements; the standing tyre's transfers 0.02 dB by default ([`Resolution::NODES`]).
@@ -26,6 +27,7 @@ pub mod draft;
 pub mod elements;
 pub mod error;
 pub mod factor;
+pub mod flank;
 pub mod frequencies;
 pub mod interior;
 pub mod kernel;
@@ -40,6 +42,7 @@ pub mod transfer;
 pub use body::{Body, Shape, Vector};
 pub use cost::Cost;
 pub use error::RadiationError;
+pub use flank::Flank;
 pub use frequencies::{
     FrequencyRange, FrequencyReport, FrequencyTransfers, Progress, SetUpCost, TransferSet, Watch, transfers,
 };

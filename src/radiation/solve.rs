@@ -279,12 +279,12 @@ impl Solution<'_> {
         fields
     }
 
-    /// The field's parts by parity at points of a tyre's tread in the quarter, each y \[m\] and theta: by block, rows
-    /// are points, columns are drives.
-    pub fn tread_parts(&mut self, points: &[[f64; 2]]) -> Vec<Mat<Complex64>> {
+    /// The field's parts by parity at points of the surface in the quarter, each a chart and its two parameters: by
+    /// block, rows are points, columns are drives.
+    pub fn surface_parts(&mut self, points: &[(Chart, [f64; 2])]) -> Vec<Mat<Complex64>> {
         let begin = Instant::now();
         let Self { problem, drives, pressures, report } = self;
-        let targets = Targets::on_tread(&problem.mesh, points);
+        let targets = Targets::on_surface(&problem.mesh, points);
         let mut sums = problem.right_sides(drives, &targets, report);
         problem.apply(Layer::Double, &targets, pressures, &mut sums, report);
         for sum in &mut sums {

@@ -1,4 +1,5 @@
-//! The transfer from a tyre's tread to receivers: the total Green function G_N on a regular grid of the tread.
+//! The transfer from a tyre to receivers: the total Green function G_N on a regular grid of its tread, and of its flank
+//! where that moves, too.
 //!
 //! p(r) = i w rho int G_N(y; r) v_n(y) dS over the tread; G_N is smooth along the tread, v_n is not, and much of the
 //! sum cancels. So G_N is not interpolated between the elements' nodes, where it would jump from element to element:
@@ -11,6 +12,7 @@
 //! Grid: theta from the bottom (the contact's centre), increasing towards +x, cell c from 2 pi c/n to 2 pi (c + 1)/n.
 //! Across the tread Gauss points of (0, w), w half the straight tread's width, weights summing to w: one side where
 //! only blocks even across are solved, its values then stand for both sides; else that of y > 0, then that of y < 0.
+//! Behind the points of the tread stand the rings of the flank, cut by the road where the tyre is there.
 
 use num_complex::{Complex32, Complex64};
 
@@ -18,10 +20,11 @@ use super::body::{Body, Shape, Vector};
 use super::chart::Chart;
 use super::elements::{Basis, Mesh, distance};
 use super::error::{RadiationError, positive};
+use super::flank::Flank;
 use super::mesh::Resolution;
 use super::parity::Block;
 use super::solve::{Drive, Problem, SolveReport};
-use crate::numeric::{double, single};
+use crate::numeric::{SplitRule, double, single};
 
 /// The grid of a transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,7 +46,8 @@ pub struct Transfer {
     pub grid: TransferGrid,
     /// 1: even part, for both sides; 2: y > 0, then y < 0.
     pub sides: usize,
-    /// Means of G_N over the cells \[1/m\], `[side][across][around]`; in single precision, in which they are kept.
+    /// Means of G_N over the cells \[1/m\], `[side][row][around]`, rows the points across the tread, then the rings of a
+    /// flank; in single precision, in which they are kept.
     pub values: Vec<Complex32>,
 }
 
@@ -68,9 +72,14 @@ pub fn contact_distance(body: &Body, receiver: Vector) -> f64 {
 }
 
 impl Transfer {
+    /// Rows of a side.
+    pub fn rows(&self) -> usize {
+        self.values.len() / (self.sides * self.grid.around)
+    }
+
     /// The place of a value.
-    pub fn index(&self, side: usize, across: usize, around: usize) -> usize {
-        (side * self.grid.across + across) * self.grid.around + around
+    pub fn index(&self, side: usize, row: usize, around: usize) -> usize {
+        (side * self.rows() + row) * self.grid.around + around
     }
 
     /// Horn amplification at a cell \[dB\]: |G_N| over that of direct sound and road's reflection without the tyre, at
@@ -93,7 +102,8 @@ impl Transfer {
         20.0 * (double(self.values[self.index(side, across, around)]).norm() / free.norm()).log10()
     }
 
-    /// p(r)/(i w rho) of a velocity given by its cell means, in the order of the values: the sum over the grid.
+    /// p(r)/(i w rho) of a velocity of the tread given by its cell means, in the order of the values: the sum over the
+    /// grid.
     pub fn sum(&self, body: &Body, velocity: &[Complex64]) -> Complex64 {
         let cell = std::f64::consts::TAU / self.grid.around as f64 * body.radius();
         let both = if self.sides == 1 { 2.0 } else { 1.0 };
@@ -101,9 +111,9 @@ impl Transfer {
         let rows = self.values.chunks_exact(self.grid.around).zip(velocity.chunks_exact(self.grid.around));
         let row = |(row, (values, velocity)): (usize, (&[Complex32], &[Complex64]))| {
             let sum: Complex64 = values.iter().zip(velocity).map(|(value, velocity)| double(*value) * velocity).sum();
-            sum * (points[row % self.grid.across][1] * cell * both)
+            sum * (points[row % self.rows()][1] * cell * both)
         };
-        rows.enumerate().map(row).sum()
+        rows.enumerate().filter(|(row, _)| row % self.rows() < self.grid.across).map(row).sum()
     }
 }
 
@@ -116,6 +126,8 @@ pub struct TransferProblem<'a> {
     pub receivers: &'a [Vector],
     /// The grid.
     pub grid: TransferGrid,
+    /// The flank, where it moves, too.
+    pub flank: Option<Flank>,
     /// How fine the mesh is.
     pub resolution: Resolution,
     /// Which blocks: [`Block::EVEN_ACROSS`] or [`Block::ALL`].
@@ -148,6 +160,12 @@ impl TransferProblem<'_> {
         if self.blocks.len() == Block::ALL.len() { 2 } else { 1 }
     }
 
+    /// Numbers that a transfer has.
+    pub fn values(&self) -> usize {
+        let rows = self.grid.across + if self.flank.is_some() { SplitRule::POINTS } else { 0 };
+        self.sides() * rows * self.grid.around
+    }
+
     /// Transfers to all receivers at a wavenumber \[rad/m\].
     ///
     /// # Errors
@@ -166,28 +184,35 @@ impl TransferProblem<'_> {
         interrupted: &dyn Fn() -> bool,
     ) -> Result<(Vec<Transfer>, SolveReport), RadiationError> {
         self.check()?;
-        let Self { body, grid, .. } = *self;
+        let (body, grid) = (self.body, self.grid);
         let problem = Problem::new(body, wavenumber, wavenumber, &self.resolution, self.blocks, self.memory_limit)?;
         let drives: Vec<Drive<'_>> = self.receivers.iter().map(|&receiver| Drive::Source(receiver)).collect();
         let mut solution = problem.solve_unless(&drives, interrupted)?;
         let panels = Panels::of(problem.mesh());
-        let half_width = half_tread(body);
-        let rows = across_points(half_width, grid.across);
-        let turns = panels.turns();
-        let points: Vec<[f64; 2]> =
-            rows.iter().flat_map(|&[y, _]| turns.iter().map(move |&theta| [y, theta])).collect();
-        let parts = solution.tread_parts(&points);
-        let means = panels.means(grid.around);
-        let sides = self.sides();
+        let tread = Chart::of_tyre(body).into_iter().flat_map(|[tread, ..]| {
+            across_points(half_tread(body), grid.across).into_iter().map(move |[y, _]| (tread, y))
+        });
+        let tread = tread.map(|(chart, y)| (chart, y, panels.clone()));
+        let cut = |chart: &Chart, meridian: f64| if body.half_patch() > 0.0 { chart.cut_turn(meridian) } else { 0.0 };
+        let rings = self.flank.iter().flat_map(|flank| flank.rings());
+        let rings = rings.map(|ring| (ring.chart, ring.meridian, panels.begun_at(cut(&ring.chart, ring.meridian))));
+        let rows: Vec<(Chart, f64, Panels)> = tread.chain(rings).collect();
+        let points: Vec<(Chart, [f64; 2])> = rows
+            .iter()
+            .flat_map(|(chart, meridian, panels)| panels.turns().into_iter().map(|theta| (*chart, [*meridian, theta])))
+            .collect();
+        let parts = solution.surface_parts(&points);
+        let means: Vec<_> = rows.iter().map(|(_, _, panels)| panels.means(grid.around)).collect();
+        let (sides, turns) = (self.sides(), points.len() / rows.len());
         let transfers = self.receivers.iter().enumerate().map(|(drive, &receiver)| {
-            let mut values = Vec::with_capacity(sides * grid.across * grid.around);
+            let mut values = Vec::with_capacity(self.values());
             for side in 0..sides {
-                for row in 0..grid.across {
+                for (row, means) in means.iter().enumerate() {
                     for (from, mirror) in (0..grid.around).map(|cell| Panels::source(cell, grid.around)) {
                         // The mirror of the cell: bit 0 fore-aft, bit 1 across.
                         let mirror = usize::from(mirror) + 2 * side;
                         let value = means[from].iter().map(|&(point, weight)| {
-                            let place = row * turns.len() + point;
+                            let place = row * turns + point;
                             let sum: Complex64 = (self.blocks.iter().zip(&parts))
                                 .map(|(block, part)| part[(place, drive)] * block.sign(mirror))
                                 .sum();
@@ -204,6 +229,7 @@ impl TransferProblem<'_> {
 }
 
 /// Panels around the tread.
+#[derive(Clone)]
 struct Panels {
     breaks: Vec<f64>,
     basis: Basis,
@@ -225,6 +251,13 @@ impl Panels {
             }
         }
         Self { breaks, basis: Basis::new(mesh.basis.order() + 2) }
+    }
+
+    /// The same in proportion, from another angle to the top.
+    fn begun_at(&self, start: f64) -> Self {
+        let ends = [self.breaks.first(), self.breaks.last()].map(|end| end.copied().unwrap_or(0.0));
+        let moved = |at: &f64| start + (at - ends[0]) * (ends[1] - start) / (ends[1] - ends[0]);
+        Self { breaks: self.breaks.iter().map(moved).collect(), basis: self.basis.clone() }
     }
 
     /// All points' angles.

@@ -11,6 +11,11 @@ const ANGLES: usize = 72;
 /// Returns the findings of a radiating tyre, frequency by frequency, as JSON.
 pub fn radiation_record(title: &str, radiator: &Radiator, found: &[AtFrequency]) -> Value {
     let receiver = |(name, position)| json!({ "name": name, "position": position });
+    let parts = |shares: &PressureShares| {
+        let pressures = shares.parts.map(|part| part.norm());
+        let of = shares.of_parts().into_iter().zip(pressures).zip(PressureShares::PARTS);
+        of.map(|((share, pressure), part)| (part, json!({ "share": share, "pressure": pressure }))).collect::<Value>()
+    };
     let of_frequency = |at: &AtFrequency| {
         json!({
             "frequency": at.frequency,
@@ -20,6 +25,7 @@ pub fn radiation_record(title: &str, radiator: &Radiator, found: &[AtFrequency])
             "pressure": at.shares.iter().map(|shares| shares.pressure.norm()).collect::<Vec<_>>(),
             "share_up_to_wave": at.shares.iter().map(PressureShares::up_to_wave).collect::<Vec<_>>(),
             "share_up_to_angle": at.shares.iter().map(|shares| shares.up_to_angle(ANGLES)).collect::<Vec<_>>(),
+            "parts": at.shares.iter().map(parts).collect::<Vec<_>>(),
             "unknowns": at.unknowns,
             "reciprocal_condition": at.reciprocal_condition,
         })

@@ -212,6 +212,7 @@ fn draft_quality(scene: &Scene, table: &Table<'_>) -> Option<()> {
         ("nodes_per_wavelength", differs(radiation.nodes_per_wavelength, default.nodes_per_wavelength), solved),
         ("frequency_tolerance", differs(radiation.frequency_tolerance, default.frequency_tolerance), solved),
         ("acoustic_gap", differs(radiation.acoustic_gap, default.acoustic_gap), sealed),
+        ("sides", radiation.sides == Switch::On, "a draft has the sound of the tread alone"),
     ];
     let mut sound = Some(());
     for (key, differs, wrong) in contradictions {
@@ -294,6 +295,11 @@ fn sound(scene: &Scene, table: &Table<'_>) -> Option<()> {
         return table.complain("radiation.shoulder", limit);
     }
     let mut sound = draft_quality(scene, table);
+    if scene.radiation.sides == Switch::On && !Radiation::sides_move(&scene.tyre) {
+        let wrong = "the tyre's sidewalls do not move: they are a foundation, or its sides are supported";
+        let right = "\"auto\" or \"off\", or a tyre with sidewall = { radius = ..., ... } and sides = \"guided\"";
+        sound = table.complain("radiation.sides", Problem::new(wrong, right));
+    }
     let half_width = 0.5 * scene.tyre.width + scene.radiation.shoulder;
     for (index, receiver) in scene.receivers.iter().enumerate() {
         if let ReceiverPlace::Standard(StandardReceiver::CoastBy { distance, vehicle: Some(vehicle), .. }) =

@@ -19,6 +19,10 @@
 //! t = w cos a_b - q sin a_b, u = w sin a_b + q cos a_b, and K = Q^T Y^-1 Q/R_b per metre of the edge. A belt that is
 //! symmetric across moves by q as a whole alone, apart from w and V: K_qq, and K over w and V without q.
 //!
+//! Sums of the arc's motion, c . (t, u) over the ends of the steps, go along: Y_k = (E11 Y + E12) M and
+//! M = (E21 Y + E22)^-1, the forces there by those of the next end, give the sum by the forces reached,
+//! S <- S M + c Y_k (see `super::swept`).
+//!
 //! Cost: eleven products of 6x6 matrices and one inverse of a 3x3 matrix a step.
 
 use num_complex::Complex64;
@@ -179,20 +183,62 @@ pub(super) fn edge_impedance<T: ComplexField>(
     wave: &Wave<T>,
     widest: &Wave<Complex64>,
 ) -> EdgeImpedance<T> {
+    edge_response::<T, 0>(arc, edge, points, &vec![[]; points.len()], wave, widest).0
+}
+
+/// The same, and K sums of the arc's motion by w and V of the edge; `sums` has the weights of t and u in them, at the
+/// end of each step.
+#[inline(always)]
+pub(super) fn edge_response<T: ComplexField, const K: usize>(
+    arc: &Arc,
+    edge: &EdgeStatics,
+    points: &[[Point; 3]],
+    sums: &[[[f64; 2]; K]],
+    wave: &Wave<T>,
+    widest: &Wave<Complex64>,
+) -> (EdgeImpedance<T>, [[T; 2]; K]) {
     let units = Units::new(arc, wavenumber(arc, widest.n.re, widest.s));
     let step = arc.length() / points.len() as f64;
     let squarings = squarings(arc, points, widest, &units, step);
     let equations = Equations::new(arc, wave);
     let zero = wave.n.like(0.0);
     let mut compliance = [[zero; 3]; 3];
-    for [first, middle, last] in points {
+    let mut by_force = [[zero; 3]; K];
+    for ([first, middle, last], weights) in points.iter().zip(sums) {
         let first = equations.system(first, &units);
         let middle = equations.system(middle, &units);
         let last = equations.system(last, &units);
         let moved = exponential(&expansion(&first, &middle, &last, step), squarings);
-        compliance = handed_on(&moved, &compliance);
+        let before;
+        (compliance, before) = handed_on(&moved, &compliance);
+        for (sum, &[along, out]) in by_force.iter_mut().zip(weights) {
+            let mut next = over(sum, &before);
+            for (j, entry) in next.iter_mut().enumerate() {
+                *entry = entry.plus_scaled(along * units.states[0], compliance[0][j]);
+                *entry = entry.plus_scaled(out * units.states[1], compliance[1][j]);
+            }
+            *sum = next;
+        }
     }
-    at_edge(arc, edge, &inverse(&compliance), &units)
+    let impedance = inverse(&compliance);
+    let (sine, cosine) = edge.angle.sin_cos();
+    let mut by_edge = [[zero; 2]; K];
+    for (sum, by_force) in by_edge.iter_mut().zip(&by_force) {
+        let [t, u, v] = over(by_force, &impedance);
+        let [along, out, round] = [cosine / units.states[0], sine / units.states[1], 1.0 / units.states[2]];
+        *sum = [t * along + u * out, v * round];
+    }
+    (at_edge(arc, edge, &impedance, &units), by_edge)
+}
+
+/// A row times a matrix.
+#[inline(always)]
+fn over<T: ComplexField>(row: &[T; 3], matrix: &Matrix<T, 3>) -> [T; 3] {
+    let mut result = *row;
+    for (j, entry) in result.iter_mut().enumerate() {
+        *entry = row[0] * matrix[0][j] + row[1] * matrix[1][j] + row[2] * matrix[2][j];
+    }
+    result
 }
 
 /// Squarings that the exponentials need.
@@ -262,10 +308,11 @@ fn inverse_factorial(k: u32) -> f64 {
     (1..=k).map(|j| 1.0 / f64::from(j)).product()
 }
 
-/// Y <- (E11 Y + E12)(E21 Y + E22)^-1.
+/// Y <- (E11 Y + E12) M, and M = (E21 Y + E22)^-1.
 #[inline(always)]
-fn handed_on<T: ComplexField>(moved: &Matrix<T, 6>, compliance: &Matrix<T, 3>) -> Matrix<T, 3> {
-    product(&half(moved, 0, compliance), &inverse(&half(moved, 3, compliance)))
+fn handed_on<T: ComplexField>(moved: &Matrix<T, 6>, compliance: &Matrix<T, 3>) -> (Matrix<T, 3>, Matrix<T, 3>) {
+    let before = inverse(&half(moved, 3, compliance));
+    (product(&half(moved, 0, compliance), &before), before)
 }
 
 /// Three rows of the step on (Y, 1).

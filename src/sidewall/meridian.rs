@@ -185,22 +185,33 @@ impl Meridian {
         self.edge
     }
 
+    /// Length of the arc \[m\].
+    pub(super) fn length(&self) -> f64 {
+        self.length
+    }
+
     /// Gauss's points of so many equal steps, three in each.
     pub(super) fn points(&self, steps: usize) -> Vec<[Point; 3]> {
         let step = self.length / steps as f64;
         let offset = 0.1 * 15.0_f64.sqrt() * step;
+        let mut along = self.along();
+        let mut at = |z: f64| along(z).1;
+        let middles = (0..steps).map(|index| (index as f64 + 0.5) * step);
+        middles.map(|middle| [middle - offset, middle, middle + offset].map(&mut at)).collect()
+    }
+
+    /// The angle and the place at each z \[m\], one after the other along the arc.
+    pub(super) fn along(&self) -> impl FnMut(f64) -> (f64, Point) {
         let mut state = self.begin;
         let mut from = 0.0;
-        let mut at = |z: f64| {
+        move |z: f64| {
             let way = z - from;
             state = self.load.advanced(state, way, (STEPS as f64 * way / self.length).ceil().max(1.0) as usize);
             from = z;
             let [radius, _, angle, pulled] = state;
             let ((sine, cosine), tension) = (angle.sin_cos(), pulled / radius);
             let curvature = self.load.curvature(radius, sine, tension);
-            Point { radius, sine, cosine, curvature, tension, pressed: self.load.pressure / tension }
-        };
-        let middles = (0..steps).map(|index| (index as f64 + 0.5) * step);
-        middles.map(|middle| [middle - offset, middle, middle + offset].map(&mut at)).collect()
+            (angle, Point { radius, sine, cosine, curvature, tension, pressed: self.load.pressure / tension })
+        }
     }
 }

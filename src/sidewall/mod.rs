@@ -4,6 +4,7 @@
 //! - [`Relaxation`]: its losses, a function of s;
 //! - `meridian`: its shape and tension under pressure and rotation;
 //! - `edge`: from the six states along the arc to the impedance at its edge;
+//! - `swept`: the volume that it sweeps, piece by piece;
 //! - [`Sidewall`], [`SidewallAt`]: both together, with all waves of one s at hand;
 //! - [`cases`]: sidewalls in files of compliance cases.
 
@@ -12,10 +13,11 @@ pub mod cases;
 mod edge;
 mod meridian;
 mod relaxation;
+mod swept;
 mod table;
 
 pub use arc::Arc;
 pub use edge::EdgeImpedance;
 pub use meridian::{EdgeStatics, Meridian};
 pub use relaxation::Relaxation;
-pub use table::{BothWays, Sidewall, SidewallAt, table_bytes};
+pub use table::{BothWays, Flow, Pieces, Sidewall, SidewallAt, table_bytes};

@@ -6,10 +6,11 @@ use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
 
 use super::arc::Arc;
-use super::edge::{EdgeImpedance, FEWEST_STEPS, FINE_STEP, STEP, Wave, edge_impedance, wavenumber};
+use super::edge::{EdgeImpedance, FEWEST_STEPS, FINE_STEP, STEP, Wave, edge_impedance, edge_response, wavenumber};
 use super::meridian::{EdgeStatics, Meridian, Point};
+use super::swept::{self, Weights};
 use crate::numeric::lanes::dispatch;
-use crate::numeric::{Lanes, MOST_LANES};
+use crate::numeric::{Lanes, MOST_LANES, SplitRule};
 
 /// Steps along the arc; waves that want more than the most take it.
 const LADDER: [usize; 11] = [FEWEST_STEPS, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024];
@@ -17,14 +18,18 @@ const LADDER: [usize; 11] = [FEWEST_STEPS, 48, 64, 96, 128, 192, 256, 384, 512, 
 /// kHz).
 const MOST_FOR_TIME: f64 = 96.0;
 
-/// K of a wave n, with the sidewall turning as it does, and the other way.
+/// K, or flows, of a wave n, with the sidewall turning as it does, and the other way.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BothWays {
+pub struct BothWays<T = EdgeImpedance> {
     /// K(n; Omega).
-    pub forwards: EdgeImpedance,
+    pub forwards: T,
     /// K(n; -Omega), which is K(-n; Omega) with its coupling negative.
-    pub backwards: EdgeImpedance,
+    pub backwards: T,
 }
+
+/// Flow of each piece of a sidewall per radian, by the edge's motions w and V \[m^2\]: its [`SplitRule`] runs from the
+/// belt to the bead.
+pub type Flow = [[Complex64; 2]; SplitRule::POINTS];
 
 /// A sidewall, ready for any wave.
 #[derive(Debug)]
@@ -34,6 +39,21 @@ pub struct Sidewall {
     meridian: Option<Meridian>,
     /// Points along the arc, by number of steps.
     points: [OnceLock<Vec<[Point; 3]>>; LADDER.len()],
+}
+
+/// Pieces of a sidewall, which its flow is told by.
+#[derive(Debug)]
+pub struct Pieces {
+    rule: SplitRule,
+    /// Weights of the flow, by number of steps.
+    weights: [OnceLock<Vec<Weights>>; LADDER.len()],
+}
+
+impl Pieces {
+    /// Pieces by a rule from the belt to the bead.
+    pub fn new(rule: SplitRule) -> Self {
+        Self { rule, weights: std::array::from_fn(|_| OnceLock::new()) }
+    }
 }
 
 impl PartialEq for Sidewall {
@@ -87,9 +107,17 @@ impl Sidewall {
 
     /// K(n, s) as runs take it, within 1e-5 of its largest entry.
     pub fn impedance(&self, n: i64, s: Complex64) -> EdgeImpedance {
-        let Some((edge, points)) = self.steps(n as f64, s) else { return NOTHING };
+        let Some((meridian, place)) = self.steps(n as f64, s) else { return NOTHING };
         let wave = self.wave(n as f64, s);
-        edge_impedance(&self.arc, &edge, points, &wave, &wave)
+        edge_impedance(&self.arc, &meridian.edge(), self.points(meridian, place), &wave, &wave)
+    }
+
+    /// Flow of a wave, with as many steps as are asked for; not finite where the arc has no steady state.
+    pub fn flow(&self, n: i64, s: Complex64, rule: &SplitRule, steps: usize) -> Flow {
+        let Some(meridian) = &self.meridian else { return NO_FLOW };
+        let (points, weights) = (meridian.points(steps), swept::weights(meridian, rule, steps));
+        let wave = self.wave(n as f64, s);
+        edge_response(&self.arc, &meridian.edge(), &points, &weights, &wave, &wave).1
     }
 
     /// Its waves n = 0 ..= `largest` at s. Above, the largest stands for all.
@@ -102,14 +130,17 @@ impl Sidewall {
         Wave { n: n.into(), s, loss: self.arc.relaxation.at(s) }
     }
 
-    /// Statics, and the points of as many steps as waves up to n want.
-    fn steps(&self, n: f64, s: Complex64) -> Option<(EdgeStatics, &[[Point; 3]])> {
+    /// The meridian, and the place in the ladder of as many steps as waves up to n want.
+    fn steps(&self, n: f64, s: Complex64) -> Option<(&Meridian, usize)> {
         let meridian = self.meridian.as_ref()?;
         let steps = |n: f64, s: Complex64| self.arc.length() * wavenumber(&self.arc, n, s) / STEP;
         let wanted = steps(0.0, s).min(MOST_FOR_TIME).max(steps(n, Complex64::ZERO));
         let place = LADDER.iter().position(|&steps| steps as f64 >= wanted).unwrap_or(LADDER.len() - 1);
-        let points = self.points[place].get_or_init(|| meridian.points(LADDER[place]));
-        Some((meridian.edge(), points))
+        Some((meridian, place))
+    }
+
+    fn points(&self, meridian: &Meridian, place: usize) -> &[[Point; 3]] {
+        self.points[place].get_or_init(|| meridian.points(LADDER[place]))
     }
 }
 
@@ -118,6 +149,8 @@ const NOTHING: EdgeImpedance = {
     let none = Complex64::new(f64::NAN, f64::NAN);
     EdgeImpedance { radial: none, coupling: none, circumferential: none, lateral: none }
 };
+
+const NO_FLOW: Flow = [[NOTHING.radial; 2]; SplitRule::POINTS];
 
 /// A sidewall at one s: its waves are found when they are first asked for, some neighbours together.
 #[derive(Debug)]
@@ -136,50 +169,100 @@ impl SidewallAt {
         &self.blocks[block].get_or_init(|| Box::new(self.block(block * MOST_LANES)))[n % MOST_LANES]
     }
 
+    /// Largest wave; above it stands for all.
+    pub fn largest(&self) -> usize {
+        self.largest
+    }
+
+    /// Flows of [`MOST_LANES`] waves from one on that is a multiple of these; their K is found with them.
+    pub fn flows(&self, first: usize, pieces: &Pieces) -> [BothWays<Flow>; MOST_LANES] {
+        let (mut found, mut flows) = ([BothWays::of(NOTHING); MOST_LANES], [BothWays::of(NO_FLOW); MOST_LANES]);
+        if let Some((meridian, place)) = self.sidewall.steps((first + MOST_LANES - 1) as f64, self.s) {
+            let Pieces { rule, weights } = pieces;
+            let weights = weights[place].get_or_init(|| swept::weights(meridian, rule, LADDER[place]));
+            self.fill(first, meridian, place, weights, |lane, backwards, (impedance, flow)| {
+                found[lane].put(backwards, impedance);
+                flows[lane].put(backwards, flow);
+            });
+        }
+        if let Some(block) = self.blocks.get(first / MOST_LANES) {
+            block.get_or_init(|| Box::new(found));
+        }
+        flows
+    }
+
     /// K of waves from `first` on.
     fn block(&self, first: usize) -> [BothWays; MOST_LANES] {
-        let Self { sidewall, s, .. } = self;
-        let mut found = [BothWays { forwards: NOTHING, backwards: NOTHING }; MOST_LANES];
-        let last = (first + MOST_LANES - 1) as f64;
-        let Some((edge, points)) = sidewall.steps(last, *s) else { return found };
-        let widest = sidewall.wave(last, *s);
-        let mut put = |arc: &Arc, backwards: bool| {
-            let mut values = [NOTHING; MOST_LANES];
-            dispatch(Neighbours { arc, edge: &edge, points, widest: &widest, first, values: &mut values });
-            for (both, value) in found.iter_mut().zip(values) {
-                if backwards {
-                    both.backwards = value;
-                } else {
-                    *both = BothWays { forwards: value, backwards: value };
-                }
-            }
-        };
-        put(&sidewall.arc, false);
-        if sidewall.arc.angular_velocity != 0.0 {
-            let arc = Arc { angular_velocity: -sidewall.arc.angular_velocity, ..sidewall.arc.clone() };
-            put(&arc, true);
+        let mut found = [BothWays::of(NOTHING); MOST_LANES];
+        if let Some((meridian, place)) = self.sidewall.steps((first + MOST_LANES - 1) as f64, self.s) {
+            self.fill(first, meridian, place, &vec![[]; LADDER[place]], |lane, backwards, (impedance, _)| {
+                found[lane].put(backwards, impedance);
+            });
         }
         found
+    }
+
+    /// Gives K and sums of the arc's motion of waves from `first` on, lane by lane, forwards and backwards.
+    fn fill<const K: usize>(
+        &self,
+        first: usize,
+        meridian: &Meridian,
+        place: usize,
+        sums: &[[[f64; 2]; K]],
+        mut give: impl FnMut(usize, bool, Response<K>),
+    ) {
+        let Self { sidewall, s, .. } = self;
+        let (edge, points) = (meridian.edge(), sidewall.points(meridian, place));
+        let widest = sidewall.wave((first + MOST_LANES - 1) as f64, *s);
+        let mut put = |arc: &Arc, ways: &[bool]| {
+            let mut values = [(NOTHING, [[Complex64::ZERO; 2]; K]); MOST_LANES];
+            dispatch(Neighbours { arc, edge: &edge, points, sums, widest: &widest, first, values: &mut values });
+            for (lane, value) in values.into_iter().enumerate() {
+                ways.iter().for_each(|&backwards| give(lane, backwards, value));
+            }
+        };
+        let arc = &sidewall.arc;
+        if arc.angular_velocity == 0.0 {
+            put(arc, &[false, true]);
+            return;
+        }
+        put(arc, &[false]);
+        put(&Arc { angular_velocity: -arc.angular_velocity, ..arc.clone() }, &[true]);
+    }
+}
+
+/// K, and sums of the arc's motion by w and V of the edge.
+type Response<const K: usize> = (EdgeImpedance, [[Complex64; 2]; K]);
+
+impl<T: Copy> BothWays<T> {
+    /// The same both ways.
+    const fn of(value: T) -> Self {
+        Self { forwards: value, backwards: value }
+    }
+
+    fn put(&mut self, backwards: bool, value: T) {
+        *(if backwards { &mut self.backwards } else { &mut self.forwards }) = value;
     }
 }
 
 /// Neighbouring waves in lockstep. A type, not a closure, since it has to be inlined into the dispatch to be compiled
 /// for its instructions.
-struct Neighbours<'a> {
+struct Neighbours<'a, const K: usize> {
     arc: &'a Arc,
     edge: &'a EdgeStatics,
     points: &'a [[Point; 3]],
+    sums: &'a [[[f64; 2]; K]],
     widest: &'a Wave<Complex64>,
     first: usize,
-    values: &'a mut [EdgeImpedance; MOST_LANES],
+    values: &'a mut [Response<K>; MOST_LANES],
 }
 
-impl WithSimd for Neighbours<'_> {
+impl<const K: usize> WithSimd for Neighbours<'_, K> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { arc, edge, points, widest, first, values } = self;
+        let Self { arc, edge, points, sums, widest, first, values } = self;
         for (group, values) in values.chunks_mut(S::F64_LANES).enumerate() {
             let from = first + group * S::F64_LANES;
             let wave = Wave {
@@ -187,16 +270,23 @@ impl WithSimd for Neighbours<'_> {
                 s: Lanes::from_fn(simd, |_| widest.s),
                 loss: Lanes::from_fn(simd, |_| widest.loss),
             };
-            let found = edge_impedance(arc, edge, points, &wave, widest);
+            let (found, moved) = edge_response(arc, edge, points, sums, &wave, widest);
             let (radial, coupling) = (found.radial.to_array(), found.coupling.to_array());
             let (circumferential, lateral) = (found.circumferential.to_array(), found.lateral.to_array());
-            for (lane, value) in values.iter_mut().enumerate() {
+            for (lane, (value, _)) in values.iter_mut().enumerate() {
                 *value = EdgeImpedance {
                     radial: radial[lane],
                     coupling: coupling[lane],
                     circumferential: circumferential[lane],
                     lateral: lateral[lane],
                 };
+            }
+            for (k, moved) in moved.into_iter().enumerate() {
+                for (way, moved) in moved.into_iter().enumerate() {
+                    for ((_, value), moved) in values.iter_mut().zip(moved.to_array()) {
+                        value[k][way] = moved;
+                    }
+                }
             }
         }
     }

@@ -12,14 +12,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::effects::sound::{Sound, WAVES};
 use crate::numeric::{double, in_parallel};
 use crate::plan::Plan;
-use crate::radiation::{Block, Body, Cost, RadiationError, Resolution, Transfer, TransferProblem};
+use crate::radiation::{Block, Body, Cost, Flank, RadiationError, Resolution, Transfer, TransferProblem};
 use crate::response::pressure::{PressureModel, PressureShares, SurfaceGreen};
 use crate::response::vibration::SegmentLayout;
 use crate::scene::{AirMotion, Scene};
 use crate::sound::Side;
 use crate::sound::{Air, receivers};
-use crate::tyre::influence::SurfaceWaves;
 use crate::tyre::influence::mobility::frequencies;
+use crate::tyre::influence::{SurfaceWaves, Waves};
 
 /// How far in front of the patch's edge the piece of tread is \[m\].
 pub const AHEAD: f64 = 0.015;
@@ -82,6 +82,7 @@ pub struct Radiator {
     contact_width: f64,
     layout: SegmentLayout,
     waves: Arc<SurfaceWaves>,
+    flank: Option<Flank>,
     motion: AirMotion,
     resolution: Resolution,
     width: f64,
@@ -102,14 +103,19 @@ impl Radiator {
         let resolution = Resolution::of(radiation.nodes_per_wavelength);
         let (layout, motion) = (plan.sound_layout(), radiation.air);
         let highest = 0.5 / layout.time_step;
+        let arc = tyre.sidewall_arc(0.0).filter(|_| radiation.hears_sides(tyre));
+        let flank = arc.and_then(|arc| Flank::new(&body, arc.bead_radius()));
         let radiator = |air| {
-            let waves = SurfaceWaves::new(tyre, Sound::GRID.around / 2, radiation.lateral_waves, highest, WAVES);
+            let lateral = Waves::new(tyre).lateral_numbers().take(radiation.lateral_waves).collect();
+            let (around, rule) = (Sound::GRID.around / 2, flank.as_ref().map(|flank| &flank.rule));
+            let waves = SurfaceWaves::with_flank(tyre, around, lateral, [highest, WAVES], rule);
             Self {
                 body,
                 air,
                 contact_width: tyre.contact_width,
                 layout,
                 waves: Arc::new(waves),
+                flank,
                 motion,
                 resolution,
                 width,
@@ -127,6 +133,11 @@ impl Radiator {
     /// Width over the shoulders \[m\].
     pub fn width(&self) -> f64 {
         self.width
+    }
+
+    /// Tells whether shoulders and sides are heard.
+    pub fn hears_sides(&self) -> bool {
+        self.flank.is_some()
     }
 
     /// Length of sound in the air at a frequency \[m\].
@@ -176,6 +187,7 @@ impl Radiator {
             body: &self.body,
             receivers: &positions,
             grid,
+            flank: self.flank.clone(),
             resolution: self.resolution,
             blocks: &Block::EVEN_ACROSS,
             memory_limit: self.memory_limit,

@@ -405,3 +405,37 @@ fn on_board_intensity_is_that_of_two_probes_at_the_edges_of_the_patch() {
         assert!((-1.0..20.0).contains(&index), "{row:?}");
     }
 }
+
+#[test]
+fn sidewalls_that_move_are_heard_the_same_on_any_threads_and_kept_apart_from_the_tread_alone() {
+    let tyre = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/tyres/moving_sides.toml");
+    let folder = tempfile::tempdir().unwrap();
+    let text = format!(
+        "tyre = '{}'\n[road]\nkind = \"made\"\nseed = 4\n[rolling]\nspeed_kmh = 80.0\nwarm_up = 0.3\nduration = 1.2\n\
+         axle = {{ indentation = 0.012 }}\n[numerics]\nelements = 128\n{MODAL}\n[effects]\nrotation = \"off\"\n\
+         [[receiver]]\nname = \"beside\"\nposition = [0.0, 3.0, 1.2]\n[[receiver]]\nstandard = \"cpx\"\n{LOW}\n",
+        tyre.display()
+    );
+    fs::write(folder.path().join("loud.toml"), text).unwrap();
+    let run = |out: &str, more: &[&str]| {
+        let arguments = [&["run", "loud.toml", "--allow-outside", "--out", out][..], more].concat();
+        let told = String::from_utf8_lossy(&program(folder.path(), &arguments).stdout).into_owned();
+        (told, read_summary(&folder.path().join(out))["sound"].clone())
+    };
+    let (told, cold) = run("cold", &["--threads", "1"]);
+    assert!(told.contains("sound of the sidewalls"), "{told}");
+    let (_, silent) = run("off", &["--threads", "2", "--set", "radiation.sides=off"]);
+    let (_, warm) = run("warm", &["--threads", "2"]);
+    let solved = |sound: &Value| sound["body"]["solved"].as_u64().unwrap();
+    assert!(solved(&cold) > 3 && solved(&silent) > 3 && solved(&warm) == 0, "each has entries of its own");
+    for file in ["sound.csv", "sound_narrow.csv", "sound_cpx.wav"] {
+        let [cold, warm, silent] =
+            ["cold", "warm", "off"].map(|run| fs::read(folder.path().join(run).join(file)).unwrap());
+        assert!(cold == warm && cold != silent, "{file}");
+    }
+    // Sidewalls move against the belt: below its breathing they take from its sound.
+    for receiver in 0..2 {
+        let [heard, tread] = [&cold, &silent].map(|sound| sound["receivers"][receiver]["level"].as_f64().unwrap());
+        assert!((0.3..8.0).contains(&(tread - heard)), "receiver {receiver}: {tread} {heard}");
+    }
+}

@@ -7,7 +7,7 @@ use crate::plan::{Amounts, Expected, Place, Plan, Unit};
 
 use crate::radiation::SetUpCost;
 use crate::response::SpectrumAccumulator;
-use crate::response::pressure::{PressureModel, PressureStream, PressureTransfers};
+use crate::response::pressure::{PressureStream, PressureTransfers};
 use crate::response::vibration::SegmentLayout;
 use crate::tyre::influence::SurfaceWaves;
 
@@ -36,6 +36,10 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
     let waves = SurfaceWaves::expected_evaluations(cells / 2, lateral, 0.5 / plan.time_step);
     amounts.add(Stage::Radiation, Unit::Evaluation, waves, Place::BeforeOnAll);
     amounts.count(Counter::ComplianceEvaluations, waves);
+    if sound.bead.is_some() {
+        let flows = SurfaceWaves::flank_bytes(&plan.decisions.tyre, cells / 2, lateral, 0.5 / plan.time_step);
+        amounts.hold("flow of the sidewalls", flows);
+    }
     let layout = SegmentLayout { columns: columns as usize, ..sound.layout };
     let bins = (sound.radiation.fmax / layout.resolution()).ceil() as usize;
     let points = sound.points();
@@ -43,7 +47,7 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
     let blocks = PressureStream::blocks(&layout, steps);
     let together = PressureStream::together(&layout, bins, steps);
     let passes = blocks.div_ceil(together.max(1) as u64);
-    let integrals = PressureModel::integrals(sound.radiation.air, lateral);
+    let integrals = sound.integrals();
     let [shared, each] = PressureTransfers::multiply_adds(&layout, bins, together, cells, integrals);
     let products = shared * PressureStream::batches(points).0 as f64 + each * points as f64;
     amounts.add(Stage::Sound, Unit::TransferMultiplyAdd, passes as f64 * products, Place::MarchOnAll);

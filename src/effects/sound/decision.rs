@@ -1,11 +1,14 @@
-//! Sound radiation.
+//! Sound radiation, of the tread and of the sidewalls.
 
+use crate::numeric::SplitRule;
 use crate::plan::decisions::{Decided, Row, given};
 use crate::radiation::draft::{DraftError, DraftErrors};
 use crate::scene::{AirMotion, Radiation, RadiationQuality, Scene, Switch};
 
-/// Row of the radiation.
-pub(super) static ROWS: [Row; 1] = [Row {
+/// Rows of the radiation and of what radiates beside the tread.
+pub(super) static ROWS: [Row; 2] = [RADIATION, SIDES];
+
+const RADIATION: Row = Row {
     title: "radiation",
     short: "radiation",
     decide: |scene, _| decide(scene),
@@ -16,7 +19,7 @@ pub(super) static ROWS: [Row; 1] = [Row {
         }
     }),
     of_cells: false,
-}];
+};
 
 fn decide(scene: &Scene) -> Decided {
     let given = given(scene.effects.radiation, "radiation");
@@ -46,4 +49,37 @@ fn decide(scene: &Scene) -> Decided {
         several => format!("auto: there are {several} [[receiver]]"),
     });
     Decided { on: true, form, reason }
+}
+
+const SIDES: Row = Row {
+    title: "sound of the sidewalls",
+    short: "sides",
+    decide: |scene, _| decide_sides(scene),
+    switch: Some(|scene, on| {
+        // Where radiation is taken away, this is, too.
+        if scene.effects.radiation != Switch::Off {
+            scene.radiation.sides = if on { Switch::On } else { Switch::Off };
+        }
+    }),
+    of_cells: false,
+};
+
+fn decide_sides(scene: &Scene) -> Decided {
+    let Scene { radiation, tyre, .. } = scene;
+    let off = |reason: &str| Decided { on: false, form: String::new(), reason: reason.to_owned() };
+    if scene.receivers.is_empty() {
+        return off("auto: there is no [[receiver]]");
+    }
+    match radiation.sides {
+        Switch::Off => return off("radiation.sides = \"off\""),
+        _ if !Radiation::sides_move(tyre) => return off("auto: the tyre has no sidewalls that move"),
+        _ if !radiation.hears_sides(tyre) => return off("auto: a draft has the sound of the tread alone"),
+        Switch::On | Switch::Auto => {}
+    }
+    let form = format!("shoulders and sides as {} rings a side, as the sidewalls' arcs move them", SplitRule::POINTS);
+    let reason = match radiation.sides {
+        Switch::On => "radiation.sides = \"on\"",
+        _ => "auto: the tyre's sidewalls are arcs",
+    };
+    Decided { on: true, form, reason: reason.to_owned() }
 }

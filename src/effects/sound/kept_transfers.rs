@@ -86,7 +86,7 @@ impl<'a> KeptTransfers<'a> {
 
     /// The key of a receiver's points at a frequency.
     fn key(&self, receiver: usize, frequency: f64) -> Option<[u8; 32]> {
-        let TransferProblem { body, grid, resolution, .. } = self.problem;
+        let TransferProblem { body, grid, flank, resolution, .. } = self.problem;
         let points = &self.sound.positions[self.sound.heard[receiver].points.clone()];
         // Frequencies that are the same but for rounding are the same.
         let millihertz = (1e3 * frequency).round();
@@ -97,9 +97,10 @@ impl<'a> KeptTransfers<'a> {
             points,
             millihertz,
         );
-        let key = match self.problem.sides() {
-            1 => crate::storage::cache::key::<KeptReceiver>(&content),
-            sides => crate::storage::cache::key::<KeptReceiver>(&(content, sides)),
+        let key = match (self.problem.sides(), flank) {
+            (sides, Some(flank)) => crate::storage::cache::key::<KeptReceiver>(&(content, sides, flank.bead)),
+            (1, None) => crate::storage::cache::key::<KeptReceiver>(&content),
+            (sides, None) => crate::storage::cache::key::<KeptReceiver>(&(content, sides)),
         };
         key.ok()
     }
@@ -157,7 +158,7 @@ impl<'a> KeptTransfers<'a> {
 
     fn restored(&self, receiver: usize, kept: KeptReceiver) -> Vec<Transfer> {
         let points = &self.sound.positions[self.sound.heard[receiver].points.clone()];
-        let (grid, sides) = (self.problem.grid, self.problem.sides());
+        let (grid, sides, values_of_each) = (self.problem.grid, self.problem.sides(), self.problem.values());
         let wavenumber = self.range.wavenumber(kept.frequency);
         let transfer = |(values, position): (Vec<Complex32>, &[f64; 3])| Transfer {
             receiver: *position,
@@ -166,7 +167,7 @@ impl<'a> KeptTransfers<'a> {
             sides,
             values,
         };
-        let whole = |(values, _): &(Vec<Complex32>, &[f64; 3])| values.len() == sides * grid.around * grid.across;
+        let whole = |(values, _): &(Vec<Complex32>, &[f64; 3])| values.len() == values_of_each;
         kept.values.into_iter().zip(points).filter(whole).map(transfer).collect()
     }
 

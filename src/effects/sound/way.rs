@@ -89,7 +89,9 @@ impl Seeking<'_> {
         let (greens, summary) = self.greens(&air, &body, warnings, progress, meter)?;
         let (delays, left) = delays(sound, &body, &air);
         let (lateral, highest) = (sound.lateral_numbers(tyre), 0.5 / layout.time_step);
-        let waves = SurfaceWaves::of(tyre, Sound::GRID.around / 2, lateral, highest, WAVES);
+        let rule = sound.flank(&body).map(|flank| flank.rule);
+        let around = Sound::GRID.around / 2;
+        let waves = SurfaceWaves::with_flank(tyre, around, lateral, [highest, WAVES], rule.as_ref());
         meter.count(Counter::ComplianceEvaluations, waves.evaluations());
         let model = PressureModel {
             layout,

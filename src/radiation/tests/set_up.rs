@@ -20,6 +20,7 @@ fn problem(body: &Body) -> TransferProblem<'_> {
         body,
         receivers: &RECEIVERS,
         grid: TransferGrid { around: 64, across: 2 },
+        flank: None,
         resolution: Resolution { order: 3, nodes_per_wavelength: 6.0, wedge: 1.5 },
         blocks: &Block::EVEN_ACROSS,
         memory_limit: 1 << 30,

@@ -5,7 +5,7 @@
 //! G's integrals, receiver by receiver, with factors that the receivers share, bin by bin. G's integrals are held for
 //! the few frequencies that are interpolated between and made when the bins come to them.
 //!
-//! Each m has its own amplitude where forces are resolved across: there is no sum over m, and a product for each
+//! Rings of a flank that moves are met as further shapes beside the tread's m. Each m has its own amplitude where forces are resolved across: there is no sum over m, and a product for each
 //! pair (n, m).
 
 use std::ops::Range;
@@ -51,7 +51,7 @@ pub(super) struct Found<'a> {
 impl Components {
     /// For so many receivers with G that is known where this one is.
     pub(super) fn new(model: &PressureModel, green: &SurfaceGreen, receivers: usize) -> Self {
-        let integrals = WaveIntegrals::new(green, model.waves.waves, &model.waves.lateral, model.weights());
+        let integrals = WaveIntegrals::new(green, model.waves.waves, &model.shapes(), model.weights());
         let most = integrals.most_under(&model.layout);
         let strip = model.strip();
         let held = vec![None; green.frequencies.len().min(4)];
@@ -94,10 +94,10 @@ impl Components {
         found.par_chunks_mut(components * bins.len() * width).zip(parts).enumerate().for_each(|(row, (out, parts))| {
             let n = row as i64 - *most as i64;
             let mean = model.mean_over_element(n);
-            let mut factors = vec![Complex64::ZERO; of_wave];
+            let (mut factors, mut flows) = (vec![Complex64::ZERO; of_wave], model.room_for_flows());
             let mut columns = vec![0.0_f32; components * 2 * bins.len() * terms];
             for (index, (near, weights)) in bins.iter().enumerate() {
-                model.factors(begin + index, n, mean, strip, &mut factors);
+                model.factors(begin + index, n, mean, strip, &mut flows, &mut factors);
                 let of_component = columns.chunks_exact_mut(2 * bins.len() * terms);
                 for (columns, factors) in of_component.zip(factors.chunks_exact(each)) {
                     let (real, imaginary) = columns[index * 2 * terms..][..2 * terms].split_at_mut(terms);

@@ -44,6 +44,8 @@
 #[cfg(test)]
 mod air_tests;
 mod components;
+#[cfg(test)]
+mod flank_tests;
 pub mod model;
 #[cfg(test)]
 mod resolved_tests;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use num_complex::Complex64;
 
+use super::surface::Shape;
 use crate::numeric::sinc;
 use crate::response::vibration::{Across, SegmentLayout, TransferKind};
 use crate::scene::AirMotion;
@@ -60,12 +61,46 @@ impl PressureModel {
         self.waves.lateral.iter().map(part).collect()
     }
 
-    /// Integrals of G for each wavenumber, of so many lateral waves: with one of the weights of G, or both.
-    pub fn integrals(air: AirMotion, lateral: usize) -> usize {
-        match air {
-            AirMotion::Axle | AirMotion::WithTread => lateral,
-            AirMotion::Road => 2 * lateral,
+    /// Shapes that so many lateral waves have with so many rings on a flank that moves: the rings sum over the waves, or
+    /// follow each of those that are resolved across.
+    pub fn shape_count(across: Across, lateral: usize, rings: usize) -> usize {
+        match across {
+            Across::Even => lateral + rings,
+            Across::Resolved { .. } => lateral * (1 + rings),
         }
+    }
+
+    /// These shapes, component by component across.
+    pub(super) fn shapes(&self) -> Vec<Shape> {
+        let (lateral, rings) = (self.waves.lateral.iter(), self.waves.pieces());
+        match self.layout.across {
+            Across::Even => {
+                let rings = (0..rings).map(|number| Shape::Ring { number, odd: false });
+                lateral.map(|&m| Shape::Tread(m)).chain(rings).collect()
+            }
+            Across::Resolved { .. } => {
+                let of = |&m: &usize| {
+                    let odd = !self.waves.waves.is_even(m);
+                    let rings = (0..rings).map(move |number| Shape::Ring { number, odd });
+                    std::iter::once(Shape::Tread(m)).chain(rings)
+                };
+                lateral.flat_map(of).collect()
+            }
+        }
+    }
+
+    /// Integrals of G for each wavenumber, of so many shapes: with one of the weights of G, or both.
+    pub fn integrals(air: AirMotion, shapes: usize) -> usize {
+        match air {
+            AirMotion::Axle | AirMotion::WithTread => shapes,
+            AirMotion::Road => 2 * shapes,
+        }
+    }
+
+    /// Integrals of this model.
+    pub fn integrals_of_wave(&self) -> usize {
+        let (lateral, rings) = (self.waves.lateral.len(), self.waves.pieces());
+        Self::integrals(self.air, Self::shape_count(self.layout.across, lateral, rings))
     }
 
     /// Number of [`super::surface::WEIGHTS`] that the air's motion asks for.
@@ -95,12 +130,26 @@ impl PressureModel {
         sinc(0.5 * tyre.kx(n) * tyre.circumference / self.layout.elements as f64)
     }
 
-    /// Finds the factors from the integrals of G to the pressure at a bin, m by m, weight by weight, for unit amplitude
-    /// of the forces' component n at each stage; `strip` is [`Self::strip`], `mean` [`Self::mean_over_element`].
-    pub(super) fn factors(&self, bin: usize, n: i64, mean: f64, strip: &[f64], out: &mut [Complex64]) {
+    /// Room for the flows of all lateral waves; none without a flank that moves.
+    pub(super) fn room_for_flows(&self) -> Vec<Complex64> {
+        vec![Complex64::ZERO; self.waves.lateral.len() * self.waves.pieces()]
+    }
+
+    /// Finds the factors from the integrals of G to the pressure at a bin, shape by shape, weight by weight, for unit
+    /// amplitude of the forces' component n at each stage; `strip` is [`Self::strip`], `mean`
+    /// [`Self::mean_over_element`], `flows` [`Self::room_for_flows`].
+    pub(super) fn factors(
+        &self,
+        bin: usize,
+        n: i64,
+        mean: f64,
+        strip: &[f64],
+        flows: &mut [Complex64],
+        out: &mut [Complex64],
+    ) {
         let resolution = self.layout.resolution();
         let material = self.layout.material_bin(bin, n) as f64 * resolution;
-        self.factors_at([bin as f64 * resolution, material], n, mean, strip, out);
+        self.factors_at([bin as f64 * resolution, material], n, mean, strip, flows, out);
     }
 
     /// The same at any frequency beside the road and the one that it is to the material \[Hz\].
@@ -110,6 +159,7 @@ impl PressureModel {
         n: i64,
         mean: f64,
         strip: &[f64],
+        flows: &mut [Complex64],
         out: &mut [Complex64],
     ) {
         let layout = &self.layout;
@@ -117,13 +167,28 @@ impl PressureModel {
         // p = i w rho Int G v dS, v = -i w u: outwards.
         let radiated = angular * self.density * self.taper(frequency) * self.scale;
         let factors = self.rates(angular, n).map(|rate| radiated * rate * mean / layout.circumference);
-        let weights = self.weights();
-        self.compliances(n, material, &mut out[..strip.len()]);
+        let (weights, rings) = (self.weights(), self.waves.pieces());
+        self.compliances(n, material, &mut out[..strip.len()], flows);
+        let together = layout.across == Across::Even;
+        let each = if together { weights } else { weights * (1 + rings) };
         // From the last on, since each makes room for all of its weights.
         for (m, strip) in strip.iter().enumerate().rev() {
             let compliance = out[m];
-            for (out, factor) in out[m * weights..][..weights].iter_mut().zip(factors) {
+            for (out, factor) in out[m * each..][..weights].iter_mut().zip(factors) {
                 *out = compliance * (factor * strip);
+            }
+        }
+        for ring in 0..rings {
+            let flow = |m: usize| flows[m * rings + ring] * strip[m];
+            let mut put = |first: usize, flow: Complex64| {
+                for (out, factor) in out[first + ring * weights..][..weights].iter_mut().zip(factors) {
+                    *out = flow * factor;
+                }
+            };
+            if together {
+                put(strip.len() * weights, (0..strip.len()).map(flow).sum());
+            } else {
+                (0..strip.len()).for_each(|m| put(m * each + weights, flow(m)));
             }
         }
     }
@@ -134,8 +199,9 @@ impl PressureModel {
         self.delays[receivers].iter().map(move |delay| Complex64::from_polar(1.0, -angular * delay))
     }
 
-    /// C_nm at a frequency of the material, as the run's rule sees it.
-    fn compliances(&self, n: i64, frequency: f64, out: &mut [Complex64]) {
+    /// C_nm at a frequency of the material, as the run's rule sees it, and the flows of the sidewalls with them, if they
+    /// are heard.
+    fn compliances(&self, n: i64, frequency: f64, out: &mut [Complex64], flows: &mut [Complex64]) {
         let SegmentLayout { rule, time_step, .. } = self.layout;
         // The waves are known on the imaginary axis, where a multistep rule's s is nearly.
         let seen = if rule.is_multistep() {
@@ -144,6 +210,9 @@ impl PressureModel {
             frequency
         };
         self.waves.at(n, seen, out);
+        if !flows.is_empty() {
+            self.waves.flows_at(n, seen, out, flows);
+        }
     }
 
     fn taper(&self, frequency: f64) -> f64 {

@@ -85,7 +85,8 @@ fn surface_green(half_width: f64, side: f64) -> SurfaceGreen {
         })
     };
     let values = part(1.0).chain(part(-1.0)).map(|value| Complex32::new(value.re as f32, value.im as f32)).collect();
-    SurfaceGreen { frequencies: vec![75.0], around: AROUND, values: vec![values], across: points, half_width }
+    let (frequencies, values) = (vec![75.0], vec![values]);
+    SurfaceGreen { frequencies, around: AROUND, values, across: points, rings: 0, half_width }
 }
 
 #[test]
@@ -172,6 +173,7 @@ fn both_sides_of_a_tread_are_heard_apart() {
         body: &body,
         receivers: &receivers,
         grid: TransferGrid { around: 128, across: 4 },
+        flank: None,
         resolution: Resolution::of(5.0),
         blocks,
         memory_limit: 1 << 30,

@@ -8,7 +8,7 @@
 //! p = sum_c p_c,      p_c = sum_m g_m(c) sum_n,j f_nmj Int_c w_j exp(i kx_n x) dx
 //! ```
 //!
-//! with f_nmj what the tyre makes of the force ([`PressureModel`]), w_j the weights that the air's motion asks for and
+//! (rings of a flank that moves add to both as further m) with f_nmj what the tyre makes of the force ([`PressureModel`]), w_j the weights that the air's motion asks for and
 //! g_m(c) the integral of G cos(ky_m y) across the tread at the cell c. The share of a part is Re(p_part
 //! conj(p))/|p|^2. Shares add up to one. A part that is not in phase with the whole has a small share or a negative
 //! one, and others more than one: they cancel each other.
@@ -19,8 +19,8 @@ use num_complex::{Complex32, Complex64};
 use rustfft::FftPlanner;
 
 use super::model::PressureModel;
-use super::surface::{SurfaceGreen, WEIGHTS, WaveIntegrals};
-use crate::numeric::double;
+use super::surface::{Shape, SurfaceGreen, WEIGHTS, WaveIntegrals};
+use crate::numeric::{SplitRule, double};
 
 /// Share that may be missing, or too much, where the rest is called enough.
 pub const ENOUGH: f64 = 0.1;
@@ -34,26 +34,32 @@ pub struct PressureShares {
     pub waves: Vec<Complex64>,
     /// By cell round the tyre; the first begins under the axle, they follow each other in the rolling direction.
     pub cells: Vec<Complex64>,
+    /// By part of the tyre, [`Self::PARTS`].
+    pub parts: [Complex64; 3],
 }
 
 impl PressureShares {
+    /// Parts of the tyre; shoulders and sides are 0 where they are not heard.
+    pub const PARTS: [&'static str; 3] = ["tread", "shoulders", "sides"];
+
     /// At one of G's frequencies; `model` gives the tyre, not the frequency.
     pub fn at(model: &PressureModel, green: &SurfaceGreen, index: usize) -> Self {
         let frequency = green.frequencies[index];
-        let weights = model.weights();
-        let integrals = WaveIntegrals::new(green, model.waves.waves, &model.waves.lateral, weights);
+        let (weights, shapes) = (model.weights(), model.shapes());
+        let integrals = WaveIntegrals::new(green, model.waves.waves, &shapes, weights);
         let most = integrals.most_under(&model.layout) as i64;
         let strip = model.strip();
-        let (lateral, around) = (strip.len(), green.around);
+        let (mut flows, around) = (model.room_for_flows(), green.around);
         let mut known = vec![Complex32::ZERO; integrals.count()];
         integrals.of(green, index, &mut integrals.room(), &mut known);
         let mut factors = vec![Complex64::ZERO; integrals.of_wave()];
-        // By m, the tread's wave of each n as a cell takes it.
-        let mut turning = vec![Complex64::ZERO; lateral * around];
+        // By shape, its wave of each n as a cell takes it.
+        let mut turning = vec![Complex64::ZERO; shapes.len() * around];
+        let mut parts = vec![Complex64::ZERO; shapes.len()];
         let waves: Vec<Complex64> = (-most..=most)
             .map(|n| {
                 let seen = [frequency, model.layout.material_frequency(frequency, n)];
-                model.factors_at(seen, n, model.mean_over_element(n), &strip, &mut factors);
+                model.factors_at(seen, n, model.mean_over_element(n), &strip, &mut flows, &mut factors);
                 let row = (n + integrals.most_around() as i64) as usize;
                 for (index, factor) in factors.iter().enumerate() {
                     let turning = &mut turning[index / weights * around..][..around];
@@ -62,20 +68,32 @@ impl PressureShares {
                     }
                 }
                 let known = &known[row * integrals.of_wave()..][..integrals.of_wave()];
-                factors.iter().zip(known).map(|(factor, known)| factor * double(*known)).sum()
+                let each = || factors.iter().zip(known).map(|(factor, known)| factor * double(*known));
+                for (index, part) in each().enumerate() {
+                    parts[index / weights] += part;
+                }
+                each().sum()
             })
             .collect();
         let transform = FftPlanner::new().plan_fft_inverse(around);
         let mut cells = vec![Complex64::ZERO; around];
         let mut across = vec![Complex64::ZERO; around];
-        for (m, turning) in turning.chunks_exact_mut(around).enumerate() {
+        for (shape, turning) in turning.chunks_exact_mut(around).enumerate() {
             transform.process(turning);
-            integrals.across(green, index, m, &mut across);
+            integrals.across(green, index, shape, &mut across);
             for (cell, (across, motion)) in cells.iter_mut().zip(across.iter().zip(turning)) {
                 *cell += across * *motion;
             }
         }
-        Self { pressure: waves.iter().sum(), waves, cells }
+        let of = |is: fn(&Shape) -> bool| {
+            shapes.iter().zip(&parts).filter(|(shape, _)| is(shape)).map(|(_, part)| part).sum::<Complex64>()
+        };
+        let parts = [
+            of(|shape| matches!(shape, Shape::Tread(_))),
+            of(|shape| matches!(shape, Shape::Ring { number, .. } if *number < SplitRule::FIRST)),
+            of(|shape| matches!(shape, Shape::Ring { number, .. } if *number >= SplitRule::FIRST)),
+        ];
+        Self { pressure: waves.iter().sum(), waves, cells, parts }
     }
 
     /// Largest |n|.
@@ -86,6 +104,16 @@ impl PressureShares {
     /// Share of every wavenumber, from -[`Self::most`] on.
     pub fn of_waves(&self) -> Vec<f64> {
         self.waves.iter().map(|&part| self.share(part)).collect()
+    }
+
+    /// Share of every part of the tyre.
+    pub fn of_parts(&self) -> [f64; 3] {
+        self.parts.map(|part| self.share(part))
+    }
+
+    /// Level of every part over that of the whole \[dB\]; minus infinity where it is not heard.
+    pub fn levels_of_parts(&self) -> [f64; 3] {
+        self.parts.map(|part| 20.0 * (part.norm() / self.pressure.norm()).log10())
     }
 
     /// Share of the waves up to each |n|, from 0 on.

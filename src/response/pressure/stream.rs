@@ -15,7 +15,6 @@ use rayon::prelude::*;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use serde::{Deserialize, Serialize};
 
-use super::model::PressureModel;
 use super::transfer::{BlockSpectra, PressureSpectra, PressureTransfers};
 use crate::numeric::{double, single};
 use crate::response::vibration::SegmentLayout;
@@ -137,7 +136,7 @@ impl PressureStream {
     pub fn multiply_adds(&self) -> u64 {
         let PressureTransfers { model, greens } = &self.transfers;
         let around = greens.first().map_or(0, |green| green.around);
-        let (receivers, integrals) = (greens.len(), PressureModel::integrals(model.air, model.waves.lateral.len()));
+        let (receivers, integrals) = (greens.len(), model.integrals_of_wave());
         let [shared, each] =
             PressureTransfers::multiply_adds(&model.layout, model.bins(), self.waiting.len(), around, integrals);
         (shared * Self::batches(receivers).0 as f64 + each * receivers as f64) as u64

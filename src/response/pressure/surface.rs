@@ -2,8 +2,8 @@
 //!
 //! G is known as means over cells round the tyre, at Gauss points across half of the width, at some frequencies: its
 //! even part, which is all that a centred contact strip can feel, and, for forces that are resolved across, its odd
-//! part, which waves that are odd about mid-width feel. With the delay r0/c removed it is smooth over frequency and
-//! interpolated by cubics.
+//! part, which waves that are odd about mid-width feel; and likewise on the rings of a flank that moves. With the delay
+//! r0/c removed it is smooth over frequency and interpolated by cubics.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -28,9 +28,20 @@ pub struct SurfaceGreen {
     pub across: Vec<f64>,
     /// Half of the tread's width \[m\].
     pub half_width: f64,
-    /// G exp(i k r0) by frequency, point by point, cell by cell \[1/m\]: the even part, and after it the odd one where
-    /// it is known.
+    /// Rings of the flank, which follow the points across.
+    pub rings: usize,
+    /// G exp(i k r0) by frequency, point by point and ring by ring, cell by cell \[1/m\]: the even part, and after it the
+    /// odd one where it is known.
     pub values: Vec<Vec<Complex32>>,
+}
+
+/// Shape of a part of the tyre's motion, of a wave round the tyre.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Shape {
+    /// The tread's wave of a lateral number.
+    Tread(usize),
+    /// Rings of a number on both sides, whose flow is the same or opposite.
+    Ring { number: usize, odd: bool },
 }
 
 impl SurfaceGreen {
@@ -38,17 +49,20 @@ impl SurfaceGreen {
     /// both.
     pub fn of(body: &Body, known: impl IntoIterator<Item = (f64, Transfer)>) -> Self {
         let half_width = half_tread(body);
-        let mut green = Self { frequencies: Vec::new(), around: 0, across: Vec::new(), half_width, values: Vec::new() };
+        let (frequencies, across, values) = (Vec::new(), Vec::new(), Vec::new());
+        let mut green = Self { frequencies, around: 0, across, half_width, rings: 0, values };
         for (frequency, transfer) in known {
             if green.frequencies.is_empty() {
                 green.around = transfer.grid.around;
+                green.rings = transfer.rows() - transfer.grid.across;
                 green.across = across_points(half_width, transfer.grid.across).into_iter().map(|[y, _]| y).collect();
             }
             let turn = Complex64::from_polar(1.0, transfer.wavenumber * contact_distance(body, transfer.receiver));
             let mut values = transfer.values;
             values.iter_mut().for_each(|value| *value = single(turn * double(*value)));
             if transfer.sides == 2 {
-                let (left, right) = values.split_at_mut(transfer.grid.across * transfer.grid.around);
+                let half = values.len() / 2;
+                let (left, right) = values.split_at_mut(half);
                 for (left, right) in left.iter_mut().zip(right) {
                     (*left, *right) = (0.5 * (*left + *right), 0.5 * (*left - *right));
                 }
@@ -65,14 +79,13 @@ impl SurfaceGreen {
 pub(super) const WEIGHTS: [[f64; 3]; 2] = [[0.0, 1.0, 0.0], [-0.5, 1.0, -0.5]];
 
 /// Int G exp(i kx_n x) cos(ky_m y) dS over the tread for the waves of a tyre, n by n, m by m, weight by weight, of
-/// those that are odd about mid-width with sin(ky_m y) \[m\].
+/// those that are odd about mid-width with sin(ky_m y) \[m\]; of rings 2 Int G exp(i n theta) dtheta \[1/m\], for a flow
+/// per radian.
 pub(super) struct WaveIntegrals {
     /// Largest |n|: as far as the cells can tell waves apart.
     most_around: usize,
-    /// By m, whether it is odd, and weights of the points across.
-    shapes: Vec<(bool, Vec<f64>)>,
-    /// Points of either part of G.
-    points: usize,
+    /// By shape, the first row of G that it meets, and weights from there on.
+    shapes: Vec<(usize, Vec<f64>)>,
     /// Number of [`WEIGHTS`] that are taken.
     weights: usize,
     /// By n, the wave's mean over a cell, whose middle is half a cell from its beginning, times its length \[m\]; one n
@@ -82,9 +95,10 @@ pub(super) struct WaveIntegrals {
 }
 
 impl WaveIntegrals {
-    /// With waves that have these lateral numbers and the first of [`WEIGHTS`], of G that is known where this one is.
-    pub(super) fn new(green: &SurfaceGreen, waves: Waves, lateral: &[usize], weights: usize) -> Self {
-        let SurfaceGreen { around, across, half_width, .. } = green;
+    /// With waves of these shapes and the first of [`WEIGHTS`], of G that is known where this one is.
+    pub(super) fn new(green: &SurfaceGreen, waves: Waves, shapes: &[Shape], weights: usize) -> Self {
+        let SurfaceGreen { around, across, half_width, rings, .. } = green;
+        let rows = |odd: bool| if odd { across.len() + rings } else { 0 };
         let half = *around as i64 / 2;
         let length = waves.circumference / *around as f64;
         let mean = |n: i64| {
@@ -94,15 +108,19 @@ impl WaveIntegrals {
         Self {
             most_around: around / 2 - 1,
             // Both halves of the width.
-            shapes: lateral
+            shapes: shapes
                 .iter()
-                .map(|&m| {
-                    let odd = !waves.is_even(m);
-                    let wave = if odd { f64::sin } else { f64::cos };
-                    (odd, wave_weights(wave, across, *half_width, waves.ky(m)))
+                .map(|&shape| match shape {
+                    Shape::Tread(m) => {
+                        let odd = !waves.is_even(m);
+                        let wave = if odd { f64::sin } else { f64::cos };
+                        (rows(odd), wave_weights(wave, across, *half_width, waves.ky(m)))
+                    }
+                    Shape::Ring { number, odd } => {
+                        (rows(odd) + across.len() + number, vec![2.0 * std::f64::consts::TAU / waves.circumference])
+                    }
                 })
                 .collect(),
-            points: across.len(),
             weights,
             means: (-half..=half).map(mean).collect(),
             transform: FftPlanner::new().plan_fft_inverse(*around),
@@ -166,11 +184,11 @@ impl WaveIntegrals {
         }
     }
 
-    /// Int G cos(ky_m y) dy, or sin, across the tread of the lateral number of an index, cell by cell \[1\].
+    /// Int G cos(ky_m y) dy, or sin, across the tread of the shape of an index, cell by cell \[1\]; of a ring 2 G/R.
     pub(super) fn across(&self, green: &SurfaceGreen, frequency: usize, index: usize, cells: &mut [Complex64]) {
         cells.fill(Complex64::ZERO);
-        let (odd, weights) = &self.shapes[index];
-        let part = green.values[frequency].chunks_exact(green.around).skip(if *odd { self.points } else { 0 });
+        let (first, weights) = &self.shapes[index];
+        let part = green.values[frequency].chunks_exact(green.around).skip(*first);
         for (points, weight) in part.zip(weights) {
             for (cell, value) in cells.iter_mut().zip(points) {
                 cell.re += weight * f64::from(value.re);
@@ -227,9 +245,10 @@ mod tests {
             around,
             across: across.clone(),
             half_width: 0.1,
+            rings: 0,
             values: vec![values],
         };
-        let integrals = WaveIntegrals::new(&green, waves, &[0, 2], 1);
+        let integrals = WaveIntegrals::new(&green, waves, &[Shape::Tread(0), Shape::Tread(2)], 1);
         let mut out = vec![Complex32::ZERO; integrals.count()];
         integrals.of(&green, 0, &mut integrals.room(), &mut out);
         for (row, n) in (-(integrals.most_around() as i64)..).zip(out.chunks_exact(2)).map(|(n, row)| (row, n)) {
@@ -245,8 +264,9 @@ mod tests {
         let values: Vec<Complex32> =
             (0..around).map(|cell| Complex32::new(1.0 + cell as f32 % 3.0, (cell as f32).sin())).collect();
         let (frequencies, across) = (vec![100.0], vec![0.05]);
-        let green = SurfaceGreen { frequencies, around, across, half_width: 0.1, values: vec![values.clone()] };
-        let integrals = WaveIntegrals::new(&green, waves, &[0], 2);
+        let green =
+            SurfaceGreen { frequencies, around, across, half_width: 0.1, rings: 0, values: vec![values.clone()] };
+        let integrals = WaveIntegrals::new(&green, waves, &[Shape::Tread(0)], 2);
         let mut out = vec![Complex32::ZERO; integrals.count()];
         integrals.of(&green, 0, &mut integrals.room(), &mut out);
         assert_eq!(out.len(), 2 * 15);

@@ -88,6 +88,7 @@ fn surface_green(half_width: f64) -> SurfaceGreen {
     SurfaceGreen {
         frequencies: vec![50.0, 1000.0],
         around: AROUND,
+        rings: 0,
         values: vec![values.collect(); 2],
         across: points,
         half_width,
@@ -262,6 +263,7 @@ fn radiates_what_vibrates(tyre: Tyre) {
     let green = SurfaceGreen {
         frequencies: vec![50.0],
         around: ELEMENTS,
+        rings: 0,
         values: vec![values.map(|value| Complex32::new(value, 0.0)).collect()],
         across,
         half_width,

@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::effects::Switch;
 use super::numerics::decibels;
+use super::tyre::{Sides, Tyre};
 use crate::scene::Problem;
 use crate::scene::keys::keys;
 use crate::scene::kind::{Bounds, Decibels, Exactly, Flag, Name, OneOf, Optional, Whole};
@@ -155,6 +157,9 @@ keys! {
         acoustic_gap: f64 = 0.0 => Bounds::between(0.0, 0.05, "m"),
         /// Motion of the air at the tread: at rest over the road, at rest beside the axle, or round with the tread.
         air: AirMotion = AirMotion::Road => OneOf::new(),
+        /// Sound of the sidewalls and shoulders, where `[tyre.sidewall]` has them move: on, off, or `auto`, which is on
+        /// for boundary elements; a draft has that of the tread alone.
+        sides: Switch = Switch::Auto => OneOf::new(),
         /// Temperature of the air \[degrees Celsius\].
         temperature: f64 = 20.0 => Bounds::between(-50.0, 60.0, "degrees Celsius"),
         /// True if files to listen to are written.
@@ -163,6 +168,18 @@ keys! {
         /// or a report is chosen for all of them.
         #[serde(skip_serializing_if = "Option::is_none")]
         full_scale: Option<f64> = None => Optional(Bounds::inside(0.0, 1e5, "Pa")),
+    }
+}
+
+impl Radiation {
+    /// Tells whether the sidewalls of a tyre are heard.
+    pub fn hears_sides(&self, tyre: &Tyre) -> bool {
+        self.sides != Switch::Off && self.quality == RadiationQuality::Full && Self::sides_move(tyre)
+    }
+
+    /// Tells whether the sidewalls of a tyre move with the edges of its belt.
+    pub fn sides_move(tyre: &Tyre) -> bool {
+        tyre.sidewall.is_some() && tyre.sides == Sides::Guided
     }
 }
 

@@ -22,8 +22,9 @@ use super::parts::Parts;
 use super::waves::Waves;
 use crate::numeric::{ComplexField, Lanes, MOST_LANES};
 use crate::scene::{Layer, Tyre};
+use crate::sidewall::SidewallAt;
 use crate::tyre::layers::compliance::{Matrix3, NormalCompliance, Stack, StackAt};
-use crate::tyre::layers::cylinder::{CylinderAt, CylinderWave};
+use crate::tyre::layers::cylinder::{CylinderAt, CylinderWave, EdgeMotion};
 use crate::tyre::layers::lane_compliance::LaneStack;
 use crate::tyre::layers::layer::LayerAt;
 
@@ -97,6 +98,11 @@ impl KernelAt {
     /// The outermost layer.
     pub(crate) fn tread(&self) -> &LayerAt<Complex64> {
         self.stack.tread()
+    }
+
+    /// The sidewalls as arcs; none on a foundation.
+    pub(super) fn sidewall(&self) -> Option<&SidewallAt> {
+        self.curved.as_ref().and_then(|(_, at)| at.sidewall())
     }
 
     fn curved(&self, n: i64, m: usize) -> Option<(&CylinderWave, &CylinderAt)> {
@@ -260,6 +266,13 @@ impl<'a, S: Simd> LaneKernel<'a, S> {
     #[inline(always)]
     pub(super) fn normal(&self, n: i64, m: usize) -> NormalCompliance<Lanes<S>> {
         self.driven(n, m, true)
+    }
+
+    /// Motion of the inner face in the waves n and -n, n >= 0; `None`: too short to reach it.
+    #[inline(always)]
+    pub(super) fn edge_both_ways(&self, n: i64, m: usize) -> Option<[EdgeMotion<Lanes<S>>; 2]> {
+        let (waves, at) = self.curved.as_ref()?;
+        Some(waves.get(n, m)?.edge_both_ways(at))
     }
 }
 

@@ -12,7 +12,7 @@
 //! - [`convolution_quadrature`]: from the sums to weights in the time domain;
 //! - [`mobility`]: the driving-point mobility of patches;
 //! - [`CellGrid`], [`CellSums`]: the same between cells of the contact strip, wave by wave and for an instant;
-//! - [`SurfaceWaves`]: the surface wave by wave, not summed.
+//! - [`SurfaceWaves`]: the surface wave by wave, not summed; `flank_waves`: what the sidewalls sweep with it.
 
 mod bounded_sum;
 mod cell_grid;
@@ -20,6 +20,7 @@ mod cell_sums;
 mod cell_waves;
 pub mod convolution_quadrature;
 mod curved_waves;
+mod flank_waves;
 pub mod folded_sum;
 mod half_space_bands;
 mod half_space_tail;

@@ -12,13 +12,16 @@ use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 
+use super::flank_waves::{self, ByEdge, FlankWaves, PIECES};
 use super::kernel::{Kernel, KernelAt, LaneKernel};
 use super::parts::Parts;
 use super::waves::Waves;
-use crate::numeric::MOST_LANES;
 use crate::numeric::lagrange::uniform_cubic;
 use crate::numeric::lanes::dispatch;
+use crate::numeric::{Lanes, MOST_LANES, SplitRule};
 use crate::scene::Tyre;
+use crate::tyre::layers::curved::sidewall_waves;
+use crate::tyre::layers::cylinder::EdgeMotion;
 
 /// Below this the frequencies stand at equal distances, above at equal ratios \[Hz\].
 const LINEAR_BELOW: f64 = 100.0;
@@ -39,6 +42,8 @@ pub struct SurfaceWaves {
     stiffnesses: Vec<Complex64>,
     /// The same of the waves -n; empty at rest.
     backwards: Vec<Complex64>,
+    /// Flow of the sidewalls, where it is wanted.
+    flank: Option<FlankWaves>,
 }
 
 impl SurfaceWaves {
@@ -51,6 +56,17 @@ impl SurfaceWaves {
     /// Makes the waves of a tyre, for frequencies from 0 to `highest` \[Hz\]; compliances within a relative
     /// `tolerance`.
     pub fn of(tyre: &Tyre, most_around: usize, lateral: Vec<usize>, highest: f64, tolerance: f64) -> Self {
+        Self::with_flank(tyre, most_around, lateral, [highest, tolerance], None)
+    }
+
+    /// The same with the flow of the sidewalls in pieces by a rule, of a tyre that has them as arcs.
+    pub fn with_flank(
+        tyre: &Tyre,
+        most_around: usize,
+        lateral: Vec<usize>,
+        [highest, tolerance]: [f64; 2],
+        rule: Option<&SplitRule>,
+    ) -> Self {
         // Two points more than the highest frequency needs: the cubics' outer ones.
         let points = (coordinate(highest) / STEP).ceil() as usize + 3;
         let frequency = |point: usize| LINEAR_BELOW * (point as f64 * STEP).sinh();
@@ -62,16 +78,29 @@ impl SurfaceWaves {
         let width = lateral.len() * points;
         let mut stiffnesses = vec![Complex64::ZERO; around * width];
         let mut backwards = vec![Complex64::ZERO; if at[0].turns() { around * width } else { 0 }];
-        let fill = |n: usize, rows: &mut [Complex64], backwards: &mut [Complex64]| {
-            dispatch(Rows { n: n as i64, lateral: &lateral, at: &at, rows, backwards });
-        };
-        let rows = stiffnesses.par_chunks_mut(width).enumerate();
-        if backwards.is_empty() {
-            rows.for_each(|(n, rows)| fill(n, rows, &mut []));
-        } else {
-            rows.zip(backwards.par_chunks_mut(width)).for_each(|((n, rows), backwards)| fill(n, rows, backwards));
-        }
-        Self { waves, lateral, around, points, stiffnesses, backwards }
+        let by_edge = rule.map(|rule| flank_waves::by_edge(&at, rule, most_around));
+        let mut flank = by_edge.as_ref().map(|by_edge| FlankWaves::new(by_edge, lateral.len(), at[0].turns()));
+        let flows = flank.as_mut().map_or_else(Vec::new, FlankWaves::rows);
+        let backwards_of_waves = backwards.chunks_mut(width).map(Some).chain(std::iter::repeat_with(|| None));
+        let flows_of_waves = flows.into_iter().map(Some).chain(std::iter::repeat_with(|| None));
+        let rows: Vec<_> = stiffnesses.chunks_mut(width).zip(backwards_of_waves).zip(flows_of_waves).collect();
+        rows.into_par_iter().enumerate().for_each(|(n, ((rows, backwards), flows))| {
+            let flank = by_edge.as_deref().zip(flows).map(|(by_edge, rows)| FlankRows { waves, by_edge, rows });
+            let backwards = backwards.unwrap_or_default();
+            dispatch(Rows { n: n as i64, lateral: &lateral, at: &at, rows, backwards, flank });
+        });
+        Self { waves, lateral, around, points, stiffnesses, backwards, flank }
+    }
+
+    /// Pieces of a sidewall whose flow is known; 0 where none is.
+    pub fn pieces(&self) -> usize {
+        if self.flank.is_some() { PIECES } else { 0 }
+    }
+
+    /// Bytes of the flow of a tyre's sidewalls, for so many lateral numbers and a highest frequency \[Hz\].
+    pub fn flank_bytes(tyre: &Tyre, most_around: usize, lateral: usize, highest: f64) -> f64 {
+        let around = (most_around + 1).min(sidewall_waves(tyre));
+        flank_waves::bytes(around, lateral, coordinate(highest) / STEP + 4.0, tyre.turns())
     }
 
     /// Evaluations of the compliance that a table takes; one gives both ways round.
@@ -87,21 +116,45 @@ impl SurfaceWaves {
     /// C_zz \[m/Pa\] of the lateral numbers of a wave of n periods, either way round, at a frequency \[Hz\], negative
     /// or not, into `out`; zero for waves and frequencies beyond the table.
     pub fn at(&self, n: i64, frequency: f64, out: &mut [Complex64]) {
-        let runs_backwards = (n < 0) != (frequency < 0.0) && !self.backwards.is_empty();
-        let table = if runs_backwards { &self.backwards } else { &self.stiffnesses };
-        let n = n.unsigned_abs() as usize;
-        let place = coordinate(frequency.abs()) / STEP;
-        let first = (place as usize).saturating_sub(1);
-        if n >= self.around || first + 4 > self.points {
+        let table = if self.run_backwards(n, frequency) { &self.backwards } else { &self.stiffnesses };
+        let Some((n, first, weights)) = self.place(n, frequency) else {
             out.fill(Complex64::ZERO);
             return;
-        }
-        let weights = uniform_cubic(place - first as f64);
+        };
         for (index, value) in out.iter_mut().enumerate() {
             let row = (n * self.lateral.len() + index) * self.points + first;
             let known = table[row..row + 4].iter().zip(weights);
             let compliance = known.map(|(value, weight)| value * weight).sum::<Complex64>().inv();
             *value = if frequency < 0.0 { compliance.conj() } else { compliance };
+        }
+    }
+
+    /// Tells whether a wave is among those of -n.
+    fn run_backwards(&self, n: i64, frequency: f64) -> bool {
+        (n < 0) != (frequency < 0.0) && !self.backwards.is_empty()
+    }
+
+    /// |n|, the first of the four frequencies about one, and their weights; `None` beyond the table.
+    fn place(&self, n: i64, frequency: f64) -> Option<(usize, usize, [f64; 4])> {
+        let n = n.unsigned_abs() as usize;
+        let place = coordinate(frequency.abs()) / STEP;
+        let first = (place as usize).saturating_sub(1);
+        (n < self.around && first + 4 <= self.points).then(|| (n, first, uniform_cubic(place - first as f64)))
+    }
+
+    /// Flow of each piece of a sidewall, per radian and traction on the tread \[m^3/Pa\], of the lateral numbers of a wave
+    /// whose C_zz are given, m by m, at a frequency \[Hz\], negative or not.
+    pub fn flows_at(&self, n: i64, frequency: f64, compliances: &[Complex64], out: &mut [Complex64]) {
+        let Some((flank, (wave, first, weights))) = self.flank.as_ref().zip(self.place(n, frequency)) else {
+            out.fill(Complex64::ZERO);
+            return;
+        };
+        let runs_backwards = self.run_backwards(n, frequency);
+        for (index, (out, compliance)) in out.chunks_exact_mut(PIECES).zip(compliances).enumerate() {
+            let ratios = flank.at([wave, index], runs_backwards, first, &weights);
+            for (out, ratio) in out.iter_mut().zip(ratios) {
+                *out = compliance * if frequency < 0.0 { ratio.conj() } else { ratio };
+            }
         }
     }
 }
@@ -120,19 +173,43 @@ struct Rows<'a> {
     rows: &'a mut [Complex64],
     /// Those of -n; empty at rest.
     backwards: &'a mut [Complex64],
+    flank: Option<FlankRows<'a>>,
+}
+
+/// Flow of the sidewalls in the waves of one n.
+struct FlankRows<'a> {
+    waves: Waves,
+    /// By frequency.
+    by_edge: &'a [ByEdge],
+    rows: [&'a mut [Complex64]; 2],
 }
 
 impl WithSimd for Rows<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn with_simd<S: Simd>(mut self, simd: S) {
         let points = self.at.len();
         for (group, at) in self.at.chunks(S::F64_LANES).enumerate() {
             let members: [_; MOST_LANES] = std::array::from_fn(|lane| &at[lane.min(at.len() - 1)]);
             let kernel = LaneKernel::new(simd, members);
             for (index, &m) in self.lateral.iter().enumerate() {
                 let first = index * points + group * S::F64_LANES;
+                if let Some(FlankRows { waves, by_edge, rows }) = &mut self.flank
+                    && let Some(edge) = kernel.edge_both_ways(self.n, m)
+                {
+                    let motion = edge.map(|motion| {
+                        let [surface, radial, circumferential] =
+                            [motion.surface, motion.radial, motion.circumferential].map(Lanes::to_array);
+                        std::array::from_fn(|lane| EdgeMotion {
+                            surface: surface[lane],
+                            radial: radial[lane],
+                            circumferential: circumferential[lane],
+                        })
+                    });
+                    let by_edge = &by_edge[group * S::F64_LANES..];
+                    flank_waves::put(rows, *waves, [self.n as usize, m], first..first + at.len(), by_edge, motion);
+                }
                 if !self.backwards.is_empty() {
                     let [Parts { even, odd }, _] = kernel.driven_parts(self.n, m, true);
                     let parts = even.to_array().into_iter().zip(odd.to_array());

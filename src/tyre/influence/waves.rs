@@ -66,6 +66,15 @@ impl Waves {
         (m - self.first_lateral_number()).is_multiple_of(2)
     }
 
+    /// Value at the right side, y = B/2 from mid-width, of cos(ky y) where a wave is even, of sin(ky y) where it is odd;
+    /// 0 at supported sides.
+    pub fn at_side(&self, m: usize) -> f64 {
+        match self.sides {
+            Sides::Guided => self.sign_about_middle(m) * if self.is_even(m) { 1.0 } else { -1.0 },
+            Sides::Supported => 0.0,
+        }
+    }
+
     /// With y from mid-width, what the wave that is 1 or slopes upwards at the right side is to cos(ky y) where it is
     /// even, to sin(ky y) where it is odd: 1 or -1.
     pub fn sign_about_middle(&self, m: usize) -> f64 {

@@ -98,9 +98,14 @@ fn reach(radius: f64, thickness: f64) -> usize {
     (REACH * radius / thickness).ceil() as usize
 }
 
+/// Waves n >= 0 whose sidewalls are told apart.
+pub fn sidewall_waves(tyre: &Tyre) -> usize {
+    reach(tyre.radius(), tyre.thickness()) + 1
+}
+
 /// Bytes that the sidewalls of a tyre take for each s; 0 without them.
 pub fn sidewall_bytes(tyre: &Tyre) -> f64 {
-    if tyre.sidewall.is_some() { table_bytes(reach(tyre.radius(), tyre.thickness()) + 1) } else { 0.0 }
+    if tyre.sidewall.is_some() { table_bytes(sidewall_waves(tyre)) } else { 0.0 }
 }
 
 /// Stiffness per area of the air against a motion of the inner face ~ exp(i n theta) at s \[N/m^3\].

@@ -94,6 +94,17 @@ pub struct CylinderAt<T = Complex64> {
     sidewalls: Vec<Arc<SidewallAt>>,
 }
 
+/// Motion under a normal traction of 1 on the surface \[m/Pa\].
+#[derive(Clone, Copy, Debug)]
+pub struct EdgeMotion<T = Complex64> {
+    /// C_zz of the surface.
+    pub surface: T,
+    /// Outward motion w of the inner face.
+    pub radial: T,
+    /// Its V: the circumferential motion is -i V.
+    pub circumferential: T,
+}
+
 /// A wave (n, m), ready for any s.
 #[derive(Clone, Debug)]
 pub struct CylinderWave {
@@ -245,6 +256,13 @@ impl<S: Simd> CylinderAt<Lanes<S>> {
     }
 }
 
+impl CylinderAt {
+    /// A sidewall as an arc; none on a foundation.
+    pub fn sidewall(&self) -> Option<&SidewallAt> {
+        self.sidewalls.first().map(AsRef::as_ref)
+    }
+}
+
 impl<T: ComplexField> CylinderAt<T> {
     /// The impedance of a sidewall's edge under a wave.
     #[inline(always)]
@@ -286,6 +304,16 @@ impl CylinderWave {
     pub fn normal_both_ways<T: ComplexField>(&self, at: &CylinderAt<T>) -> [NormalCompliance<T>; 2] {
         let [forwards, backwards] = &self.climb_both_ways(at, self.layers.len());
         [self.normal_over(forwards), self.normal_over(backwards)]
+    }
+
+    /// Motion of the inner face, which the sidewalls' edges follow, in the waves n and -n (-n as n of -Omega).
+    #[inline(always)]
+    pub fn edge_both_ways<T: ComplexField>(&self, at: &CylinderAt<T>) -> [EdgeMotion<T>; 2] {
+        if self.turns {
+            let [forwards, backwards] = &self.climb_both_ways(at, self.layers.len());
+            return [self.edge_over(forwards), self.edge_over(backwards)];
+        }
+        [self.edge_over(&self.climb(at, self.layers.len())); 2]
     }
 
     /// C and D \[m/Pa\]; order circumferential, lateral, radial outward.
@@ -345,13 +373,19 @@ impl CylinderWave {
 
     #[inline(always)]
     fn normal_over<T: ComplexField>(&self, climb: &Climb<T>) -> NormalCompliance<T> {
+        let EdgeMotion { surface, radial, .. } = self.edge_over(climb);
+        NormalCompliance { surface, bottom: radial }
+    }
+
+    #[inline(always)]
+    fn edge_over<T: ComplexField>(&self, climb: &Climb<T>) -> EdgeMotion<T> {
         let [_, _, [a, b, c]] = inverse(climb.impedance);
         let [a, b, c] = [a * self.radius, b * self.radius, c * self.radius];
-        let bottom = match climb.transfer {
-            Some([.., [i, j, k]]) => i * a + j * b + k * c,
-            None => c,
+        let [circumferential, radial] = match climb.transfer {
+            Some([first, _, last]) => [first, last].map(|[i, j, k]| i * a + j * b + k * c),
+            None => [a, c],
         };
-        NormalCompliance { surface: c, bottom }
+        EdgeMotion { surface: c, radial, circumferential }
     }
 
     fn full_over(&self, climb: &Climb<Complex64>) -> (Matrix3, Matrix3) {

@@ -1,6 +1,6 @@
 //! Mistakes in receivers and in the way that sound takes to them.
 
-use super::super::super::{AirMotion, ReceiverPlace, StandardReceiver, Vehicle};
+use super::super::super::{AirMotion, ReceiverPlace, Scene, Setting, StandardReceiver, Vehicle};
 use super::{accepted, refused};
 
 /// Puts tables before the outputs.
@@ -129,6 +129,7 @@ fn ways() {
     way_refused("acoustic_gap = 0.001\nquality = \"draft\"", "acoustic_gap", "sealed patch", "quality = \"full\"");
     let nodes = "nodes_per_wavelength = 7.0\nquality = \"draft\"";
     way_refused(nodes, "nodes_per_wavelength", "no equations", "quality = \"full\"");
+    way_refused("sides = \"on\"", "sides", "do not move", "sidewall = {");
     way_refused("receivers = 1", "receivers", "not a key of [radiation]", "fmax");
     let silent = "there is no [[receiver]]";
     sound_refused("[radiation]\nfmax = 1000", 26, "radiation", silent, "add a [[receiver]]");
@@ -136,4 +137,26 @@ fn ways() {
     sound_refused(&format!("{HERE}[effects]\nradiation = \"off\""), 26, "receiver", "leaves out", "\"auto\"");
     let scene = accepted("[outputs]", &format!("{HERE}[radiation]\nair = \"with-tread\"\n[outputs]"));
     assert_eq!(scene.radiation.air, AirMotion::WithTread);
+    assert!(!scene.radiation.hears_sides(&scene.tyre), "springs do not radiate");
+}
+
+#[test]
+fn sidewalls_that_move_are_heard_unless_they_are_off_or_a_draft_leaves_them_out() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/tyres/moving_sides.toml");
+    let receiver = "{ standard = \"cpx\" }";
+    for (settings, heard) in [
+        (&[][..], Some(true)),
+        (&["radiation.sides=on"], Some(true)),
+        (&["radiation.sides=off"], Some(false)),
+        (&["radiation.quality=draft"], Some(false)),
+        (&["radiation.quality=draft", "radiation.sides=on"], None),
+        (&["radiation.sides=on", "tyre.sides=supported"], None),
+    ] {
+        let receiver = format!("receiver=[{receiver}]");
+        let settings = std::iter::once(receiver.as_str()).chain(settings.iter().copied());
+        let settings: Vec<Setting> = settings.map(|setting| Setting::parse(setting).unwrap()).collect();
+        let found = Scene::with_tyre(path, &settings).map(|loaded| loaded.scene);
+        let hears = found.as_ref().ok().map(|scene| scene.radiation.hears_sides(&scene.tyre));
+        assert_eq!(hears, heard, "{settings:?}: {:?}", found.err().map(|error| error.problem()));
+    }
 }

@@ -1,0 +1,63 @@
+//! Gauss points on two panels of (0, 1), and the polynomials through them.
+
+use super::{lagrange, legendre};
+
+/// A rule over (0, 1) in two panels that meet at a fraction: exact for polynomials on either of them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SplitRule {
+    /// End of the first panel, 0 to 1.
+    pub split: f64,
+    /// Points, rising; those of the first panel stand first.
+    pub points: [f64; Self::POINTS],
+    /// Weights, 1 together.
+    pub weights: [f64; Self::POINTS],
+}
+
+impl SplitRule {
+    /// Points of the first panel.
+    pub const FIRST: usize = 2;
+    /// Points of both panels.
+    pub const POINTS: usize = Self::FIRST + 3;
+
+    /// Makes the rule with panels that meet at `split`.
+    pub fn new(split: f64) -> Self {
+        let mut rule = Self { split, points: [0.0; Self::POINTS], weights: [0.0; Self::POINTS] };
+        for (range, [from, to]) in [(0..Self::FIRST, [0.0, split]), (Self::FIRST..Self::POINTS, [split, 1.0])] {
+            let gauss = legendre::gauss(range.len()).into_iter().rev();
+            for (place, [node, weight]) in range.zip(gauss) {
+                rule.points[place] = 0.5 * ((from + to) + (to - from) * node);
+                rule.weights[place] = 0.5 * (to - from) * weight;
+            }
+        }
+        rule
+    }
+
+    /// Values at a fraction of the polynomials that are 1 at one point and 0 at the others of its panel, 0 on the other
+    /// panel.
+    pub fn polynomials(&self, at: f64) -> [f64; Self::POINTS] {
+        let range = if at < self.split { 0..Self::FIRST } else { Self::FIRST..Self::POINTS };
+        let mut values = [0.0; Self::POINTS];
+        values[range.clone()].iter_mut().zip(lagrange::weights(&self.points[range], at)).for_each(|(v, w)| *v = w);
+        values
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_function_of_one_polynomial_on_each_panel_is_met_and_integrated() {
+        let rule = SplitRule::new(0.3);
+        let of = |x: f64| if x < 0.3 { 1.0 - 2.0 * x } else { 4.0 + x * (x - 3.0) };
+        for at in [0.0, 0.1, 0.29, 0.31, 0.7, 1.0] {
+            let values = rule.polynomials(at);
+            let met: f64 = values.iter().zip(&rule.points).map(|(value, &point)| value * of(point)).sum();
+            assert!((met - of(at)).abs() < 1e-13, "{at}: {met}");
+            assert!((values.iter().sum::<f64>() - 1.0).abs() < 1e-13);
+        }
+        let integral: f64 = rule.weights.iter().zip(&rule.points).map(|(weight, &point)| weight * of(point)).sum();
+        let exact = 0.3 - 0.09 + 4.0 * 0.7 + (1.0 - 0.027) / 3.0 - 1.5 * (1.0 - 0.09);
+        assert!((integral - exact).abs() < 1e-13, "{integral}: {exact}");
+    }
+}

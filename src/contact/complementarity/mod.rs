@@ -32,4 +32,4 @@ pub use ldlt::{Ldlt, Singular};
 pub use local_set::{LocalSet, SlicesUnder};
 pub use search::{Search, SearchState, SliceLaw};
 pub use sweeps::SearchCounts;
-pub use tiles::{LINE, room};
+pub use tiles::{LINE, add_to_diagonal, room};

@@ -39,12 +39,11 @@
 //! F <- F + P^-1 r,    r_i = (S_i(v_i) - c F_i)/s_i,
 //! ```
 //!
-//! until S(v) - c F, taken from the whole G0, is below half of the tolerance. P is symmetric. Within a time step a force
-//! is felt some elements away (a wave of the tread goes c_P/s, s = c/dt, in elements c_P/(c V) whatever the number of
-//! them), so a band of the matrix is as good a P as the whole: what a band leaves out is a few hundredths of G0_ii as a
-//! sum over a row, less beside soft slices, and each correction leaves that and max |O_n|/E_n of the error. Small sets
-//! take the whole matrix, and so does a band whose corrections do not halve the error in the norm of P: with it they
-//! leave max |O_n|/E_n alone, as in `active_set`, so that the end is certain.
+//! until S(v) - c F, taken from the whole G0, is below half of the tolerance. P is symmetric. A force is felt c_P/s far
+//! within a time step (s = c'/dt), some elements whatever their length, so a band of the matrix is as good a P as the
+//! whole: it leaves out some thousandths of G0_ii as a sum over a row, less beside soft slices, and each correction
+//! leaves that and max |O_n|/E_n of the error. Small sets take the whole matrix, and so does a set whose band does not
+//! halve the error in the norm of P: then max |O_n|/E_n is left, as in `active_set`, so that the end is certain.
 //!
 //! Nothing is kept from step to step but the forces. A factor of the whole matrix that is kept has other slopes, and
 //! leaves the more the older it is: bench `linear_solvers`.
@@ -73,10 +72,11 @@ use crate::storage::StateError;
 /// solves without sweeps, 1.11 (N = 512) and 1.08 (N = 1024) with one, 1.00 with two.
 const SWEEPS: usize = 1;
 /// Rest of a band as part of G0_ii: with slices that are soft beside G0 each correction leaves less than this part.
-const REST_OF_A_BAND: f64 = 0.02;
+/// From 0.001 to 0.006 the search takes the same time; a skew part leaves as much.
+const REST_OF_A_BAND: f64 = 0.003;
 /// Points for each block of a band from which on the band is cheaper than the whole matrix. Measured, bench
 /// `linear_solvers`.
-const POINTS_OF_A_BAND: usize = 24;
+const POINTS_OF_A_BAND: usize = 16;
 /// Doublings of the fallback's sweeps: 4 to 2^17.
 const MOST_ROUNDS: u32 = 16;
 
@@ -183,9 +183,9 @@ impl LocalSet {
         self
     }
 
-    /// For so many points in contact: a sweep, and rounds of a matrix each, or of a band of it, with pieces of curves to
-    /// be looked up. Counted on dense asphalt: 2.4, 1.88, 1.11, 1.09 rounds for 4, 10, 35, 68 points. Corrections with
-    /// a band, and where the tyre `turns`.
+    /// For so many points in contact: a sweep, and rounds of a matrix each, with pieces of curves to be looked up.
+    /// Counted on dense asphalt: 2.4, 1.88, 1.11, 1.09 rounds for 4, 10, 35, 68 points. Corrections where a band
+    /// serves, and where the tyre `turns`.
     pub fn expected(points: f64, columns: f64, smooth: bool, turns: bool) -> ExpectedSearch {
         let rounds = if smooth { 1.0 } else { (1.05 + 80.0 / points.powi(2)).min(2.4) };
         // As most tyres have them: two blocks.

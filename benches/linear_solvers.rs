@@ -2,6 +2,11 @@
 //! LDLT (LU without exchanges), factors made anew or kept, by the program's own LDLT by panels, by Levinson's recursion
 //! where the points are neighbours, and with one point more than a kept factor has, each with its residual.
 //!
+//! G0 and the compliances of slices that yield by themselves, of a tyre that turns, from a guess to the tolerance: by
+//! corrections with the factor of the whole symmetric matrix or of a band, made anew; by conjugate residuals with that
+//! of the whole, kept for 1 and 4 instants in which slopes alone have changed, not the points (plain corrections
+//! with it grow without bound: slopes change by factors at the ends of the patch).
+//!
 //! `cargo bench --bench linear_solvers`.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "what was measured is printed")]
@@ -13,20 +18,24 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, Side};
 use num_complex::Complex64;
-use tyrewave::contact::complementarity::{LINE, Ldlt, room};
-use tyrewave::numeric::Ring;
+use pulp::Arch;
+use tyrewave::contact::complementarity::{LINE, Ldlt, add_to_diagonal, room};
+use tyrewave::contact::windows::add_windows;
+use tyrewave::numeric::{Aligned, Ring};
 use tyrewave::test_models::plate_scene;
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 
-/// G0 by distance: the default tyre with 4096 elements at 80 km/h, BDF2.
-fn instant_influence() -> Vec<f64> {
-    const ELEMENTS: usize = 4096;
+/// G0 by distance: the default tyre with so many elements at 80 km/h, its rule's first weight at `rate`/dt; as it would
+/// be by waves of O_n = `skew` E_n, symmetric and skew part.
+fn instant_influence(elements: usize, rate: f64, skew: f64) -> [Vec<f64>; 2] {
     let scene = plate_scene();
-    let time_step = scene.tyre.circumference / ELEMENTS as f64 / scene.rolling.speed();
-    let projection = Projection::new(&scene.tyre, ELEMENTS);
-    let sum = InfluenceSum::with(&scene.tyre, projection, Truncation::Tail, 1e-8, 1.5 / time_step);
-    let at = sum.at(Complex64::new(1.5 / time_step, 0.0));
-    Ring::new(ELEMENTS).elements_of(|n| sum.value(n, &at, Field::Surface).value.re).to_vec()
+    let time_step = scene.tyre.circumference / elements as f64 / scene.rolling.speed();
+    let projection = Projection::new(&scene.tyre, elements);
+    let sum = InfluenceSum::with(&scene.tyre, projection, Truncation::Tail, 1e-8, rate / time_step);
+    let at = sum.at(Complex64::new(rate / time_step, 0.0));
+    let even = |n: usize| sum.value(n, &at, Field::Surface).value.re;
+    let mut ring = Ring::new(elements);
+    [ring.elements_of(even).to_vec(), ring.odd_elements_of(|n| skew * even(n)).to_vec()]
 }
 
 /// Levinson's recursion for a symmetric Toeplitz matrix given by its first row: 2 P^2 multiply-adds, no matrix.
@@ -71,7 +80,7 @@ fn bordered(solve: impl Fn(&[f64]) -> Vec<f64>, row: &[f64], own: f64, d: &[f64]
 }
 
 fn solvers(criterion: &mut Criterion) {
-    let influence = instant_influence();
+    let [influence, _] = instant_influence(4096, 1.5, 0.0);
     for points in [16_usize, 32, 64, 128, 192, 256, 512] {
         let matrix = Mat::from_fn(points, points, |i, j| influence[i.abs_diff(j)]);
         let d: Vec<f64> = (0..points).map(|i| 1e-3 * (PI * (i as f64 + 0.5) / points as f64).sin()).collect();
@@ -144,5 +153,171 @@ fn solvers(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, solvers);
+/// Slices of an instant on points in a row: G0, and what each slice yields more than the tread.
+struct Slices {
+    points: Vec<usize>,
+    /// Symmetric part of G0 by distance.
+    influence: Vec<f64>,
+    /// G0 from distance 1 - points on.
+    row: Vec<f64>,
+    /// c (1/s - 1).
+    own: Vec<f64>,
+    /// What displaces the points as wanted, and what is guessed.
+    forces: [Vec<f64>; 2],
+    wanted: Vec<f64>,
+    arch: Arch,
+}
+
+impl Slices {
+    /// On 3 mm of stones under a tyre that has moved on by so many instants, half an element each.
+    fn new([even, odd]: &[Vec<f64>; 2], points: usize, compliance: f64, instant: usize) -> Self {
+        let signed = |distance: i64| {
+            let (even, odd) = (even[distance.unsigned_abs() as usize], odd[distance.unsigned_abs() as usize]);
+            if distance < 0 { even - odd } else { even + odd }
+        };
+        let (last, padded) = (points as i64 - 1, points.next_multiple_of(LINE) as i64);
+        let slope = |i: usize| {
+            let along = ((i as f64 + 0.5 - 0.5 * instant as f64) / points as f64).clamp(0.002, 0.998);
+            let stone = 0.6 + 0.35 * (i as f64 * 12.9898).sin();
+            1.0 - (-6.0 * stone * along * (1.0 - along) * 4.0).exp()
+        };
+        let force =
+            |i: usize| 40.0 * (PI * (i as f64 + 0.5) / points as f64).sin() * (1.0 + 0.5 * (i as f64 * 7.7).sin());
+        let exact: Vec<f64> = (0..points).map(force).collect();
+        let guess = exact.iter().enumerate().map(|(i, force)| force * (1.0 + 0.02 * (i as f64 * 3.1).cos())).collect();
+        let mut slices = Self {
+            points: (0..points).collect(),
+            influence: even[..points].to_vec(),
+            row: (-last..=padded).map(signed).collect(),
+            own: (0..points).map(|i| compliance * (slope(i).recip() - 1.0)).collect(),
+            forces: [exact, guess],
+            wanted: vec![0.0; points],
+            arch: Arch::new(),
+        };
+        let mut displaced = vec![0.0; points.next_multiple_of(LINE)];
+        slices.displace(&slices.forces[0], &mut displaced);
+        let parts = displaced.iter().zip(&slices.own).zip(&slices.forces[0]);
+        slices.wanted = parts.map(|((displaced, own), force)| displaced + own * force).collect();
+        slices
+    }
+
+    fn displace(&self, forces: &[f64], displaced: &mut [f64]) {
+        displaced.fill(0.0);
+        add_windows(self.arch, displaced, &self.row, forces.len() - 1, forces);
+    }
+
+    fn factorise(&self, solver: &mut Ldlt, matrix: &mut [f64], band: usize) {
+        solver.assemble_band(&self.points, &self.influence, matrix, band);
+        add_to_diagonal(matrix, &self.own);
+        solver.factorise_band(matrix, self.points.len(), band).expect("G0 is positive definite");
+    }
+
+    /// What the equations leave; returns the largest.
+    fn rest(&self, forces: &[f64], left: &mut [f64]) -> f64 {
+        self.displace(forces, left);
+        let equations = left.iter_mut().zip(&self.wanted).zip(&self.own).zip(forces);
+        equations.fold(0.0_f64, |largest, (((left, wanted), own), force)| {
+            *left = wanted - own * force - *left;
+            largest.max(left.abs())
+        })
+    }
+
+    /// Corrects the guess until the equations hold to half of 1e-12 of the largest; returns the number of corrections
+    /// and the residual. With `directions` each correction is conjugate to those before.
+    fn solve(
+        &self,
+        solver: &mut Ldlt,
+        (matrix, band): (&[f64], usize),
+        [forces, left]: [&mut [f64]; 2],
+        directions: Option<&mut Vec<[Vec<f64>; 2]>>,
+    ) -> (usize, f64) {
+        let (points, stride) = (self.points.len(), left.len());
+        forces.copy_from_slice(&self.forces[1]);
+        let scale = self.wanted.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+        let Some(directions) = directions else {
+            for corrections in 0..MOST_CORRECTIONS {
+                let largest = self.rest(forces, left);
+                if largest <= 0.5e-12 * scale {
+                    return (corrections, largest / scale);
+                }
+                solver.solve_band(matrix, left, stride, points, band).expect("G0 is positive definite");
+                forces.iter_mut().zip(&*left).for_each(|(force, change)| *force += change);
+            }
+            return (MOST_CORRECTIONS, f64::NAN);
+        };
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let mut largest = self.rest(forces, left);
+        for corrections in 0..MOST_CORRECTIONS {
+            if largest <= 0.5e-12 * scale {
+                return (corrections, largest / scale);
+            }
+            let (before, after) = directions.split_at_mut(corrections);
+            let [change, effect] = &mut after[0];
+            change.copy_from_slice(left);
+            solver.solve_band(matrix, change, stride, points, band).expect("G0 is positive definite");
+            self.displace(&change[..points], effect);
+            effect.iter_mut().zip(&self.own).zip(&*change).for_each(|((effect, own), change)| *effect += own * change);
+            for [other, its] in before {
+                let share = dot(&effect[..points], &its[..points]);
+                change.iter_mut().zip(&*other).for_each(|(change, other)| *change -= share * other);
+                effect.iter_mut().zip(&*its).for_each(|(effect, its)| *effect -= share * its);
+            }
+            let length = dot(&effect[..points], &effect[..points]).sqrt();
+            change.iter_mut().chain(&mut *effect).for_each(|value| *value /= length);
+            let share = dot(&left[..points], &effect[..points]);
+            forces.iter_mut().zip(&*change).for_each(|(force, change)| *force += share * change);
+            largest = self.rest(forces, left);
+        }
+        (MOST_CORRECTIONS, largest / scale)
+    }
+}
+
+/// Corrections after which a way has failed.
+const MOST_CORRECTIONS: usize = 60;
+
+/// Slices that yield by themselves, by the ways to a factor.
+fn yielding(criterion: &mut Criterion) {
+    const KAPPA: f64 = 4.6e-10;
+    /// First rate of `sdirk2`.
+    const RATE: f64 = 2.0 + std::f64::consts::SQRT_2;
+    let tyre = plate_scene().tyre;
+    for (points, elements) in [(34_usize, 512_usize), (67, 1024), (134, 2048), (268, 4096)] {
+        // The largest skew part that a tyre may have.
+        let influence = instant_influence(elements, RATE, 4.0 * PI / (RATE * elements as f64));
+        let compliance = KAPPA / (tyre.circumference / elements as f64 * tyre.contact_width);
+        let slices = Slices::new(&influence, points, compliance, 0);
+        let mut solver = Ldlt::new(points);
+        let [mut matrix, mut kept] = [room(points), room(points)].map(Aligned::new);
+        let (matrix, kept) = (matrix.part(0, room(points)), kept.part(0, room(points)));
+        let (mut forces, mut left) = (vec![0.0; points], Aligned::new(points.next_multiple_of(LINE)));
+        let left = left.part(0, points.next_multiple_of(LINE));
+        let mut directions = vec![[vec![0.0; left.len()], vec![0.0; left.len()]]; MOST_CORRECTIONS];
+        let mut group = criterion.benchmark_group(format!("{points} slices that yield"));
+        group.sample_size(20);
+        let mut ways: Vec<(String, usize, Option<usize>)> = vec![("whole, made anew".to_owned(), points, None)];
+        ways.extend([1, 4].map(|age| (format!("whole, kept for {age} instants"), points, Some(age))));
+        ways.extend([1, 2, 3].map(|band| (format!("band of {band} blocks, made anew"), band, None)));
+        for (name, band, age) in ways {
+            if let Some(age) = age {
+                // This instant's is that of `age` before, as seen from there.
+                Slices::new(&influence, points, compliance, age).factorise(&mut solver, kept, band);
+            }
+            let mut solved = |matrix: &mut [f64]| {
+                if age.is_none() {
+                    slices.factorise(&mut solver, matrix, band);
+                }
+                let factor = if age.is_none() { &*matrix } else { &*kept };
+                slices.solve(&mut solver, (factor, band), [&mut forces, left], age.map(|_| &mut directions))
+            };
+            let (corrections, residual) = solved(matrix);
+            group.bench_function(&*name, |bench| bench.iter(|| black_box(solved(black_box(&mut *matrix)))));
+            let error = slices.forces[0].iter().zip(&forces).fold(0.0_f64, |a, (b, c)| a.max((b - c).abs() / 40.0));
+            println!("{points} slices, {name}: {corrections} corrections, residual {residual:.0e}, forces {error:.0e}");
+            assert!(error < 1e-9, "{name}: {error:e}");
+        }
+        group.finish();
+    }
+}
+
+criterion_group!(benches, solvers, yielding);
 criterion_main!(benches);

@@ -24,7 +24,7 @@ pub mod march;
 mod slices;
 pub mod stability;
 pub mod static_contact;
-mod windows;
+pub mod windows;
 mod zone;
 
 pub use error::ContactError;

@@ -21,6 +21,10 @@ catalogue! {
         Solves => "linear solves",
         /// Factorisations of an active-set matrix.
         Factorisations => "factorisations",
+        /// Factorisations of a band of an active-set matrix, which serves with corrections.
+        Bands => "factorisations of a band",
+        /// Bands that did not serve: the whole matrix was factorised, too.
+        Refactorisations => "bands given up for the whole matrix",
         /// Active sets whose factor was cached.
         CacheHits => "factor cache hits",
         /// Active sets whose factor was not cached.
@@ -51,6 +55,6 @@ catalogue! {
 impl Counter {
     /// Tells counters of trouble, whose zero is not printed.
     pub const fn counts_trouble(self) -> bool {
-        matches!(self, Self::Fallbacks | Self::WindowEdgeContacts)
+        matches!(self, Self::Fallbacks | Self::Refactorisations | Self::WindowEdgeContacts)
     }
 }

@@ -85,10 +85,12 @@ pub struct Difference {
 
 /// Counters that depend on which points are found in contact, or on what a fit converges to: another instruction set
 /// rounds otherwise and may find one point more.
-const ROUNDED: [&str; 8] = [
+const ROUNDED: [&str; 10] = [
     "poles",
     "solves",
     "factorisations",
+    "bands",
+    "refactorisations",
     "cache_hits",
     "cache_misses",
     "neighbours",

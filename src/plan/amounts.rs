@@ -270,6 +270,7 @@ impl Amounts {
         self.add(Stage::ActiveSet, Unit::SearchMultiplyAdd, solutions * search.multiply_adds, Place::March);
         self.count(Counter::Solves, solutions * search.solves);
         self.count(Counter::Factorisations, solutions * search.factorisations);
+        self.count(Counter::Bands, solutions * search.bands);
         self.hold("factors", largest_memory(scene.numerics.cached_factors, columns as usize) as f64);
     }
 

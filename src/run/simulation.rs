@@ -477,6 +477,8 @@ impl Simulation {
             (Counter::Solves, counts.solves),
             (Counter::Fallbacks, counts.fallbacks),
             (Counter::Factorisations, counts.factors.factorisations),
+            (Counter::Bands, counts.factors.bands),
+            (Counter::Refactorisations, counts.factors.refactorisations),
             (Counter::CacheHits, counts.factors.hits),
             (Counter::CacheMisses, counts.factors.misses),
             (Counter::Neighbours, counts.factors.neighbours),

@@ -54,6 +54,8 @@ pub struct ExpectedSearch {
     pub solves: f64,
     /// Factorisations.
     pub factorisations: f64,
+    /// Factorisations of a band.
+    pub bands: f64,
 }
 
 /// How far the contact conditions are missed, at worst.
@@ -144,6 +146,7 @@ impl ActiveSet {
             multiply_adds: windows * points * columns + correction,
             solves: solves + corrections,
             factorisations,
+            bands: 0.0,
         }
     }
 
@@ -322,7 +325,7 @@ impl ActiveSet {
         loop {
             values.clear();
             values.extend(points.iter().map(|&point| d[point] - surface.displacement[point]));
-            if residue.is_small(values) {
+            if residue.is_small(values.iter().copied()) {
                 return Ok(solves);
             }
             if solves == 0 {

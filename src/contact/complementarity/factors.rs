@@ -33,6 +33,10 @@ const LARGEST_MEMORY: usize = 256 << 20;
 pub struct FactorCounts {
     /// Factorisations.
     pub factorisations: u64,
+    /// Factorisations of a band of the matrix in the place of the whole.
+    pub bands: u64,
+    /// Bands whose corrections did not converge fast enough: the whole matrix was factorised, too.
+    pub refactorisations: u64,
     /// Sets found.
     pub hits: u64,
     /// Sets not found.

@@ -2,11 +2,11 @@
 //!
 //! Four columns are done together: what all columns before them take off them is summed up in registers. Without
 //! exchanges: for matrices that are positive definite, or made of a positive and a negative definite block. Against
-//! faer's blocks: bench `linear_solvers`.
+//! faer's blocks: bench `linear_solvers`. Bands are of whole tiles.
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::tiles::{Assembly, LINE, room};
+use super::tiles::{Assembly, LINE, first_column, room};
 use crate::numeric::Aligned;
 
 /// Columns that are done together; a tile's rows are a multiple.
@@ -37,7 +37,12 @@ impl Ldlt {
     /// G0 of some points, given by increasing column numbers, from G0 by distance: its lower triangle, which says it
     /// all; what stands above it, and below the last row, is of no matter.
     pub fn assemble(&self, points: &[usize], influence: &[f64], matrix: &mut [f64]) {
-        self.arch.dispatch(Assembly { points, influence, matrix });
+        self.assemble_band(points, influence, matrix, points.len());
+    }
+
+    /// The same of a band.
+    pub fn assemble_band(&self, points: &[usize], influence: &[f64], matrix: &mut [f64], band: usize) {
+        self.arch.dispatch(Assembly { points, influence, matrix, band });
     }
 
     /// L below the diagonal and D on it, in place.
@@ -45,11 +50,20 @@ impl Ldlt {
     /// # Errors
     /// [`Singular`].
     pub fn factorise(&mut self, matrix: &mut [f64], rows: usize) -> Result<(), Singular> {
+        self.factorise_band(matrix, rows, rows)
+    }
+
+    /// The same of a matrix of which only so many blocks of [`LINE`] columns before a block's own are of matter, as if
+    /// all others were zero: they are neither read nor written.
+    ///
+    /// # Errors
+    /// [`Singular`].
+    pub fn factorise_band(&mut self, matrix: &mut [f64], rows: usize, band: usize) -> Result<(), Singular> {
         if rows == 0 {
             return Ok(());
         }
         let factors = self.scratch.part(0, (PANEL + 1) * rows.next_multiple_of(LINE));
-        self.arch.dispatch(ByPanels { matrix: &mut matrix[..room(rows)], factors, rows })
+        self.arch.dispatch(ByPanels { matrix: &mut matrix[..room(rows)], factors, rows, band })
     }
 
     /// Solves in place with such factors; right sides stand `stride` apart, whole lines.
@@ -63,6 +77,21 @@ impl Ldlt {
         stride: usize,
         rows: usize,
     ) -> Result<(), Singular> {
+        self.solve_band(factor, right_sides, stride, rows, rows)
+    }
+
+    /// The same with the factors of a band.
+    ///
+    /// # Errors
+    /// [`Singular`] unless all results are finite.
+    pub fn solve_band(
+        &mut self,
+        factor: &[f64],
+        right_sides: &mut [f64],
+        stride: usize,
+        rows: usize,
+        band: usize,
+    ) -> Result<(), Singular> {
         if rows == 0 {
             return Ok(());
         }
@@ -71,7 +100,7 @@ impl Ldlt {
             let right = &mut right[..padded];
             right[rows..].fill(0.0);
             let sums = self.scratch.part(0, LINE * rows);
-            self.arch.dispatch(Substitutions { factor, sums, right: &mut *right, rows });
+            self.arch.dispatch(Substitutions { factor, sums, right: &mut *right, rows, band });
             finite(right.iter())?;
         }
         Ok(())
@@ -84,6 +113,8 @@ struct ByPanels<'a> {
     /// Room for -D, and for -D L of the rows that meet the panel.
     factors: &'a mut [f64],
     rows: usize,
+    /// Blocks of columns before a block's own.
+    band: usize,
 }
 
 impl WithSimd for ByPanels<'_> {
@@ -91,18 +122,21 @@ impl WithSimd for ByPanels<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let Self { matrix, factors, rows } = self;
+        let Self { matrix, factors, rows, band } = self;
         let (pivots, factors) = factors.split_at_mut(rows.next_multiple_of(LINE));
         let (factors, _) = factors.as_chunks_mut::<PANEL>();
         for j in (0..rows).step_by(PANEL) {
             let end = rows.min(j + PANEL);
-            let block = &mut matrix[j / LINE * LINE * rows..];
+            let (own, begin) = (j / LINE, first_column(j / LINE, band));
+            let last = matrix.len().min((own + band).saturating_add(1).saturating_mul(LINE * rows));
+            let block = &mut matrix[own * LINE * rows..last];
             let factors = &mut factors[..j];
-            for ((factors, tile), &pivot) in factors.iter_mut().zip(block.chunks_exact(LINE)).zip(&*pivots) {
+            let before = factors[begin..].iter_mut().zip(block[LINE * begin..].chunks_exact(LINE));
+            for ((factors, tile), &pivot) in before.zip(&pivots[begin..]) {
                 let [k, l, m, n] = tile[j % LINE..j % LINE + PANEL] else { continue };
                 *factors = [k * pivot, l * pivot, m * pivot, n * pivot];
             }
-            let panel = Panel { simd, factors, end, rows };
+            let panel = Panel { simd, factors, end, rows, band };
             let streams = block.len() / LINE / rows * (LINE / S::F64_LANES);
             if end == rows {
                 panel.open_last(block, streams);
@@ -138,6 +172,8 @@ struct Panel<'a, S> {
     end: usize,
     /// Rows of the matrix.
     rows: usize,
+    /// [`ByPanels::band`].
+    band: usize,
 }
 
 impl<S: Simd> Panel<'_, S> {
@@ -146,6 +182,12 @@ impl<S: Simd> Panel<'_, S> {
     fn begin(self, stream: usize) -> usize {
         let vectors = LINE / S::F64_LANES;
         stream / vectors * vectors * self.rows + stream % vectors
+    }
+
+    /// First column that a stream's rows have.
+    #[inline(always)]
+    fn first(self, stream: usize) -> usize {
+        first_column(self.factors.len() / LINE + stream * S::F64_LANES / LINE, self.band).min(self.factors.len())
     }
 
     /// Takes off the panel what the columns before it do, in two streams of rows where the next is there and lies in
@@ -177,11 +219,12 @@ impl<S: Simd> Panel<'_, S> {
         let (vectors, j) = (LINE / S::F64_LANES, factors.len());
         let (block, _) = S::as_mut_simd_f64s(block);
         let (done, panel) = block[self.begin(stream)..].split_at_mut(j * vectors);
+        let first = self.first(stream);
         let mut sums = [simd.splat_f64s(0.0); C];
         for (sum, column) in sums.iter_mut().zip(panel.chunks_mut(vectors)) {
             *sum = column[0];
         }
-        for (factors, l) in factors.iter().zip(done.chunks_exact(vectors)) {
+        for (factors, l) in factors[first..].iter().zip(done[first * vectors..].chunks_exact(vectors)) {
             for (sum, &factor) in sums.iter_mut().zip(factors) {
                 *sum = simd.mul_add_e_f64s(l[0], simd.splat_f64s(factor), *sum);
             }
@@ -204,6 +247,16 @@ impl<S: Simd> Panel<'_, S> {
         let (two, g) = second.split_at_mut(j * vectors);
         let [mut a, mut b, mut c, mut d] = [f[0], f[vectors], f[2 * vectors], f[3 * vectors]];
         let [mut p, mut q, mut r, mut s] = [g[0], g[vectors], g[2 * vectors], g[3 * vectors]];
+        // The second begins a block later in a band.
+        let (first, both) = (self.first(stream), self.first(stream + 1));
+        for (&[k, l, m, n], one) in factors[first..both].iter().zip(one[first * vectors..].chunks_exact(vectors)) {
+            let [k, l, m, n] = [simd.splat_f64s(k), simd.splat_f64s(l), simd.splat_f64s(m), simd.splat_f64s(n)];
+            a = simd.mul_add_e_f64s(one[0], k, a);
+            b = simd.mul_add_e_f64s(one[0], l, b);
+            c = simd.mul_add_e_f64s(one[0], m, c);
+            d = simd.mul_add_e_f64s(one[0], n, d);
+        }
+        let (factors, one, two) = (&factors[both..], &one[both * vectors..], &two[both * vectors..]);
         let streams = one.chunks_exact(vectors).zip(two.chunks_exact(vectors));
         for (&[k, l, m, n], (one, two)) in factors.iter().zip(streams) {
             let (one, two) = (one[0], two[0]);
@@ -305,6 +358,8 @@ struct Substitutions<'a> {
     sums: &'a mut [f64],
     right: &'a mut [f64],
     rows: usize,
+    /// [`ByPanels::band`].
+    band: usize,
 }
 
 impl WithSimd for Substitutions<'_> {
@@ -312,17 +367,18 @@ impl WithSimd for Substitutions<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { factor, sums, right, rows } = self;
+        let Self { factor, sums, right, rows, band } = self;
         let vectors = LINE / S::F64_LANES;
         let zero = simd.splat_f64s(0.0);
         for (number, block) in factor.chunks_exact(LINE * rows).enumerate() {
             let (solved, open) = right.split_at_mut(LINE * number);
             let (before, own) = block.split_at(LINE * solved.len());
-            let (before, _) = S::as_simd_f64s(before);
+            let first = first_column(number, band);
+            let (before, _) = S::as_simd_f64s(&before[LINE * first..]);
             let (open_vectors, _) = S::as_mut_simd_f64s(&mut open[..LINE]);
             for (v, open) in open_vectors.iter_mut().enumerate() {
                 let mut sums = [zero; PANEL];
-                for (x, tiles) in solved.chunks_exact(PANEL).zip(before.chunks_exact(PANEL * vectors)) {
+                for (x, tiles) in solved[first..].chunks_exact(PANEL).zip(before.chunks_exact(PANEL * vectors)) {
                     for (k, sum) in sums.iter_mut().enumerate() {
                         *sum = simd.mul_add_e_f64s(tiles[k * vectors + v], simd.splat_f64s(x[k]), *sum);
                     }
@@ -330,12 +386,14 @@ impl WithSimd for Substitutions<'_> {
                 let [a, b, c, d] = sums;
                 *open = simd.sub_f64s(*open, simd.add_f64s(simd.add_f64s(a, b), simd.add_f64s(c, d)));
             }
-            for (c, tile) in own.chunks_exact(LINE).take(LINE).enumerate() {
-                let x = -open[c];
-                for (value, &l) in open[c + 1..LINE].iter_mut().zip(&tile[c + 1..]) {
-                    *value = l.mul_add(x, *value);
+            let Some(x) = open.first_chunk_mut::<LINE>() else { break };
+            let (own, mut values) = (corner(own), *x);
+            for c in 0..LINE {
+                for r in c + 1..LINE {
+                    values[r] = own[c][r].mul_add(-values[c], values[r]);
                 }
             }
+            *x = values;
         }
         // What stands below the last row is nothing.
         right[rows..].fill(0.0);
@@ -344,21 +402,32 @@ impl WithSimd for Substitutions<'_> {
         for (number, block) in factor.chunks_exact(LINE * rows).enumerate().rev() {
             let begin = LINE * number;
             let (before, own) = block.split_at(LINE * begin);
-            let x = &mut right[begin..begin + LINE];
+            let Some(x) = right[begin..].first_chunk_mut::<LINE>() else { break };
             let (before_sums, own_sums) = sums.split_at_mut(vectors * begin);
-            let own = own.chunks_exact(LINE).zip(own_sums.chunks_exact(vectors)).take(LINE);
-            for (c, (tile, sums)) in own.enumerate().rev() {
+            let (own, mut taken, mut values) = (corner(own), [0.0; LINE], *x);
+            for (taken, sums) in taken.iter_mut().zip(own_sums.chunks_exact(vectors)) {
                 let mut sum = sums[0];
                 for &more in &sums[1..] {
                     sum = simd.add_f64s(sum, more);
                 }
-                let value = x[c] / tile[c] - simd.reduce_sum_f64s(sum);
-                let later = x[c + 1..].iter().zip(&tile[c + 1..]);
-                x[c] = later.fold(value, |value, (x, l)| (-l).mul_add(*x, value));
+                *taken = simd.reduce_sum_f64s(sum);
             }
+            for c in 0..LINE {
+                values[c] = values[c] / own[c][c] - taken[c];
+            }
+            for c in (0..LINE).rev() {
+                // The latest unknown last: the others do not wait for it.
+                for r in (c + 1..LINE).rev() {
+                    values[c] = (-own[c][r]).mul_add(values[r], values[c]);
+                }
+            }
+            *x = values;
             let (x, _) = S::as_simd_f64s(&*x);
-            let (before, _) = S::as_simd_f64s(before);
-            for (sums, tile) in before_sums.chunks_exact_mut(vectors).zip(before.chunks_exact(vectors)) {
+            let first = first_column(number, band);
+            let (before, _) = S::as_simd_f64s(&before[LINE * first..]);
+            for (sums, tile) in
+                before_sums[vectors * first..].chunks_exact_mut(vectors).zip(before.chunks_exact(vectors))
+            {
                 for ((sum, &tile), &x) in sums.iter_mut().zip(tile).zip(x) {
                     *sum = simd.mul_add_e_f64s(tile, x, *sum);
                 }
@@ -367,119 +436,17 @@ impl WithSimd for Substitutions<'_> {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::contact::complementarity::tiles::{add_to_diagonal, assemble_entries};
-
-    /// A positive definite matrix with springs on its diagonal.
-    fn entry(i: usize, j: usize) -> f64 {
-        (-(i.abs_diff(j) as f64) / 3.0).exp() + if i == j { 0.1 * (1 + i % 5) as f64 } else { 0.0 }
-    }
-
-    #[test]
-    fn factors_make_the_matrix_and_solve() {
-        for rows in [1_usize, 2, 4, 7, 8, 9, 31, 33, 64, 100] {
-            let mut matrix = Aligned::new(room(rows));
-            let matrix = matrix.part(0, room(rows));
-            assemble_entries(rows, entry, matrix);
-            let mut solver = Ldlt::new(rows);
-            solver.factorise(matrix, rows).unwrap();
-            let at = |i: usize, j: usize| matrix[LINE * (i / LINE * rows + j) + i % LINE];
-            let l = |i: usize, j: usize| if i == j { 1.0 } else { at(i, j) };
-            for i in 0..rows {
-                for j in 0..=i {
-                    let product: f64 = (0..=j).map(|k| l(i, k) * at(k, k) * l(j, k)).sum();
-                    assert!((product - entry(i, j)).abs() < 1e-14, "{rows}: {i}, {j}");
-                }
-            }
-            let stride = rows.next_multiple_of(LINE) + LINE;
-            let mut right = vec![f64::NAN; 2 * stride];
-            for i in 0..rows {
-                right[i] = (0..rows).map(|j| entry(i, j) * (j + 1) as f64).sum();
-                right[stride + i] = -2.0 * right[i];
-            }
-            solver.solve(matrix, &mut right, stride, rows).unwrap();
-            for i in 0..rows {
-                assert!((right[i] - (i + 1) as f64).abs() < 1e-11, "{rows}: {}", right[i]);
-                assert!((right[stride + i] + 2.0 * (i + 1) as f64).abs() < 1e-11, "{rows}");
-            }
-        }
-    }
-
-    /// Vectors of one number, and of as many as every processor of this machine's kind has.
-    #[test]
-    fn processors_with_narrow_vectors_factorise_and_solve_alike() {
-        for rows in [1_usize, 2, 4, 7, 8, 9, 31, 33, 64, 100] {
-            let padded = rows.next_multiple_of(LINE);
-            let solved = |narrow: Option<Narrow>| {
-                let (mut matrix, mut right) = (vec![0.0; room(rows)], vec![1.0; padded]);
-                assemble_entries(rows, entry, &mut matrix);
-                let (mut factors, mut sums) = (vec![0.0; (PANEL + 1) * padded], vec![0.0; LINE * rows]);
-                let panels = ByPanels { matrix: &mut matrix, factors: &mut factors, rows };
-                Narrow::carry_out(narrow, panels).unwrap();
-                right[rows..].fill(0.0);
-                let steps = Substitutions { factor: &matrix, sums: &mut sums, right: &mut right, rows };
-                Narrow::carry_out(narrow, steps);
-                right
-            };
-            let expected = solved(None);
-            for narrow in [Narrow::One, Narrow::Four] {
-                for (found, expected) in solved(Some(narrow)).iter().zip(&expected) {
-                    assert!((found - expected).abs() < 1e-12, "{rows} rows, {narrow:?}: {found} {expected}");
-                }
-            }
-        }
-    }
-
-    /// Numbers to a vector, where they are fewer than this processor has.
-    #[derive(Clone, Copy, Debug)]
-    enum Narrow {
-        One,
-        Four,
-    }
-
-    impl Narrow {
-        fn carry_out<W: WithSimd>(narrow: Option<Self>, work: W) -> W::Output {
-            match narrow {
-                Some(Self::One) => work.with_simd(pulp::Scalar::new()),
-                #[cfg(target_arch = "x86_64")]
-                Some(Self::Four) => match pulp::x86::V3::try_new() {
-                    Some(simd) => Simd::vectorize(simd, work),
-                    None => work.with_simd(pulp::Scalar::new()),
-                },
-                _ => Arch::new().dispatch(work),
-            }
-        }
-    }
-
-    #[test]
-    fn points_with_gaps_are_assembled_over_whatever_lay_there() {
-        let influence: Vec<f64> = (0..80).map(|distance| entry(0, distance)).collect();
-        let runs = [0..20, 21..25, 30..31, 33..58, 60..61, 62..63_usize];
-        let points: Vec<usize> = runs.into_iter().flatten().collect();
-        let rows = points.len();
-        let own: Vec<f64> = (0..rows).map(|row| 0.01 * row as f64).collect();
-        let (mut made, mut expected) = (vec![f64::NAN; room(rows)], vec![f64::NAN; room(rows)]);
-        let mut solver = Ldlt::new(rows);
-        solver.assemble(&points, &influence, &mut made);
-        add_to_diagonal(&mut made, &own);
-        let spring = |i: usize, j: usize| if i == j { own[i] } else { 0.0 };
-        assemble_entries(rows, |i, j| influence[points[i] - points[j]] + spring(i, j), &mut expected);
-        solver.factorise(&mut made, rows).unwrap();
-        solver.factorise(&mut expected, rows).unwrap();
-        for i in 0..rows {
-            for j in 0..=i {
-                let at = LINE * (i / LINE * rows + j) + i % LINE;
-                assert!((made[at] - expected[at]).abs() <= 0.0, "{i}, {j}");
-            }
-        }
-    }
-
-    #[test]
-    fn a_singular_matrix_is_named() {
-        let mut matrix = vec![0.0; room(2)];
-        assemble_entries(2, |_, _| 1.0, &mut matrix);
-        assert_eq!(Ldlt::new(2).factorise(&mut matrix, 2), Err(Singular));
+/// Columns of L and D where a block meets its own rows, from its tiles there on. A last block may have fewer; unknowns
+/// are zero there.
+#[inline(always)]
+fn corner(own: &[f64]) -> [[f64; LINE]; LINE] {
+    let (tiles, _) = own.as_chunks::<LINE>();
+    match tiles.first_chunk() {
+        Some(tiles) => *tiles,
+        None => std::array::from_fn(|c| tiles.get(c).copied().unwrap_or([1.0; LINE])),
     }
 }
+
+#[cfg(test)]
+#[path = "ldlt_tests.rs"]
+mod tests;

@@ -29,13 +29,27 @@
 //! it, where every piece at hand holds it, one Newton step is exact: the search ends. With S(y) = y, p = 0 and this is
 //! the paper's equation 4.
 //!
-//! With rotation, G0 = G_s + G_a has a skew part. There is still one F: p_i grows with f, and x.G0 x > 0. Matrix and
-//! factors are those of G_s, and F on the pieces is found by corrections as in `active_set`, which the diagonal only
-//! quickens. The sweeps of step 4 are those of G_s with what G_a displaces as it was before them: each time they leave
-//! max |O_n|/E_n of the error, and what of the minimum they have not reached.
+//! With rotation, G0 = G_s + G_a has a skew part. There is still one F: p_i grows with f, and x.G0 x > 0. The sweeps of
+//! step 4 are those of G_s with what G_a displaces as it was before them: each time they leave max |O_n|/E_n of the
+//! error, and what of the minimum they have not reached.
 //!
-//! Slopes hardly ever recur, so no factor is kept: each round costs a factorisation (m^3/6 multiply-adds), a solution
-//! (m^2) and m x columns.
+//! The equations of step 2 are solved by corrections of the forces of step 1,
+//!
+//! ```text
+//! F <- F + P^-1 r,    r_i = (S_i(v_i) - c F_i)/s_i,
+//! ```
+//!
+//! until S(v) - c F, taken from the whole G0, is below half of the tolerance. P is symmetric. A force is felt c_P/s far
+//! within a time step (s = c'/dt), some elements whatever their length, so a band of the matrix is as good a P as the
+//! whole: it leaves out some thousandths of G0_ii as a sum over a row, less beside soft slices, and each correction
+//! leaves that and max |O_n|/E_n of the error. Small sets take the whole matrix, and so does a set whose band does not
+//! halve the error in the norm of P: then max |O_n|/E_n is left, as in `active_set`, so that the end is certain.
+//!
+//! Nothing is kept from step to step but the forces. A factor of the whole matrix that is kept has other slopes, and
+//! leaves the more the older it is: bench `linear_solvers`.
+//!
+//! Cost of a round of m points and a band of w columns: m w^2/2 multiply-adds for the factors (m^3/6 of the whole
+//! matrix), for each correction 2 m w and m^2, for the last m x columns.
 
 use std::ops::Range;
 
@@ -57,6 +71,12 @@ use crate::storage::StateError;
 /// Sweeps of the guess. A second one costs more than the solves that it saves: an instant of dense asphalt takes 2.00
 /// solves without sweeps, 1.11 (N = 512) and 1.08 (N = 1024) with one, 1.00 with two.
 const SWEEPS: usize = 1;
+/// Rest of a band as part of G0_ii: with slices that are soft beside G0 each correction leaves less than this part.
+/// From 0.001 to 0.006 the search takes the same time; a skew part leaves as much.
+const REST_OF_A_BAND: f64 = 0.003;
+/// Points for each block of a band from which on the band is cheaper than the whole matrix. Measured, bench
+/// `linear_solvers`.
+const POINTS_OF_A_BAND: usize = 16;
 /// Doublings of the fallback's sweeps: 4 to 2^17.
 const MOST_ROUNDS: u32 = 16;
 
@@ -95,11 +115,34 @@ pub struct LocalSet {
     next_points: Vec<usize>,
     /// c (1/s_i - 1) of the points.
     own: Vec<f64>,
-    /// y + o/s of the points, where G0 has a skew part.
-    wanted: Vec<f64>,
+    /// (S(v) - c F)/s of the points.
+    left: Vec<f64>,
+    /// Blocks of columns of a band of the matrix that serves in the place of the whole.
+    band: usize,
     matrix: Aligned,
     right: Aligned,
     solver: Ldlt,
+}
+
+/// Blocks of columns of the band whose rest, as a sum over a row, is a small part of G0_ii.
+fn blocks_of_band(influence: &[f64]) -> usize {
+    let mut rest = 0.0;
+    let far = influence.iter().rposition(|value| {
+        rest += 2.0 * value.abs();
+        rest > REST_OF_A_BAND * influence[0]
+    });
+    far.unwrap_or(0).div_ceil(LINE)
+}
+
+/// Columns of a row of a band, on average.
+fn band_width(rows: usize, band: usize) -> u64 {
+    rows.min(LINE * band + LINE / 2) as u64
+}
+
+/// Entries of a band on both sides of the diagonal.
+fn band_entries(rows: usize, band: usize) -> u64 {
+    let width = band_width(rows, band);
+    width * (2 * rows as u64 - width)
 }
 
 /// State of a [`LocalSet`].
@@ -113,6 +156,7 @@ impl LocalSet {
     /// A search over `columns` points, as [`super::active_set::ActiveSet::new`], with slices of a compliance c \[m/N\]
     /// of their own.
     pub fn new(influence: Vec<f64>, compliance: f64, columns: usize, tolerance: f64) -> Self {
+        let band = blocks_of_band(&influence);
         Self {
             law: LocalSlice::new(influence[0], compliance),
             surface: Surface::new(influence, columns),
@@ -124,7 +168,8 @@ impl LocalSet {
             points: Vec::with_capacity(columns),
             next_points: Vec::with_capacity(columns),
             own: Vec::with_capacity(columns),
-            wanted: Vec::new(),
+            left: Vec::with_capacity(columns),
+            band,
             matrix: Aligned::new(room(columns)),
             right: Aligned::new(columns.next_multiple_of(LINE)),
             solver: Ldlt::new(columns),
@@ -135,24 +180,28 @@ impl LocalSet {
     #[must_use]
     pub fn with_skew(mut self, odd: &[f64]) -> Self {
         self.surface.add_skew(odd);
-        if self.surface.is_skew() {
-            self.wanted.reserve(self.pieces.len());
-        }
         self
     }
 
     /// For so many points in contact: a sweep, and rounds of a matrix each, with pieces of curves to be looked up.
-    /// Counted on dense asphalt: 2.4, 1.88, 1.11, 1.09 rounds for 4, 10, 35, 68 points. Corrections where the tyre
-    /// `turns`.
+    /// Counted on dense asphalt: 2.4, 1.88, 1.11, 1.09 rounds for 4, 10, 35, 68 points. Corrections where a band
+    /// serves, and where the tyre `turns`.
     pub fn expected(points: f64, columns: f64, smooth: bool, turns: bool) -> ExpectedSearch {
         let rounds = if smooth { 1.0 } else { (1.05 + 80.0 / points.powi(2)).min(2.4) };
-        let corrections = if turns { CORRECTIONS } else { 0.0 };
-        let of_a_round = points.powi(3) / 6.0 + points * points + points * columns;
+        // As most tyres have them: two blocks.
+        let (rows, band) = (points as usize, 2);
+        let banded = rows >= POINTS_OF_A_BAND * band;
+        let [width, entries] = [band_width(rows, band), band_entries(rows, band)].map(|count| count as f64);
+        let (factor, entries) =
+            if banded { (0.5 * points * width * width, entries) } else { (points.powi(3) / 6.0, points * points) };
+        let corrections = if banded || turns { CORRECTIONS } else { 0.0 };
+        let of_a_round = factor + entries + points * columns;
         ExpectedSearch {
             points: 3.0 * points,
-            multiply_adds: points * columns + rounds * of_a_round + corrections * points * (points + columns),
+            multiply_adds: points * columns + rounds * of_a_round + corrections * (2.0 * entries + points * points),
             solves: rounds + corrections,
-            factorisations: rounds,
+            factorisations: if banded { 0.0 } else { rounds },
+            bands: if banded { rounds } else { 0.0 },
         }
     }
 
@@ -208,11 +257,9 @@ impl LocalSet {
     ) -> Result<(), Unsolved> {
         self.reach = self.surface.reach(y);
         self.sweep(slices, y, SWEEPS, false);
-        if self.surface.is_skew() {
-            forces.copy_from_slice(&self.surface.estimate);
-            self.surface.displaced_within(y, self.reach.clone());
-            self.begin_again(forces, false);
-        }
+        forces.copy_from_slice(&self.surface.estimate);
+        self.surface.displaced_within(y, self.reach.clone());
+        self.begin_again(forces, false);
         let largest = largest_or_zero(y);
         let (mut lowest, mut patience, mut solves, mut rounds) = (usize::MAX, self.patience, 0, 0);
         loop {
@@ -220,7 +267,10 @@ impl LocalSet {
             solves += self.solve(y, &mut residue, forces, meter)?;
             let wrong = self.exchange(slices, y, tolerance, forces);
             if wrong == 0 {
-                residue.settled()?;
+                // At rest a solution with the whole matrix is as good as it gets.
+                if self.surface.is_skew() {
+                    residue.settled()?;
+                }
                 break;
             }
             self.begin_again(forces, false);
@@ -233,10 +283,8 @@ impl LocalSet {
                 self.surface.displace_estimate();
                 self.sweep(slices, y, 4 << rounds, true);
                 rounds += 1;
-                if self.surface.is_skew() {
-                    forces.copy_from_slice(&self.surface.estimate);
-                    self.begin_again(forces, true);
-                }
+                forces.copy_from_slice(&self.surface.estimate);
+                self.begin_again(forces, true);
             } else {
                 return Err(Unsolved::Unsettled);
             }
@@ -250,12 +298,9 @@ impl LocalSet {
         y - (self.surface.displacement[column] - self.compliance * force)
     }
 
-    /// The points have changed, and the forces too if they are `new`: with a skew part of G0 none are to be off the
-    /// points, and what all displace is to be known.
+    /// The points have changed, and the forces too if they are `new`: none are to be off the points, and what all
+    /// displace within reach is to be known.
     fn begin_again(&mut self, forces: &mut [f64], new: bool) {
-        if !self.surface.is_skew() {
-            return;
-        }
         let mut points = self.points.iter().copied().peekable();
         let mut changed = new;
         for (column, force) in forces.iter_mut().enumerate() {
@@ -265,7 +310,7 @@ impl LocalSet {
             }
         }
         if changed {
-            self.surface.displace(forces);
+            self.surface.displace_within(forces, &self.reach);
         }
     }
 
@@ -326,8 +371,8 @@ impl LocalSet {
         self.reach = first.unwrap_or(self.reach.start)..last.map_or(self.reach.end, |last| last + 1);
     }
 
-    /// F on the pieces, then u everywhere; returns the number of solutions. With a skew part of G0 by corrections of
-    /// forces on the points whose displacement is known.
+    /// F on the pieces, then u everywhere, by corrections of forces on the points whose displacement is known; returns
+    /// their number.
     fn solve(
         &mut self,
         y: &[f64],
@@ -335,70 +380,74 @@ impl LocalSet {
         forces: &mut [f64],
         meter: &mut Meter,
     ) -> Result<usize, Unsolved> {
-        self.own.clear();
-        let right = self.right.part(0, self.pieces.len().next_multiple_of(LINE));
-        for (right, &column) in right.iter_mut().zip(&self.points) {
-            let piece = &self.pieces[column];
-            let softness = piece.slope.recip();
-            *right = y[column] + piece.intercept * softness;
-            self.own.push(self.compliance * (softness - 1.0));
-        }
         let rows = self.points.len();
         if rows == 0 {
             forces.fill(0.0);
             self.surface.displace(forces);
             return Ok(0);
         }
-        let mut laps = meter.laps();
-        let matrix = self.matrix.part(0, room(rows));
-        self.solver.assemble(&self.points, &self.surface.influence, matrix);
-        add_to_diagonal(matrix, &self.own);
-        self.solver.factorise(matrix, rows)?;
-        meter.lap(&mut laps, Stage::Factorisation);
-        let entries = (rows * rows) as u64;
-        let factorisation = Work { multiply_adds: entries * rows as u64 / 6, bytes: 8 * entries };
-        let counts = &mut self.surface.counts;
-        counts.factors.factorisations += 1;
-        counts.factorisation += factorisation;
-        counts.work += factorisation;
-        let (is_skew, stride) = (self.surface.is_skew(), right.len());
-        if is_skew {
-            self.wanted.clear();
-            self.wanted.extend_from_slice(&right[..rows]);
-        } else {
-            forces.fill(0.0);
-        }
+        self.own.clear();
+        self.own.extend(self.points.iter().map(|&point| self.compliance * (self.pieces[point].slope.recip() - 1.0)));
+        let mut band = if rows < POINTS_OF_A_BAND * self.band { rows } else { self.band };
+        self.factorise(band, meter)?;
         let mut solves = 0;
         loop {
-            let rest = |((&point, wanted), own): ((&usize, &f64), &f64), forces: &[f64], displacement: &[f64]| {
-                wanted - own * forces[point] - displacement[point]
-            };
-            let equations = || self.points.iter().zip(&self.wanted).zip(&self.own);
-            if is_skew {
-                let displacement = &self.surface.displacement;
-                right.iter_mut().zip(equations()).for_each(|(left, of)| *left = rest(of, forces, displacement));
-                if residue.is_small(&right[..rows]) {
-                    return Ok(solves);
-                }
+            if self.is_solved(y, residue, forces) {
+                break;
             }
-            self.solver.solve(matrix, right, stride, rows)?;
-            solves += 1;
-            if is_skew {
-                let displacement = &self.surface.displacement;
-                let work = right.iter().zip(equations()).map(|(change, of)| change * rest(of, forces, displacement));
-                if residue.stalls(work.sum()) {
-                    return Ok(solves);
-                }
-            }
-            for (&point, &force) in self.points.iter().zip(&*right) {
-                forces[point] = if is_skew { forces[point] + force } else { force };
-            }
-            self.surface.displace(forces);
+            let stride = rows.next_multiple_of(LINE);
+            let (matrix, right) = (self.matrix.part(0, room(rows)), self.right.part(0, stride));
+            right[..rows].copy_from_slice(&self.left);
+            self.solver.solve_band(matrix, right, stride, rows, band)?;
+            let entries = band_entries(rows, band);
             self.surface.counts.work += Work { multiply_adds: 2 * entries, bytes: 8 * entries };
-            if !is_skew {
-                return Ok(solves);
+            solves += 1;
+            if residue.stalls(right.iter().zip(&self.left).map(|(change, left)| change * left).sum()) {
+                if band >= rows {
+                    break;
+                }
+                band = rows;
+                residue.go_on();
+                self.surface.counts.factors.refactorisations += 1;
+                self.factorise(band, meter)?;
+                continue;
             }
+            self.points.iter().zip(&*right).for_each(|(&point, change)| forces[point] += change);
+            self.surface.displace_within(forces, &self.reach);
         }
+        self.surface.displace_beside(forces, &self.reach);
+        Ok(solves)
+    }
+
+    /// Finds (S(v) - c F)/s of the points and tells whether S(v) - c F is little enough.
+    fn is_solved(&mut self, y: &[f64], residue: &mut Residue, forces: &[f64]) -> bool {
+        let Self { surface, compliance, pieces, points, left, .. } = self;
+        left.clear();
+        residue.is_small(points.iter().map(|&point| {
+            let (piece, taken) = (&pieces[point], *compliance * forces[point]);
+            let missing = piece.displacement(y[point] - (surface.displacement[point] - taken)) - taken;
+            left.push(missing / piece.slope);
+            missing
+        }))
+    }
+
+    /// Factors of the matrix of the points, or of a band of it.
+    fn factorise(&mut self, band: usize, meter: &mut Meter) -> Result<(), Unsolved> {
+        let rows = self.points.len();
+        let mut laps = meter.laps();
+        let matrix = self.matrix.part(0, room(rows));
+        self.solver.assemble_band(&self.points, &self.surface.influence, matrix, band);
+        add_to_diagonal(matrix, &self.own);
+        self.solver.factorise_band(matrix, rows, band)?;
+        meter.lap(&mut laps, Stage::Factorisation);
+        let width = band_width(rows, band);
+        let multiply_adds = width * width * (3 * rows as u64 - 2 * width) / 6;
+        let factorisation = Work { multiply_adds, bytes: 8 * band_entries(rows, band) };
+        let counts = &mut self.surface.counts;
+        *(if band < rows { &mut counts.factors.bands } else { &mut counts.factors.factorisations }) += 1;
+        counts.factorisation += factorisation;
+        counts.work += factorisation;
+        Ok(())
     }
 
     /// Returns the work counts so far.

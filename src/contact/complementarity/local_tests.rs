@@ -304,25 +304,91 @@ fn the_fallback_alone_finds_the_solution_too() {
     assert!(fallbacks > 10, "the fallback was hardly ever needed");
 }
 
+/// Rough slices under many points; G0 with a skew part.
+fn rough_patch(instant: usize) -> (RoadStrip, Vec<f64>) {
+    const COLUMNS: usize = 100;
+    let curves: Vec<_> = (0..COLUMNS)
+        .map(|i| curve(0.02 * ((i * i) % 7) as f64, &[(0.1 + 0.02 * (i % 16) as f64, 1.0), (0.3, 2.0), (0.0, 3.0)]))
+        .collect();
+    let along = |i: usize| (i as f64 - 50.0 + 0.1 * instant as f64) / 45.0;
+    (queue(&curves), (0..COLUMNS).map(|i| 1.2 - along(i).powi(2) + 0.05 * ((i * 13 + instant) as f64).sin()).collect())
+}
+
+#[test]
+fn a_band_finds_what_the_whole_matrix_finds() {
+    let even = decaying(100, 1.5);
+    for skew in [0.0, 0.01] {
+        let odd: Vec<f64> = if skew > 0.0 { even.iter().map(|even| skew * even).collect() } else { Vec::new() };
+        let set = || LocalSet::new(even.clone(), 0.8, 100, 1e-12).with_skew(&odd);
+        let (mut banded, mut whole) = (set(), set());
+        whole.band = 100;
+        let mut forces = [vec![0.0; 100], vec![0.0; 100]];
+        for instant in 0..40 {
+            let (slices, y) = rough_patch(instant);
+            for (search, forces) in [&mut banded, &mut whole].into_iter().zip(&mut forces) {
+                let mut required = y.clone();
+                let residuals = search.search(under(&slices), &mut required, forces, &mut Meter::default()).unwrap();
+                assert!(residuals.tension <= 0.0 && residuals.penetration < 1e-12, "{residuals:?}");
+                assert!(residuals.complementarity < 1e-11, "{residuals:?}");
+            }
+            for (found, exact) in forces[0].iter().zip(&forces[1]) {
+                assert!((found - exact).abs() < 1e-11, "{instant}: {found} {exact}");
+            }
+            for (found, exact) in banded.displacement().iter().zip(whole.displacement()) {
+                assert!((found - exact).abs() < 1e-11, "{instant}: {found} {exact}");
+            }
+        }
+        let [banded, whole] = [banded.counts(), whole.counts()];
+        println!("skew {skew}: {} and {} solves, {:?}", banded.solves, whole.solves, banded.factors);
+        assert!(banded.factors.bands >= 40 && whole.factors.factorisations >= 40, "{banded:?} {whole:?}");
+        let others = [banded.factors.factorisations, banded.factors.refactorisations, whole.factors.bands];
+        assert_eq!((others, banded.fallbacks), ([0; 3], 0));
+        assert!(banded.factorisation.multiply_adds * 4 < whole.factorisation.multiply_adds);
+    }
+}
+
+#[test]
+fn a_band_that_does_not_converge_gives_way_to_the_whole_matrix() {
+    // Smooth within the band: the least eigenvalues of G0 are far below what the band leaves out.
+    let influence: Vec<f64> =
+        (0..100).map(|j| (-(j as f64 / 6.0).powi(2)).exp() + if j == 0 { 1e-6 } else { 0.0 }).collect();
+    let mut search = LocalSet::new(influence.clone(), 0.8, 100, 1e-12);
+    assert!(search.band < 4, "{}", search.band);
+    let slices: Vec<_> = (0..100).map(|_| StiffnessCurve::flat(0.0)).collect();
+    let y: Vec<f64> = (0..100).map(|i| 1.0 + 1e-3 * (i as f64 * 0.1).sin()).collect();
+    let (mut required, mut forces) = (y.clone(), vec![0.0; 100]);
+    let under = queue(&slices);
+    let residuals = search.search(self::under(&under), &mut required, &mut forces, &mut Meter::default()).unwrap();
+    assert!(residuals.tension <= 0.0 && residuals.penetration < 1e-9, "{residuals:?}");
+    assert!(violation(&influence, 0.8, &slices, &y, &forces) < 1e-9);
+    let factors = search.counts().factors;
+    // Sets of few points took the whole matrix at once.
+    assert!(factors.refactorisations > 10 && factors.factorisations >= factors.refactorisations, "{factors:?}");
+}
+
 #[test]
 fn a_restored_search_goes_on_in_the_same_bits() {
-    let influence = decaying(16, 2.0);
-    let curves: Vec<_> = (0..40).map(|i| curve(0.0, &[(0.1 + 0.02 * (i % 16) as f64, 1.0), (0.0, 3.0)])).collect();
-    let slices = queue(&curves);
-    let step = |search: &mut LocalSet, round: usize| {
-        search.advance(round % 2);
-        let under = SlicesUnder { slices: &slices, first_element: (round as i64 + 1) / 2 };
-        let mut required: Vec<f64> = (0..16).map(|i| ((i * 5 + round * 3) as f64).sin()).collect();
-        let mut forces = vec![0.0; 16];
-        search.search(under, &mut required, &mut forces, &mut Meter::default()).unwrap();
-        forces.iter().chain(&required).map(|value| value.to_bits()).collect::<Vec<_>>()
-    };
-    let mut whole = LocalSet::new(influence.clone(), 0.8, 16, 1e-13);
-    (0..20).for_each(|round| drop(step(&mut whole, round)));
-    let mut restored = LocalSet::new(influence, 0.8, 16, 1e-13);
-    restored.restore(read_back(&whole.save())).unwrap();
-    for round in 20..40 {
-        assert_eq!(step(&mut whole, round), step(&mut restored, round));
+    // Few points, and so many that a band serves.
+    for columns in [16, 100] {
+        let influence = decaying(columns, 1.5);
+        let curves: Vec<_> = (0..130).map(|i| curve(0.0, &[(0.1 + 0.02 * (i % 16) as f64, 1.0), (0.0, 3.0)])).collect();
+        let slices = queue(&curves);
+        let step = |search: &mut LocalSet, round: usize| {
+            search.advance(round % 2);
+            let under = SlicesUnder { slices: &slices, first_element: (round as i64 + 1) / 2 };
+            let mut required: Vec<f64> = (0..columns).map(|i| 0.5 + ((i * 5 + round * 3) as f64).sin()).collect();
+            let mut forces = vec![0.0; columns];
+            search.search(under, &mut required, &mut forces, &mut Meter::default()).unwrap();
+            forces.iter().chain(&required).map(|value| value.to_bits()).collect::<Vec<_>>()
+        };
+        let mut whole = LocalSet::new(influence.clone(), 0.8, columns, 1e-13);
+        (0..20).for_each(|round| drop(step(&mut whole, round)));
+        let mut restored = LocalSet::new(influence, 0.8, columns, 1e-13);
+        restored.restore(read_back(&whole.save())).unwrap();
+        for round in 20..40 {
+            assert_eq!(step(&mut whole, round), step(&mut restored, round));
+        }
+        assert_eq!(whole.counts(), restored.counts());
+        assert_eq!(whole.counts().factors.bands > 0, columns == 100, "{:?}", whole.counts());
     }
-    assert_eq!(whole.counts(), restored.counts());
 }

@@ -8,7 +8,7 @@
 //! - `residue`: where corrections end that a tyre that turns takes;
 //! - `unsolved`: why there are no forces;
 //! - `factors`: factorisations kept, found by `pattern_index` or served by a `neighbour_set`;
-//! - `ldlt`: how they are made, in `tiles`.
+//! - `ldlt`: how they are made, of whole matrices and of bands, in `tiles`.
 
 mod active_set;
 mod factors;
@@ -32,4 +32,4 @@ pub use ldlt::{Ldlt, Singular};
 pub use local_set::{LocalSet, SlicesUnder};
 pub use search::{Search, SearchState, SliceLaw};
 pub use sweeps::SearchCounts;
-pub use tiles::{LINE, room};
+pub use tiles::{LINE, add_to_diagonal, room};

@@ -29,15 +29,20 @@ impl Residue {
     }
 
     /// Takes note of what the equations leave and tells whether that is little enough, after the first correction.
-    pub fn is_small(&mut self, equations: &[f64]) -> bool {
-        let left = equations.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
+    pub fn is_small(&mut self, equations: impl Iterator<Item = f64>) -> bool {
+        let left = equations.fold(0.0, |largest: f64, value| largest.max(value.abs()));
         self.left.replace(left).is_some() && left <= self.enough
     }
 
     /// Takes the work of the next correction on what is left, r.G_s^-1 r, and tells whether it is of no use: it has not
     /// fallen to a quarter, and each correction leaves less where there is more than rounding.
     pub fn stalls(&mut self, work: f64) -> bool {
-        self.work.replace(work).is_some_and(|before| work > 0.25 * before)
+        self.work.replace(work).is_some_and(|before| !(0.0..=0.25 * before).contains(&work))
+    }
+
+    /// Begins with other corrections of what the last have left.
+    pub fn go_on(&mut self) {
+        self.work = None;
     }
 
     /// # Errors

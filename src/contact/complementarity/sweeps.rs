@@ -128,12 +128,30 @@ impl Surface {
 
     /// u = G0 F.
     pub(crate) fn displace(&mut self, forces: &[f64]) {
+        self.displace_blocks(forces, 0..self.displacement.len() / BLOCK);
+    }
+
+    /// u = G0 F of the columns within reach and of few beside them; not known elsewhere.
+    pub(crate) fn displace_within(&mut self, forces: &[f64], reach: &Range<usize>) {
+        self.displace_blocks(forces, blocks_of(reach));
+    }
+
+    /// u = G0 F of all others, for the same forces.
+    pub(crate) fn displace_beside(&mut self, forces: &[f64], reach: &Range<usize>) {
+        let Range { start, end } = blocks_of(reach);
+        self.displace_blocks(forces, 0..start);
+        self.displace_blocks(forces, end..self.displacement.len() / BLOCK);
+    }
+
+    /// u = G0 F of some blocks of columns: the same bits as of all.
+    fn displace_blocks(&mut self, forces: &[f64], blocks: Range<usize>) {
         let Self { row, arch, displacement, counts, .. } = self;
+        let displacement = &mut displacement[BLOCK * blocks.start..BLOCK * blocks.end];
         let (from, last) = (forces.iter().position(|f| *f != 0.0), forces.iter().rposition(|f| *f != 0.0));
         let forces = from.zip(last).map_or(&forces[..0], |(from, last)| &forces[from..=last]);
         let multiply_adds = (forces.len() * displacement.len()) as u64;
         counts.work += Work { multiply_adds, bytes: 8 * multiply_adds };
-        let first = (row.len() - BLOCK) / 2 - from.unwrap_or(0);
+        let first = (row.len() - BLOCK) / 2 + BLOCK * blocks.start - from.unwrap_or(0);
         displacement.fill(0.0);
         add_windows(*arch, displacement, row, first, forces);
     }
@@ -193,6 +211,11 @@ impl Surface {
         self.counts.histogram[solves.min(HISTOGRAM_BINS - 1)] += 1;
         self.estimate.copy_from_slice(forces);
     }
+}
+
+/// Blocks that hold some columns.
+fn blocks_of(columns: &Range<usize>) -> Range<usize> {
+    columns.start / BLOCK..columns.end.div_ceil(BLOCK)
 }
 
 /// Values of columns after the window has moved on by a number of elements: what was column i is column i - `by`.

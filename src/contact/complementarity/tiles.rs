@@ -13,6 +13,12 @@ pub const fn room(rows: usize) -> usize {
     rows.next_multiple_of(LINE) * rows
 }
 
+/// First column of a block of rows in a band of so many blocks before its own.
+#[inline(always)]
+pub(super) fn first_column(block: usize, band: usize) -> usize {
+    LINE * block.saturating_sub(band)
+}
+
 /// G0 of some points; neighbours are copied together.
 pub struct Assembly<'a> {
     /// Column numbers, rising.
@@ -21,6 +27,8 @@ pub struct Assembly<'a> {
     pub influence: &'a [f64],
     /// The matrix.
     pub matrix: &'a mut [f64],
+    /// Blocks of columns before a block's own that are of matter.
+    pub band: usize,
 }
 
 impl WithSimd for Assembly<'_> {
@@ -28,7 +36,7 @@ impl WithSimd for Assembly<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { points, influence, matrix } = self;
+        let Self { points, influence, matrix, band } = self;
         // Influence from distance -7 to 7.
         let mut both_ways = [0.0; 2 * LINE];
         for (index, value) in both_ways.iter_mut().enumerate() {
@@ -38,6 +46,8 @@ impl WithSimd for Assembly<'_> {
         let blocks = tiles.chunks_exact_mut(points.len().max(1)).zip(points.chunks(LINE));
         for (number, (tiles, lines)) in blocks.enumerate() {
             let (before, own) = tiles.split_at_mut(LINE * number);
+            let begin = first_column(number, band);
+            let (before, points) = (&mut before[begin..], &points[begin..]);
             let (first, last) = (lines[0], lines[lines.len() - 1]);
             if last - first + 1 == lines.len() {
                 for (tile, &point) in before.iter_mut().zip(points) {
@@ -52,7 +62,7 @@ impl WithSimd for Assembly<'_> {
                     }
                 }
             } else {
-                for (tile, &point) in before.iter_mut().chain(own).zip(points) {
+                for (tile, &point) in before.iter_mut().chain(own.iter_mut().take(LINE)).zip(points) {
                     gather(tile, lines, point, influence);
                 }
             }
@@ -82,7 +92,7 @@ pub(crate) fn assemble_entries(rows: usize, entry: impl Fn(usize, usize) -> f64,
 }
 
 /// Adds to the diagonal of a matrix.
-pub(crate) fn add_to_diagonal(matrix: &mut [f64], values: &[f64]) {
+pub fn add_to_diagonal(matrix: &mut [f64], values: &[f64]) {
     let rows = values.len();
     for (row, value) in values.iter().enumerate() {
         matrix[LINE * (row / LINE * rows + row) + row % LINE] += value;

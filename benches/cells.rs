@@ -1,6 +1,7 @@
 //! Contact over cells: products with G in double precision, a warm search on a rough road by projected gradients with
-//! proportioning behind them, and the dense factorisation of the cells in contact beside it, with its error. The past
-//! by poles in blocks, by the plain recursion and by direct sums of some lags, with the errors of both.
+//! proportioning behind them, and the dense factorisation of the cells in contact beside it, with its error; rolling to
+//! the finest tolerance and to that of `preset = "standard"`. The past by poles in blocks, in single precision, by fewer
+//! poles, by the plain recursion and by direct sums of some lags, with their errors.
 //!
 //! `cargo bench --bench cells`.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
@@ -12,15 +13,15 @@ use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_ma
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use tyrewave::contact::cells::direct::DirectPast;
-use tyrewave::contact::cells::past::{RingParts, STEPS, WavePast};
-use tyrewave::contact::cells::wave_transform::WaveTransform;
-use tyrewave::contact::cells::{CellSearch, InstantCells};
+use tyrewave::contact::cells::past::{RingParts, WavePast};
+use tyrewave::contact::cells::wave_transform::{WaveNumber, WaveTransform};
+use tyrewave::contact::cells::{CellPast, CellSearch, InstantCells};
 use tyrewave::counters::Meter;
 use tyrewave::scene::TimeRule;
 use tyrewave::test_models::cells::{RoughRoad, instant_cells};
 use tyrewave::test_models::plate_tyre;
 use tyrewave::tyre::influence::{CellGrid, CellSums, CellTruncation, WaveBand};
-use tyrewave::tyre::poles::cells::{CellFitOptions, fit_cells};
+use tyrewave::tyre::poles::cells::{CellFitOptions, CellModel, fit_cells};
 
 fn cells(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("cells");
@@ -64,11 +65,46 @@ fn cells(criterion: &mut Criterion) {
                 BatchSize::SmallInput,
             );
         });
+        for tolerance in [3e-10, 1e-5] {
+            group.bench_function(
+                BenchmarkId::new(format!("rolling over two steps, to {tolerance:.0e}"), &name),
+                |bench| {
+                    bench.iter_batched_ref(
+                        || rolled(columns, across, elements, tolerance),
+                        |(search, forces)| {
+                            (ROLLED..ROLLED + 2).for_each(|step| roll(search, &road, elements, step, forces));
+                        },
+                        BatchSize::LargeInput,
+                    );
+                },
+            );
+        }
         group.bench_function(BenchmarkId::new("dense factorisation", &name), |bench| {
             bench.iter(|| matrix.llt(Side::Lower).expect("G is positive definite").solve(black_box(&right)));
         });
     }
     group.finish();
+}
+
+/// Steps before those that are measured.
+const ROLLED: usize = 6;
+
+/// A step: the window moves on by a column, with the forces.
+fn roll(search: &mut CellSearch, road: &RoughRoad, elements: usize, step: usize, forces: &mut [f64]) {
+    let (columns, across) = (search.cells().columns(), search.cells().across());
+    search.go_on(across);
+    forces.copy_within(across.., 0);
+    forces[(columns - 1) * across..].fill(0.0);
+    search.solve(&road.required(columns, across, elements, step), forces);
+}
+
+/// A search that has rolled.
+fn rolled(columns: usize, across: usize, elements: usize, tolerance: f64) -> (CellSearch, Vec<f64>) {
+    let influence = instant_cells(columns, across, elements, 86e-6 * 1024.0 / elements as f64);
+    let mut search = CellSearch::new(InstantCells::new(influence), tolerance);
+    let (road, mut forces) = (RoughRoad::new(1), vec![0.0; columns * across]);
+    (0..ROLLED).for_each(|step| roll(&mut search, &road, elements, step, &mut forces));
+    (search, forces)
 }
 
 /// Elements round the tyre, cells across, columns of the window, lags of the direct sums.
@@ -84,55 +120,74 @@ fn past(criterion: &mut Criterion) {
     let rows = sums.waves(WaveBand::WHOLE);
     let options = CellFitOptions { top: 8.0 / time_step, tolerance: 1e-4, most_poles: 160 };
     let model = fit_cells(&sums, &rows, &options, &Default::default()).expect("the waves can be fitted");
-    let transform = || WaveTransform::new(sums.grid(), elements, columns, &rows);
-    let poles = |steps: usize| {
-        let ring = RingParts { model: &model, transform: transform(), forgotten_after: None };
-        WavePast::with_blocks([ring], rule, time_step, steps)
-    };
-    let mut direct = DirectPast::new(&sums, &rows, transform(), rule, time_step, lags);
-    let force = |step: i64, cell: usize| (0.1 * step as f64 + 0.7 * cell as f64).sin().max(0.0);
-    let forces = |step: i64| (0..columns * across).map(|cell| force(step, cell)).collect::<Vec<f64>>();
+    let model = &model;
+    fn ring<'m, N: WaveNumber>(
+        model: &'m CellModel,
+        transform: WaveTransform<N>,
+        fewer_poles: Option<f64>,
+    ) -> RingParts<'m, N> {
+        RingParts { model, transform, forgotten_after: None, fewer_poles }
+    }
+    let double = || WaveTransform::<f64>::new(sums.grid(), elements, columns, &rows);
+    let single = || WaveTransform::<f32>::new(sums.grid(), elements, columns, &rows);
+    let boxed = |past: WavePast| CellPast::Modal(Box::new(past));
+    let rounded = |past: WavePast<f32>| CellPast::Single(Box::new(past));
+    let blocks = || [ring(model, double(), None)];
+    let mut pasts = [
+        ("blocks", boxed(WavePast::new(blocks(), rule, time_step))),
+        ("single precision", rounded(WavePast::new([ring(model, single(), None)], rule, time_step))),
+        ("plain recursion", boxed(WavePast::with_blocks(blocks(), rule, time_step, 1))),
+    ];
+    let mut direct = CellPast::Direct(Box::new(DirectPast::new(&sums, &rows, double(), rule, time_step, lags)));
+    let mut step = 0;
     let mut meter = Meter::default();
-    let mut displaced = |past: &mut WavePast, step: i64| {
+    let mut displaced = |past: &mut CellPast, step: i64| {
         let mut out = vec![0.0; columns * across];
-        past.add_displacement(step, &mut out, &mut meter);
-        past.push(step, &forces(step));
+        past.add_displacement(0, step, &mut out, &mut meter);
+        let force = |cell: usize| (0.1 * step as f64 + 0.7 * cell as f64).sin().max(0.0);
+        past.push(0, step, &(0..columns * across).map(force).collect::<Vec<f64>>());
         out
     };
-    let (mut blocks, mut plain) = (poles(STEPS), poles(1));
-    let (mut errors, mut largest) = ([0.0_f64; 2], 0.0_f64);
-    for step in 0..lags as i64 {
-        let mut exact = vec![0.0; columns * across];
-        direct.add_displacement(0, step, &mut exact);
-        direct.push(0, step, &forces(step));
-        for (past, error) in [&mut blocks, &mut plain].into_iter().zip(&mut errors) {
+    let (mut errors, mut largest) = ([0.0_f64; 3], 0.0_f64);
+    while step < lags as i64 {
+        let exact = displaced(&mut direct, step);
+        for ((_, past), error) in pasts.iter_mut().zip(&mut errors) {
             let differences = displaced(past, step).into_iter().zip(&exact).map(|(a, b)| (a - b).abs());
             *error = differences.fold(*error, f64::max);
         }
         largest = exact.iter().fold(largest, |largest, u| largest.max(u.abs()));
+        step += 1;
     }
-    let [of_blocks, of_plain] = errors.map(|error| error / largest);
-    println!("{} waves, {lags} lags: errors {of_blocks:.1e} in blocks, {of_plain:.1e} plain", model.len());
+    for ((name, _), error) in pasts.iter().zip(errors) {
+        println!("{} waves, {lags} lags, {name}: error {:.1e}", model.len(), error / largest);
+    }
+    // Fewer poles are for rules of one step.
+    let rule = TimeRule::Sdirk2;
+    let (mut all, mut fewer) = (
+        boxed(WavePast::new(blocks(), rule, time_step)),
+        boxed(WavePast::new([ring(model, double(), Some(options.tolerance))], rule, time_step)),
+    );
+    let (mut error, mut largest) = (0.0_f64, 0.0_f64);
+    for instant in 0..2 * lags as i64 {
+        let exact = displaced(&mut all, instant / 2);
+        let differences = displaced(&mut fewer, instant / 2).into_iter().zip(&exact).map(|(a, b)| (a - b).abs());
+        error = differences.fold(error, f64::max);
+        largest = exact.iter().fold(largest, |largest, u| largest.max(u.abs()));
+    }
+    println!("fewer poles: error {:.1e}", error / largest);
+    let both = rounded(WavePast::new([ring(model, single(), Some(options.tolerance))], rule, time_step));
     let mut group = criterion.benchmark_group("past of cells");
     group.sample_size(10);
-    let mut step = lags as i64;
-    for (name, past) in [("blocks", &mut blocks), ("plain recursion", &mut plain)] {
+    let of_stages = [("sdirk2", all), ("sdirk2, fewer poles", fewer), ("sdirk2, both", both)];
+    let sums = [("direct sums", direct)];
+    for (name, mut past) in pasts.into_iter().chain(sums).chain(of_stages) {
         group.bench_function(name, |bench| {
             bench.iter(|| {
                 step += 1;
-                displaced(past, step)
+                displaced(&mut past, step)
             });
         });
     }
-    group.bench_function(format!("direct sums, {lags} lags"), |bench| {
-        bench.iter(|| {
-            step += 1;
-            let mut out = vec![0.0; columns * across];
-            direct.add_displacement(0, step, &mut out);
-            direct.push(0, step, &forces(step));
-            out
-        });
-    });
     group.finish();
 }
 

@@ -4,6 +4,7 @@ pub mod aligned;
 pub mod bounded_least_squares;
 pub mod complex_field;
 pub mod digest;
+pub mod element;
 pub mod in_parallel;
 pub mod lagrange;
 pub mod lanes;
@@ -22,6 +23,7 @@ pub mod windowed_sinc;
 
 pub use aligned::Aligned;
 pub use complex_field::ComplexField;
+pub use element::Element;
 pub use lanes::{Lanes, MOST_LANES};
 pub use largest::largest_or_zero;
 pub use precision::{double, single};

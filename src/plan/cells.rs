@@ -5,6 +5,7 @@ use std::f64::consts::{PI, TAU};
 use super::Plan;
 use super::amounts::{Amounts, Place};
 use super::unit::Unit;
+use crate::contact::cells::SINGLE;
 use crate::contact::cells::past::STEPS;
 use crate::contact::history::expected_multiply_adds;
 use crate::counters::{Counter, Stage};
@@ -32,6 +33,8 @@ const FAR_SIDES: f64 = 10.0;
 /// Residuals of the search for cells are no smaller than this part of the largest required displacement: its steps are
 /// taken in single precision, and each round that brings the exact residual down costs as much as the first.
 const LEAST_TOLERANCE: f64 = 3e-10;
+/// Tolerance of fewer poles relative to that of the fit.
+const FEWER_POLES: f64 = 1.0;
 /// Poles of a wave, conjugates counted, at a tolerance of 1e-5, and how many less for each factor of ten above it
 /// (measured, N = 256 to 1024).
 const POLES: [f64; 2] = [32.0, 5.0];
@@ -118,6 +121,17 @@ impl Plan {
     /// How far a cell may be from where it is required to be, relative to the largest required displacement.
     pub fn cell_tolerance(&self) -> f64 {
         self.scene.numerics.contact_tolerance.max(LEAST_TOLERANCE)
+    }
+
+    /// Tells whether the past of cells may be carried in single precision: it is a fraction of that precision's rounding
+    /// off, and the tolerance is far above.
+    pub fn is_single(&self) -> bool {
+        self.cell_tolerance() >= SINGLE
+    }
+
+    /// Tolerance to which fewer poles foretell the past of cells, relative to each wave's influence; `None`: all do.
+    pub fn fewer_poles(&self) -> Option<f64> {
+        self.is_single().then_some(FEWER_POLES * self.fit.tolerance)
     }
 
     /// Waves that a window of so many columns is expected to need, the multiply-adds of their transforms, there and

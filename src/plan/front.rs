@@ -34,6 +34,8 @@ pub struct FrontRow {
     pub steps_per_period: f64,
     /// Tolerance of the poles.
     pub pole_tolerance: f64,
+    /// Tolerance of the contact conditions over cells.
+    pub cell_tolerance: f64,
     /// Widest and longest cell of a made road of the default's wavelengths, where V/fmax is 22 mm at least \[m\].
     pub cell: f64,
     /// Tolerance of the slices' curves \[m\].
@@ -54,6 +56,7 @@ impl FrontRow {
             time_rule: TimeRule::Sdirk2,
             steps_per_period: 2.9,
             pole_tolerance: 1e-3,
+            cell_tolerance: 1e-4,
             cell: 2.6e-3,
             slice_tolerance: 1e-6,
             error: 3.0,
@@ -66,6 +69,7 @@ impl FrontRow {
             time_rule: TimeRule::Sdirk2,
             steps_per_period: 5.8,
             pole_tolerance: 1e-4,
+            cell_tolerance: 1e-5,
             cell: 2e-3,
             slice_tolerance: 3e-7,
             error: 1.0,
@@ -78,6 +82,7 @@ impl FrontRow {
             time_rule: TimeRule::Sdirk2,
             steps_per_period: 11.6,
             pole_tolerance: 1e-5,
+            cell_tolerance: 1e-6,
             cell: 1e-3,
             slice_tolerance: 1e-7,
             error: 0.3,

@@ -112,6 +112,24 @@ fn keys_that_are_given_stay_beside_a_preset() {
 }
 
 #[test]
+fn a_preset_over_cells_asks_for_no_more_than_it_needs() {
+    for row in &FrontRow::ALL {
+        let cells = |keys: &str| {
+            let text = open(&format!("preset = \"{}\"\n{keys}", row.preset.name()));
+            planned(&replaced(&text, &[("tread = \"elastic\"", "zone = \"cells\"")])).unwrap()
+        };
+        let plan = cells("");
+        assert!((plan.cell_tolerance() / row.cell_tolerance - 1.0).abs() < 1e-12);
+        assert!(plan.is_single() && plan.fewer_poles().is_some());
+        assert!(plan.choices.iter().any(|choice| choice.key == "numerics.contact_tolerance"));
+        let exact = cells("contact_tolerance = 1e-12");
+        assert!(!exact.is_single() && exact.fewer_poles().is_none());
+    }
+    let slices = planned(&open("preset = \"draft\"")).unwrap();
+    assert!((slices.scene.numerics.contact_tolerance / 1e-12 - 1.0).abs() < 1e-9);
+}
+
+#[test]
 fn what_sidewalls_give_is_shown_beside_what_is_used() {
     let foundation = "foundation = { normal = 1.8e6, tangential = 1e6, loss_factor = 0.1 }";
     let sidewall = "curvature = true\ninflation = { pressure = 2.2e5 }\n\

@@ -6,7 +6,7 @@ use crate::contact::ContactError;
 use crate::contact::cells::direct::DirectPast;
 use crate::contact::cells::past::{RingParts, WavePast};
 use crate::contact::cells::resting::RestingCells;
-use crate::contact::cells::wave_transform::WaveTransform;
+use crate::contact::cells::wave_transform::{WaveNumber, WaveTransform};
 use crate::contact::cells::{CellPast, CellZone};
 use crate::contact::march::March;
 use crate::contact::static_contact::StaticContact;
@@ -96,6 +96,9 @@ impl<'a> CellContact<'a> {
         let numerics = &self.plan.scene.numerics;
         let past = match numerics.history {
             History::Direct => CellPast::Direct(Box::new(self.direct(instant.columns, meter))),
+            History::Modal if self.plan.is_single() => {
+                CellPast::Single(Box::new(self.rings(instant.columns, carried, meter)))
+            }
             History::Modal => CellPast::Modal(Box::new(self.rings(instant.columns, carried, meter))),
         };
         let tolerance = self.plan.cell_tolerance();
@@ -160,13 +163,14 @@ impl<'a> CellContact<'a> {
         })
     }
 
-    fn rings(&self, columns: usize, carried: &[CarriedWaves], meter: &mut Meter) -> WavePast {
+    fn rings<N: WaveNumber>(&self, columns: usize, carried: &[CarriedWaves], meter: &mut Meter) -> WavePast<N> {
         let numerics = &self.plan.scene.numerics;
         let rings = self.bands(columns).into_iter().zip(carried).map(|(band, CarriedWaves { part, rows, model })| {
             meter.count(Counter::Poles, model.order() as u64);
             let grid = CellGrid::new(&self.plan.tyre_of(band), numerics.elements, self.sums.grid().across);
             let transform = WaveTransform::new(&grid, grid.elements() / part, columns, rows);
-            RingParts { model, transform, forgotten_after: self.plan.forgotten_after(band, columns) }
+            let forgotten_after = self.plan.forgotten_after(band, columns);
+            RingParts { model, transform, forgotten_after, fewer_poles: self.plan.fewer_poles() }
         });
         WavePast::new(rings, numerics.time_rule, self.plan.time_step)
     }

@@ -256,7 +256,12 @@ mod tests {
     use super::*;
     use crate::counters::Counter;
     use crate::plan::Plan;
-    use crate::scene::{DEFAULT, Scene, Setting};
+    use crate::scene::{DEFAULT, LoadedScene, Scene, Setting};
+
+    fn scene_with(settings: &[&str]) -> LoadedScene {
+        let settings: Vec<Setting> = settings.iter().map(|text| Setting::parse(text).unwrap()).collect();
+        Scene::from_str_with(DEFAULT, "default", &settings).unwrap()
+    }
 
     /// A run over cells whose forces are told over a part of the rigid chord, in a window so many times as long.
     fn run_over(reach: f64, window: f64) -> Simulation {
@@ -267,11 +272,58 @@ mod tests {
             "rolling.warm_up=0.0",
             "rolling.duration=0.02",
         ];
-        let settings: Vec<Setting> = settings.iter().map(|text| Setting::parse(text).unwrap()).collect();
-        let loaded = Scene::from_str_with(DEFAULT, "default", &settings).unwrap();
+        let loaded = scene_with(&settings);
         let mut plan = Plan::of(&loaded).unwrap();
         (plan.reach, plan.window) = (reach, window);
         Simulation::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap()
+    }
+
+    #[test]
+    fn cells_in_single_precision_are_the_same_on_any_threads_and_after_a_stop() {
+        let to = |tolerance: &str| {
+            let numerics = format!("numerics={{elements=128,lateral_terms=12,pole_tolerance=1e-4{tolerance}}}");
+            scene_with(&[
+                "contact={zone=\"cells\",cells_across=4}",
+                &numerics,
+                "rolling.axle={indentation=0.006,ramp=0.0}",
+                "rolling.warm_up=0.0",
+                "rolling.duration=0.04",
+            ])
+        };
+        let loaded = to(",contact_tolerance=1e-5");
+        let plan = Plan::of(&loaded).unwrap();
+        assert!(plan.is_single() && plan.fewer_poles().is_some());
+        let begin = || Simulation::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap();
+        let on = |threads: usize, stop: Option<u64>| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                let mut run = begin();
+                let mut found = forces(&mut run, stop.unwrap_or(u64::MAX));
+                let Some(stop) = stop else { return found };
+                let state = RunState::of(&run, [Duration::ZERO; 2]).unwrap();
+                let mut resumed = begin();
+                let (_, road) = state.restore(stop, &mut resumed).unwrap();
+                resumed.prepared.road.refill(&road, &mut resumed.meter).unwrap();
+                found.extend(forces(&mut resumed, u64::MAX));
+                found
+            })
+        };
+        let whole = on(1, None);
+        assert!(whole.len() > 40 && whole.iter().any(|force| *force > 100.0));
+        assert_eq!(on(2, None), whole);
+        for (threads, stop) in [(1, 17), (2, 18), (1, 19), (2, 20)] {
+            assert_eq!(on(threads, Some(stop)), whole, "{stop}");
+        }
+        // To the finest tolerance forces are others, by little.
+        let finest = to("");
+        let exact = Plan::of(&finest).unwrap();
+        assert!(!exact.is_single() && exact.fewer_poles().is_none());
+        let mut exact = Simulation::begin(&finest, &exact, &AtomicBool::new(false)).unwrap();
+        let exact = forces(&mut exact, u64::MAX);
+        let largest = exact.iter().fold(0.0_f64, |largest, force| largest.max(*force));
+        let error = exact.iter().zip(&whole).fold(0.0_f64, |worst, (a, b)| worst.max((a - b).abs())) / largest;
+        println!("forces by the tolerance {error:.1e}");
+        assert!(error > 0.0 && error < 1e-4, "{error:e}");
     }
 
     /// Forces of the steps up to one, or to the last \[N\].

@@ -3,10 +3,12 @@
 use std::sync::atomic::AtomicBool;
 
 use super::Simulation;
+use crate::counters::process::cpu_time;
 use crate::numeric::RunningMoments;
 use crate::plan::Plan;
+use crate::response::{BandLevel, PowerSpectrum};
 use crate::results::summary::RollingResistance;
-use crate::scene::{LoadedScene, PLATE};
+use crate::scene::{DEFAULT, LoadedScene, PLATE, Scene, Setting};
 use crate::test_models::{self, edit};
 
 fn scene(changes: &[(&str, &str)]) -> LoadedScene {
@@ -59,4 +61,55 @@ fn uncoupled_points_have_no_rolling_resistance() {
     let mut run = Simulation::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap();
     while run.step().unwrap().is_some() {}
     assert_eq!(run.finish().rolling_resistance, None);
+}
+
+/// `scenes/cells.toml` of so many elements and cells across, to a tolerance of the contact conditions: forces, and
+/// processor seconds a step.
+fn cells_to(elements: usize, across: usize, tolerance: f64, seconds: f64) -> (Vec<f64>, f64, f64) {
+    let settings = [
+        format!("contact={{zone=\"cells\",cells_across={across}}}"),
+        format!("numerics={{elements={elements},pole_tolerance=1e-4,contact_tolerance={tolerance:e}}}"),
+        "rolling.axle={indentation=0.0168,ramp=0.0}".to_owned(),
+        "rolling.warm_up=0.0".to_owned(),
+        format!("rolling.duration={seconds}"),
+    ];
+    let settings: Vec<Setting> = settings.iter().map(|text| Setting::parse(text).unwrap()).collect();
+    let loaded = Scene::from_str_with(DEFAULT, "default", &settings).unwrap();
+    let plan = Plan::of(&loaded).unwrap();
+    let mut run = Simulation::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap();
+    let mut forces = Vec::new();
+    let begin = cpu_time().unwrap();
+    while let Some(step) = run.step().unwrap() {
+        forces.push(step.total_force);
+    }
+    let spent = cpu_time().unwrap() - begin;
+    (forces, spent.as_secs_f64() / plan.steps as f64, plan.time_step)
+}
+
+#[test]
+#[ignore = "measures"]
+fn times_and_levels_of_cells_by_tolerance() {
+    let levels = |forces: &[f64], time_step: f64| {
+        let skipped = forces.len() / 5;
+        PowerSpectrum::of(&forces[skipped..], time_step, Some(0.1)).unwrap().third_octaves(60.0, 1.0)
+    };
+    let (elements, across) = (512, 30);
+    let mut exact: Option<Vec<BandLevel>> = None;
+    for tolerance in [1e-12, 1e-6, 1e-5, 1e-4] {
+        let (forces, each, time_step) = cells_to(elements, across, tolerance, 0.5);
+        let found = levels(&forces, time_step);
+        let exact = exact.get_or_insert_with(|| found.clone());
+        let of = |high: f64| {
+            let bands = exact.iter().zip(&found).filter(|(a, _)| a.band.mid_frequency() < high);
+            bands.fold(0.0_f64, |worst, (a, b)| worst.max((a.level - b.level).abs()))
+        };
+        println!(
+            "{elements} x {across} to {tolerance:.0e}: {:.0} us a step, {:.3} of real time; off by {:.4} dB to 2 kHz, {:.4} \
+             dB to 4 kHz",
+            1e6 * each,
+            time_step / each,
+            of(2100.0),
+            of(4100.0)
+        );
+    }
 }

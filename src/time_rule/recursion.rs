@@ -30,56 +30,57 @@
 #![expect(clippy::needless_range_loop, reason = "an iterator over vectors costs a call wherever it is not inlined")]
 
 use num_complex::Complex64;
-use pulp::Simd;
+use pulp::{Scalar, Simd};
 
 use super::TimeRule;
 use super::hold::FirstOrderHold;
+use crate::numeric::Element;
 
 /// Stages of a rule at most.
 pub const MOST_STAGES: usize = 3;
 
 /// A number of every lane, complex or, of real poles, the one real part.
-pub type Number<S, const PARTS: usize> = [<S as Simd>::f64s; PARTS];
+pub type Number<E, S, const PARTS: usize> = [<E as Element>::Vector<S>; PARTS];
 
 /// g and w of vectors of poles.
 #[derive(Clone, Copy)]
-pub struct Poles<S: Simd, const PARTS: usize> {
+pub struct Poles<E: Element, S: Simd, const PARTS: usize> {
     /// g.
-    pub g: Number<S, PARTS>,
+    pub g: Number<E, S, PARTS>,
     /// w.
-    pub w: Number<S, PARTS>,
+    pub w: Number<E, S, PARTS>,
 }
 
 /// State of vectors of poles driven by one real force.
 #[derive(Clone, Copy)]
-pub struct State<S: Simd, const PARTS: usize> {
+pub struct State<E: Element, S: Simd, const PARTS: usize> {
     /// b at the end of the last step.
-    pub end: Number<S, PARTS>,
+    pub end: Number<E, S, PARTS>,
     /// b at its beginning, for a rule that [looks back](Recursion::LOOKS_BACK).
-    pub before: Number<S, PARTS>,
+    pub before: Number<E, S, PARTS>,
 }
 
 /// Maps of a pole over a step.
 #[derive(Clone, Copy)]
-pub struct StepMaps<S: Simd, const PARTS: usize> {
+pub struct StepMaps<E: Element, S: Simd, const PARTS: usize> {
     /// R.
-    whole: Number<S, PARTS>,
+    whole: Number<E, S, PARTS>,
     /// W of every instant: what a unit force there adds to b at the step's end.
-    inputs: [Number<S, PARTS>; MOST_STAGES],
+    inputs: [Number<E, S, PARTS>; MOST_STAGES],
     /// A of every instant; the last stage ends the step, its A is R.
-    outputs: [Number<S, PARTS>; MOST_STAGES],
+    outputs: [Number<E, S, PARTS>; MOST_STAGES],
 }
 
-impl<S: Simd, const PARTS: usize> StepMaps<S, PARTS> {
+impl<E: Element, S: Simd, const PARTS: usize> StepMaps<E, S, PARTS> {
     /// Makes the maps of a rule of one stage.
     #[inline(always)]
-    fn of_one(Poles { g, w }: Poles<S, PARTS>) -> Self {
+    fn of_one(Poles { g, w }: Poles<E, S, PARTS>) -> Self {
         Self { whole: g, inputs: [w; MOST_STAGES], outputs: [g; MOST_STAGES] }
     }
 }
 
 /// A value for every instant of a step.
-pub type Instants<S> = [<S as Simd>::f64s; MOST_STAGES];
+pub type Instants<E, S> = [<E as Element>::Vector<S>; MOST_STAGES];
 
 /// How a rule goes from one step to the next.
 pub trait Recursion: Copy + Send + Sync {
@@ -89,32 +90,45 @@ pub trait Recursion: Copy + Send + Sync {
     const LOOKS_BACK: bool = false;
 
     /// From g and w.
-    fn maps<S: Simd, const P: usize>(self, simd: S, poles: Poles<S, P>) -> StepMaps<S, P>;
+    fn maps<E: Element, S: Simd, const P: usize>(self, simd: S, poles: Poles<E, S, P>) -> StepMaps<E, S, P>;
 
     /// Goes through a step without forces; gives Re b at its instants.
-    fn foretell<S: Simd, const P: usize>(simd: S, maps: &StepMaps<S, P>, state: &mut State<S, P>) -> Instants<S>;
+    fn foretell<E: Element, S: Simd, const P: usize>(
+        simd: S,
+        maps: &StepMaps<E, S, P>,
+        state: &mut State<E, S, P>,
+    ) -> Instants<E, S>;
 
     /// A of an odd part at every instant, from q: on the state that [`Self::foretell_both`] takes it from.
     #[inline(always)]
-    fn odd_outputs<S: Simd, const P: usize>(_: S, _: &StepMaps<S, P>, q: Number<S, P>) -> [Number<S, P>; MOST_STAGES] {
+    fn odd_outputs<E: Element, S: Simd, const P: usize>(
+        _: S,
+        _: &StepMaps<E, S, P>,
+        q: Number<E, S, P>,
+    ) -> [Number<E, S, P>; MOST_STAGES] {
         [q; MOST_STAGES]
     }
 
     /// As [`Self::foretell`]; gives Re b, then Re(q b).
     #[inline(always)]
-    fn foretell_both<S: Simd, const P: usize>(
+    fn foretell_both<E: Element, S: Simd, const P: usize>(
         simd: S,
-        maps: &StepMaps<S, P>,
-        odd: &[Number<S, P>; MOST_STAGES],
-        state: &mut State<S, P>,
-    ) -> [Instants<S>; 2] {
+        maps: &StepMaps<E, S, P>,
+        odd: &[Number<E, S, P>; MOST_STAGES],
+        state: &mut State<E, S, P>,
+    ) -> [Instants<E, S>; 2] {
         let even = Self::foretell(simd, maps, state);
-        [even, [real_part(simd, odd[0], state.end); MOST_STAGES]]
+        [even, [real_part::<E, _, _>(simd, odd[0], state.end); MOST_STAGES]]
     }
 
     /// Goes through so many steps without forces.
     #[inline(always)]
-    fn skip<S: Simd, const P: usize>(simd: S, maps: &StepMaps<S, P>, states: [&mut State<S, P>; 2], steps: usize) {
+    fn skip<E: Element, S: Simd, const P: usize>(
+        simd: S,
+        maps: &StepMaps<E, S, P>,
+        states: [&mut State<E, S, P>; 2],
+        steps: usize,
+    ) {
         for state in states {
             for _ in 0..steps {
                 Self::foretell(simd, maps, state);
@@ -124,10 +138,15 @@ pub trait Recursion: Copy + Send + Sync {
 
     /// Takes in the forces of a step.
     #[inline(always)]
-    fn take_in<S: Simd, const P: usize>(simd: S, maps: &StepMaps<S, P>, forces: Instants<S>, state: &mut State<S, P>) {
+    fn take_in<E: Element, S: Simd, const P: usize>(
+        simd: S,
+        maps: &StepMaps<E, S, P>,
+        forces: Instants<E, S>,
+        state: &mut State<E, S, P>,
+    ) {
         Self::foretell(simd, maps, state);
         for stage in 0..Self::STAGES {
-            add(simd, forces[stage], maps.inputs[stage], &mut state.end);
+            add::<E, _, _>(simd, forces[stage], maps.inputs[stage], &mut state.end);
         }
     }
 }
@@ -135,30 +154,43 @@ pub trait Recursion: Copy + Send + Sync {
 /// g x. Plain loops here and below: what a closure does with vectors is only as fast as the compiler is willing to
 /// inline it.
 #[inline(always)]
-fn times<S: Simd, const PARTS: usize>(simd: S, g: Number<S, PARTS>, x: Number<S, PARTS>) -> Number<S, PARTS> {
+fn times<E: Element, S: Simd, const PARTS: usize>(
+    simd: S,
+    g: Number<E, S, PARTS>,
+    x: Number<E, S, PARTS>,
+) -> Number<E, S, PARTS> {
     let mut product = x;
     for part in &mut product {
-        *part = simd.mul_f64s(g[0], *part);
+        *part = E::mul(simd, g[0], *part);
     }
     if PARTS == 2 {
-        product[0] = simd.negate_mul_add_e_f64s(g[PARTS - 1], x[PARTS - 1], product[0]);
-        product[PARTS - 1] = simd.mul_add_e_f64s(g[PARTS - 1], x[0], product[PARTS - 1]);
+        product[0] = E::negate_mul_add(simd, g[PARTS - 1], x[PARTS - 1], product[0]);
+        product[PARTS - 1] = E::mul_add(simd, g[PARTS - 1], x[0], product[PARTS - 1]);
     }
     product
 }
 
 /// Re(g x).
 #[inline(always)]
-fn real_part<S: Simd, const PARTS: usize>(simd: S, g: Number<S, PARTS>, x: Number<S, PARTS>) -> S::f64s {
-    let product = simd.mul_f64s(g[0], x[0]);
-    if PARTS == 2 { simd.negate_mul_add_e_f64s(g[PARTS - 1], x[PARTS - 1], product) } else { product }
+fn real_part<E: Element, S: Simd, const PARTS: usize>(
+    simd: S,
+    g: Number<E, S, PARTS>,
+    x: Number<E, S, PARTS>,
+) -> E::Vector<S> {
+    let product = E::mul(simd, g[0], x[0]);
+    if PARTS == 2 { E::negate_mul_add(simd, g[PARTS - 1], x[PARTS - 1], product) } else { product }
 }
 
 /// y += factor x.
 #[inline(always)]
-fn add<S: Simd, const PARTS: usize>(simd: S, factor: S::f64s, x: Number<S, PARTS>, y: &mut Number<S, PARTS>) {
+fn add<E: Element, S: Simd, const PARTS: usize>(
+    simd: S,
+    factor: E::Vector<S>,
+    x: Number<E, S, PARTS>,
+    y: &mut Number<E, S, PARTS>,
+) {
     for part in 0..PARTS {
-        y[part] = simd.mul_add_e_f64s(factor, x[part], y[part]);
+        y[part] = E::mul_add(simd, factor, x[part], y[part]);
     }
 }
 
@@ -171,16 +203,20 @@ impl Recursion for Bdf2 {
     const LOOKS_BACK: bool = true;
 
     #[inline(always)]
-    fn maps<S: Simd, const P: usize>(self, _: S, poles: Poles<S, P>) -> StepMaps<S, P> {
+    fn maps<E: Element, S: Simd, const P: usize>(self, _: S, poles: Poles<E, S, P>) -> StepMaps<E, S, P> {
         StepMaps::of_one(poles)
     }
 
     #[inline(always)]
-    fn foretell<S: Simd, const P: usize>(simd: S, maps: &StepMaps<S, P>, state: &mut State<S, P>) -> Instants<S> {
+    fn foretell<E: Element, S: Simd, const P: usize>(
+        simd: S,
+        maps: &StepMaps<E, S, P>,
+        state: &mut State<E, S, P>,
+    ) -> Instants<E, S> {
         let mut y = state.end;
-        add(simd, simd.splat_f64s(-0.25), state.before, &mut y);
+        add::<E, _, _>(simd, E::splat(simd, E::rounded(-0.25)), state.before, &mut y);
         state.before = state.end;
-        state.end = times(simd, maps.whole, y);
+        state.end = times::<E, _, _>(simd, maps.whole, y);
         [state.end[0]; MOST_STAGES]
     }
 }
@@ -194,26 +230,34 @@ impl Recursion for Trapezoidal {
 
     /// The state is g b_l + w F_l: it takes in (g + 1) w F.
     #[inline(always)]
-    fn maps<S: Simd, const P: usize>(self, simd: S, Poles { g, mut w }: Poles<S, P>) -> StepMaps<S, P> {
-        add(simd, simd.splat_f64s(1.0), times(simd, g, w), &mut w);
+    fn maps<E: Element, S: Simd, const P: usize>(
+        self,
+        simd: S,
+        Poles { g, mut w }: Poles<E, S, P>,
+    ) -> StepMaps<E, S, P> {
+        add::<E, _, _>(simd, E::splat(simd, E::rounded(1.0)), times::<E, _, _>(simd, g, w), &mut w);
         StepMaps::of_one(Poles { g, w })
     }
 
     #[inline(always)]
-    fn foretell<S: Simd, const P: usize>(simd: S, maps: &StepMaps<S, P>, state: &mut State<S, P>) -> Instants<S> {
+    fn foretell<E: Element, S: Simd, const P: usize>(
+        simd: S,
+        maps: &StepMaps<E, S, P>,
+        state: &mut State<E, S, P>,
+    ) -> Instants<E, S> {
         let now = state.end[0];
-        state.end = times(simd, maps.whole, state.end);
+        state.end = times::<E, _, _>(simd, maps.whole, state.end);
         [now; MOST_STAGES]
     }
 
     #[inline(always)]
-    fn foretell_both<S: Simd, const P: usize>(
+    fn foretell_both<E: Element, S: Simd, const P: usize>(
         simd: S,
-        maps: &StepMaps<S, P>,
-        odd: &[Number<S, P>; MOST_STAGES],
-        state: &mut State<S, P>,
-    ) -> [Instants<S>; 2] {
-        let now = real_part(simd, odd[0], state.end);
+        maps: &StepMaps<E, S, P>,
+        odd: &[Number<E, S, P>; MOST_STAGES],
+        state: &mut State<E, S, P>,
+    ) -> [Instants<E, S>; 2] {
+        let now = real_part::<E, _, _>(simd, odd[0], state.end);
         [Self::foretell(simd, maps, state), [now; MOST_STAGES]]
     }
 }
@@ -227,29 +271,29 @@ impl<const COUNT: usize> Recursion for Stages<COUNT> {
     const STAGES: usize = COUNT;
 
     #[inline(always)]
-    fn maps<S: Simd, const P: usize>(self, simd: S, poles: Poles<S, P>) -> StepMaps<S, P> {
+    fn maps<E: Element, S: Simd, const P: usize>(self, simd: S, poles: Poles<E, S, P>) -> StepMaps<E, S, P> {
         let mut outputs = [poles.g; MOST_STAGES];
         let mut inputs = [poles.w; MOST_STAGES];
         for stage in 1..COUNT {
             // g times the base that the step's beginning alone gives.
-            let mut base = [simd.splat_f64s(0.0); P];
-            base[0] = simd.splat_f64s(self.0[stage][0]);
+            let mut base = [E::splat(simd, E::rounded(0.0)); P];
+            base[0] = E::splat(simd, E::rounded(self.0[stage][0]));
             let (earlier, later) = outputs.split_at_mut(stage);
             for (&output, &part) in earlier.iter().zip(&self.0[stage][1..]) {
-                add(simd, simd.splat_f64s(part), output, &mut base);
+                add::<E, _, _>(simd, E::splat(simd, E::rounded(part)), output, &mut base);
             }
-            later[0] = times(simd, poles.g, base);
+            later[0] = times::<E, _, _>(simd, poles.g, base);
         }
         for (force, input) in inputs.iter_mut().enumerate().take(COUNT) {
             // b of the stages after a unit force at one: w there, g base after it.
             let mut stages = [poles.w; MOST_STAGES];
             for stage in force + 1..COUNT {
-                let mut base = [simd.splat_f64s(0.0); P];
+                let mut base = [E::splat(simd, E::rounded(0.0)); P];
                 let (earlier, later) = stages.split_at_mut(stage);
                 for (&b, &part) in earlier.iter().zip(&self.0[stage][1..]).skip(force) {
-                    add(simd, simd.splat_f64s(part), b, &mut base);
+                    add::<E, _, _>(simd, E::splat(simd, E::rounded(part)), b, &mut base);
                 }
-                later[0] = times(simd, poles.g, base);
+                later[0] = times::<E, _, _>(simd, poles.g, base);
             }
             *input = stages[COUNT - 1];
         }
@@ -257,59 +301,93 @@ impl<const COUNT: usize> Recursion for Stages<COUNT> {
     }
 
     #[inline(always)]
-    fn foretell<S: Simd, const P: usize>(simd: S, maps: &StepMaps<S, P>, state: &mut State<S, P>) -> Instants<S> {
+    fn foretell<E: Element, S: Simd, const P: usize>(
+        simd: S,
+        maps: &StepMaps<E, S, P>,
+        state: &mut State<E, S, P>,
+    ) -> Instants<E, S> {
         let mut displaced = [state.end[0]; MOST_STAGES];
         for stage in 0..COUNT - 1 {
-            displaced[stage] = real_part(simd, maps.outputs[stage], state.end);
+            displaced[stage] = real_part::<E, _, _>(simd, maps.outputs[stage], state.end);
         }
-        state.end = times(simd, maps.whole, state.end);
+        state.end = times::<E, _, _>(simd, maps.whole, state.end);
         displaced[COUNT - 1] = state.end[0];
         displaced
     }
 
     /// q A of the stages on the step's beginning; q on its end.
     #[inline(always)]
-    fn odd_outputs<S: Simd, const P: usize>(
+    fn odd_outputs<E: Element, S: Simd, const P: usize>(
         simd: S,
-        maps: &StepMaps<S, P>,
-        q: Number<S, P>,
-    ) -> [Number<S, P>; MOST_STAGES] {
+        maps: &StepMaps<E, S, P>,
+        q: Number<E, S, P>,
+    ) -> [Number<E, S, P>; MOST_STAGES] {
         let mut outputs = [q; MOST_STAGES];
         for stage in 0..COUNT - 1 {
-            outputs[stage] = times(simd, q, maps.outputs[stage]);
+            outputs[stage] = times::<E, _, _>(simd, q, maps.outputs[stage]);
         }
         outputs
     }
 
     #[inline(always)]
-    fn foretell_both<S: Simd, const P: usize>(
+    fn foretell_both<E: Element, S: Simd, const P: usize>(
         simd: S,
-        maps: &StepMaps<S, P>,
-        odd: &[Number<S, P>; MOST_STAGES],
-        state: &mut State<S, P>,
-    ) -> [Instants<S>; 2] {
+        maps: &StepMaps<E, S, P>,
+        odd: &[Number<E, S, P>; MOST_STAGES],
+        state: &mut State<E, S, P>,
+    ) -> [Instants<E, S>; 2] {
         let mut displaced = [state.end[0]; MOST_STAGES];
         for stage in 0..COUNT - 1 {
-            displaced[stage] = real_part(simd, odd[stage], state.end);
+            displaced[stage] = real_part::<E, _, _>(simd, odd[stage], state.end);
         }
         let even = Self::foretell(simd, maps, state);
-        displaced[COUNT - 1] = real_part(simd, odd[COUNT - 1], state.end);
+        displaced[COUNT - 1] = real_part::<E, _, _>(simd, odd[COUNT - 1], state.end);
         [even, displaced]
     }
 
     /// R to the power of the steps, by squares, on both states.
     #[inline(always)]
-    fn skip<S: Simd, const P: usize>(simd: S, maps: &StepMaps<S, P>, [re, im]: [&mut State<S, P>; 2], steps: usize) {
+    fn skip<E: Element, S: Simd, const P: usize>(
+        simd: S,
+        maps: &StepMaps<E, S, P>,
+        [re, im]: [&mut State<E, S, P>; 2],
+        steps: usize,
+    ) {
         let (mut square, mut left) = (maps.whole, steps);
         while left > 0 {
             if left % 2 == 1 {
-                (re.end, im.end) = (times(simd, square, re.end), times(simd, square, im.end));
+                (re.end, im.end) = (times::<E, _, _>(simd, square, re.end), times::<E, _, _>(simd, square, im.end));
             }
             left /= 2;
             if left > 0 {
-                square = times(simd, square, square);
+                square = times::<E, _, _>(simd, square, square);
             }
         }
+    }
+}
+
+/// Maps of one pole over a step: b at its end is `whole` b + sum of `inputs` F, u_old at its instants Re(`outputs` b).
+pub(crate) struct StepMap {
+    /// R.
+    pub whole: Complex64,
+    /// W by instant.
+    pub inputs: [Complex64; MOST_STAGES],
+    /// A by instant.
+    pub outputs: [Complex64; MOST_STAGES],
+}
+
+/// [`StepMap`] of g and w.
+struct OfPole(Complex64, Complex64);
+
+impl WithRecursion for OfPole {
+    type Output = StepMap;
+
+    fn with<R: Recursion>(self, recursion: R) -> StepMap {
+        let Self(g, w) = self;
+        let poles = Poles::<f64, Scalar, 2> { g: [g.re, g.im], w: [w.re, w.im] };
+        let StepMaps { whole, inputs, outputs } = recursion.maps(Scalar::new(), poles);
+        let number = |[re, im]: [f64; 2]| Complex64::new(re, im);
+        StepMap { whole: number(whole), inputs: inputs.map(number), outputs: outputs.map(number) }
     }
 }
 
@@ -350,6 +428,15 @@ impl TimeRule {
                 (hold.decay, residue * time_step * (hold.today + hold.yesterday / hold.decay))
             }
         }
+    }
+
+    /// Maps of a pole of unit residue over a step; `None` for a rule whose state is another than b at the step's end.
+    pub(crate) fn step_map(self, pole: Complex64, time_step: f64) -> Option<StepMap> {
+        if matches!(self, Self::Bdf2 | Self::Trapezoidal) {
+            return None;
+        }
+        let (g, w) = self.coefficients(pole, Complex64::ONE, time_step);
+        Some(self.with_recursion(OfPole(g, w)))
     }
 
     /// Does the work with the rule's recursion. A new rule must be named here: none falls to the stages of another.

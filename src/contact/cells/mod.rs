@@ -17,7 +17,7 @@
 //! shared by several have one more list of residues, as those of slices have.
 
 pub mod direct;
-mod element;
+mod fewer_poles;
 mod gradients;
 pub mod instant;
 pub mod past;
@@ -32,7 +32,7 @@ pub mod zone;
 
 pub use instant::InstantCells;
 pub use product::CellProduct;
-pub use search::{CellCounts, CellResiduals, CellSearch};
+pub use search::{CellCounts, CellResiduals, CellSearch, SINGLE};
 pub use zone::{CellPast, CellZone};
 #[cfg(test)]
 mod tests;

@@ -11,10 +11,10 @@
 //! The march adds what the last instant's forces do, which is all that it has to wait for, and goes from waves to cells
 //! and back. By linearity that is the recursion itself but for rounding, and nothing depends on who did what.
 
-use num_complex::{Complex, Complex64};
+use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
-use super::wave_transform::WaveTransform;
+use super::wave_transform::{WaveNumber, WaveTransform};
 use super::waves::{RingWaves, Waves};
 use crate::contact::history::behind::Behind;
 use crate::counters::{Meter, Stage, Work};
@@ -26,29 +26,32 @@ use crate::tyre::poles::cells::CellModel;
 pub const STEPS: usize = 4;
 
 /// One ring: the waves that it carries.
-pub struct RingParts<'m> {
+pub struct RingParts<'m, N: WaveNumber = f64> {
     /// Their poles.
     pub model: &'m CellModel,
     /// From cells to waves and back.
-    pub transform: WaveTransform,
+    pub transform: WaveTransform<N>,
     /// Steps after which forces are forgotten, of which whole blocks count, one at least; `None`: never. On a ring
     /// shorter than the tyre the window comes back to where it was, and what creeps back slowly would still be there.
     pub forgotten_after: Option<usize>,
+    /// Tolerance to which fewer poles may foretell what forces displace later than a block, relative to each wave's
+    /// influence; `None`: none is left out.
+    pub fewer_poles: Option<f64>,
 }
 
 /// A ring as the march sees it.
-struct Ring {
-    transform: WaveTransform,
+struct Ring<N: WaveNumber> {
+    transform: WaveTransform<N>,
     /// Forces \[N\] of the last instant by wave.
-    forces: Vec<Complex64>,
+    forces: Vec<Complex<N>>,
     /// Displacement \[m\] of the coming one.
-    displacement: Vec<Complex64>,
+    displacement: Vec<Complex<N>>,
 }
 
-/// Waves of all rings and their past.
-pub struct WavePast {
-    rings: Vec<Ring>,
-    behind: Behind<Waves>,
+/// Waves of all rings and their past, in single or double precision.
+pub struct WavePast<N: WaveNumber = f64> {
+    rings: Vec<Ring<N>>,
+    behind: Behind<Waves<N>>,
     /// Number of the coming instant in its block.
     instant: usize,
     /// True if there is an instant before it.
@@ -60,43 +63,44 @@ pub struct WavePast {
 
 /// State of a [`WavePast`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
-pub struct WavePastState {
+pub struct WavePastState<N> {
     instant: usize,
     begun: bool,
-    rings: Vec<RingState>,
+    rings: Vec<RingState<N>>,
 }
 
 /// State of a ring.
 #[derive(Clone, Debug, Deserialize, Serialize)]
-struct RingState {
-    latest: Vec<Complex64>,
-    /// Sum, forces, foretold displacements of this block and of the next.
-    fields: Vec<Vec<Complex64>>,
-    remembered: Vec<Vec<Complex<f32>>>,
+struct RingState<N> {
+    latest: Vec<Complex<N>>,
+    /// Sums, forces, foretold displacements of this block and of the next.
+    fields: Vec<Vec<N>>,
+    remembered: Vec<Vec<f32>>,
     earliest: usize,
-    poles: Vec<Vec<f64>>,
+    poles: Vec<Vec<N>>,
+    slow_poles: Vec<Vec<f64>>,
 }
 
-impl WavePast {
+impl<N: WaveNumber> WavePast<N> {
     /// At rest.
-    pub fn new<'m>(parts: impl IntoIterator<Item = RingParts<'m>>, rule: TimeRule, time_step: f64) -> Self {
+    pub fn new<'m>(parts: impl IntoIterator<Item = RingParts<'m, N>>, rule: TimeRule, time_step: f64) -> Self {
         Self::with_blocks(parts, rule, time_step, STEPS)
     }
 
     /// As [`Self::new`], in blocks of so many steps.
     pub fn with_blocks<'m>(
-        parts: impl IntoIterator<Item = RingParts<'m>>,
+        parts: impl IntoIterator<Item = RingParts<'m, N>>,
         rule: TimeRule,
         time_step: f64,
         steps: usize,
     ) -> Self {
         let mut work = Work::default();
         let (mut rings, mut waves) = (Vec::new(), Vec::new());
-        for RingParts { model, transform, forgotten_after } in parts {
-            let ring = RingWaves::new(model, rule, time_step, steps, forgotten_after);
+        for RingParts { model, transform, forgotten_after, fewer_poles } in parts {
+            let ring = RingWaves::new(model, rule, time_step, steps, forgotten_after, fewer_poles);
             work += ring.work();
             waves.push(ring);
-            let zeros = || vec![Complex64::ZERO; model.len()];
+            let zeros = || vec![Complex::new(N::default(), N::default()); model.len()];
             rings.push(Ring { transform, forces: zeros(), displacement: zeros() });
         }
         let behind = Behind::new(Waves::new(waves, rule), rayon::current_num_threads() > 1);
@@ -114,7 +118,7 @@ impl WavePast {
         }
         for (ring, waves) in self.rings.iter_mut().zip(&mut waves.rings) {
             if let Some(last) = last {
-                waves.take_forces(last, &mut ring.forces);
+                waves.take_forces(last, &ring.forces);
             }
             if self.instant == 0 {
                 waves.turn();
@@ -138,14 +142,15 @@ impl WavePast {
     }
 
     /// Takes the state down; the same for any number of threads.
-    pub fn save(&self) -> WavePastState {
+    pub fn save(&self) -> WavePastState<N> {
         let waves = self.behind.take();
-        let state = |(ring, waves): (&Ring, &RingWaves)| RingState {
+        let state = |(ring, waves): (&Ring<N>, &RingWaves<N>)| RingState {
             latest: ring.forces.clone(),
             fields: waves.fields().cloned().collect(),
             remembered: waves.remembered.clone(),
             earliest: waves.earliest,
-            poles: waves.states().map(<[f64]>::to_vec).collect(),
+            poles: waves.states().map(<[N]>::to_vec).collect(),
+            slow_poles: waves.precise_states().map(<[f64]>::to_vec).collect(),
         };
         let rings = self.rings.iter().zip(&waves.rings).map(state).collect();
         self.behind.give_back(waves);
@@ -156,14 +161,14 @@ impl WavePast {
     ///
     /// # Errors
     /// [`StateError`].
-    pub fn restore(&mut self, state: &WavePastState) -> Result<(), StateError> {
+    pub fn restore(&mut self, state: &WavePastState<N>) -> Result<(), StateError> {
         let mut waves = self.behind.take();
         let restored = self.restore_rings(&mut waves, state);
         self.behind.give_back(waves);
         restored
     }
 
-    fn restore_rings(&mut self, waves: &mut Waves, state: &WavePastState) -> Result<(), StateError> {
+    fn restore_rings(&mut self, waves: &mut Waves<N>, state: &WavePastState<N>) -> Result<(), StateError> {
         if state.instant >= self.instants || state.rings.len() != self.rings.len() {
             return Err(StateError::Value);
         }
@@ -181,6 +186,7 @@ impl WavePast {
             waves.remembered.iter_mut().zip(&state.remembered).try_for_each(|(own, kept)| fill(own, kept))?;
             waves.earliest = state.earliest;
             fill_all(waves.states_mut().collect::<Vec<_>>().into_iter(), &state.poles)?;
+            fill_all(waves.precise_states_mut().collect::<Vec<_>>().into_iter(), &state.slow_poles)?;
         }
         Ok(())
     }

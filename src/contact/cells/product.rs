@@ -17,9 +17,8 @@ use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::element::Element;
 use super::transform::{Transform, Wave, product, times, unit, waves};
-use crate::numeric::{Aligned, transform_length};
+use crate::numeric::{Aligned, Element, transform_length};
 use crate::tyre::influence::CellInfluence;
 
 /// Most numbers of a vector.

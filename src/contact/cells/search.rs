@@ -6,6 +6,7 @@
 //!    on the part of the window that the forces and all d > 0 are in;
 //! 2. u = G F in double precision, everywhere; the end, if the conditions are met, else again from there, on a longer
 //!    part if they are missed beyond it;
+//!    Where the tolerance is at least [`SINGLE`], single precision is exact enough for that;
 //! 3. where that does not at least halve what is missing, not even in a direction begun anew, proportioning in double
 //!    precision takes over (module `proportioning`), which always ends. Uses are counted.
 //!
@@ -43,9 +44,9 @@ pub struct CellCounts {
     pub solves: u64,
     /// Iterations.
     pub iterations: u64,
-    /// Products with G in double precision.
+    /// Products with G over the whole window, in double precision unless the tolerance allows single.
     pub products: u64,
-    /// Products with G in single precision.
+    /// Products with G in single precision on the way.
     pub single_products: u64,
     /// Forces that an iteration cut at 0.
     pub cuts: u64,
@@ -55,6 +56,10 @@ pub struct CellCounts {
 
 /// Cells that are looked at side by side.
 const LANES: usize = 8;
+/// Tolerance from which on all of a search is in single precision, its looks at u = G F too.
+pub const SINGLE: f64 = 1e-6;
+/// Part of such a tolerance that is gone for: rounding has the rest.
+const SINGLE_BELOW: f64 = 0.7;
 /// Digits that single precision is trusted with at a time.
 const DIGITS: f64 = 1e-5;
 /// Part of the tolerance that single precision goes for.
@@ -79,6 +84,8 @@ pub struct CellSearch {
     proportioning: Proportioning,
     required: Vec<f64>,
     displacement: Vec<f64>,
+    /// Forces and displacements to single precision; unused below [`SINGLE`].
+    single: [Vec<f32>; 2],
     /// Cells from the first on whose `displacement` is that of the forces that come in as the next guess.
     known: usize,
     /// True if the last search has ended without the forces.
@@ -89,6 +96,7 @@ impl CellSearch {
     /// A search over the cells of a window. `tolerance` is how far u may be from d, relative to the largest d.
     pub fn new(cells: InstantCells, tolerance: f64) -> Self {
         let zeros = || vec![0.0; cells.cells()];
+        let single = || vec![0.0; if tolerance < SINGLE { 0 } else { cells.cells() }];
         Self {
             tolerance,
             counts: CellCounts::default(),
@@ -97,6 +105,7 @@ impl CellSearch {
             proportioning: Proportioning::new(cells.cells()),
             required: zeros(),
             displacement: zeros(),
+            single: [single(), single()],
             known: 0,
             is_unsettled: false,
             cells,
@@ -131,7 +140,7 @@ impl CellSearch {
     /// Goes on from the counters and the last solution of an equal search.
     pub fn restore(&mut self, counts: CellCounts, forces: &[f64]) {
         self.counts = counts;
-        self.cells.displacement(forces, &mut self.displacement);
+        self.look(forces);
     }
 
     /// The window has moved on by so many cells, and the last solution, which has moved with it and has lost no force,
@@ -141,10 +150,27 @@ impl CellSearch {
         self.known = self.displacement.len() - cells;
     }
 
-    /// u = G F in double precision, and how far the conditions are missed.
+    /// Tells whether all is done in single precision.
+    fn is_single(&self) -> bool {
+        self.tolerance >= SINGLE
+    }
+
+    /// u = G F, in double precision unless the tolerance allows single.
+    fn look(&mut self, forces: &[f64]) {
+        if !self.is_single() {
+            self.cells.displacement(forces, &mut self.displacement);
+            return;
+        }
+        let [single_forces, displacement] = &mut self.single;
+        single_forces.iter_mut().zip(forces).for_each(|(single, force)| *single = *force as f32);
+        self.cells.single_displacement(single_forces, displacement);
+        self.displacement.iter_mut().zip(displacement).for_each(|(u, single)| *u = f64::from(*single));
+    }
+
+    /// u = G F, and how far the conditions are missed.
     fn displace(&mut self, forces: &[f64], largest: f64) -> CellResiduals {
         self.counts.products += 1;
-        self.cells.displacement(forces, &mut self.displacement);
+        self.look(forces);
         // Side by side and without branches, which every other cell would take the other way.
         let [mut below, mut held] = [[0.0_f64; LANES]; 2];
         let larger = |a: f64, b: f64| if b > a { b } else { a };
@@ -194,7 +220,9 @@ impl CellSearch {
             self.gradients.look(&mut self.cells, &self.required[part.clone()], &forces[part.clone()]);
             self.counts.single_products += 1;
         }
-        let (mut missing, mut goal, mut is_fresh) = (f64::INFINITY, DIGITS, true);
+        let least = if self.is_single() { SINGLE_BELOW * self.tolerance } else { BELOW * self.tolerance };
+        let first_goal = if self.is_single() { least } else { DIGITS };
+        let (mut missing, mut goal, mut is_fresh) = (f64::INFINITY, first_goal, true);
         loop {
             let goal_now = (goal * largest) as f32;
             let done = self.gradients.run(&mut self.cells, &mut forces[part.clone()], goal_now, self.most);
@@ -216,7 +244,7 @@ impl CellSearch {
             }
             is_fresh = !is_same || is_slow;
             missing = left;
-            goal = (BELOW * self.tolerance).max(DIGITS * left);
+            goal = least.max(DIGITS * left);
             let (d, u) = (&self.required[part.clone()], &self.displacement[part.clone()]);
             self.gradients.go_on(d, u, is_fresh);
         }

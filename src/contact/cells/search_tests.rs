@@ -264,3 +264,34 @@ fn time_of_rolling() {
         }
     }
 }
+
+#[test]
+fn a_coarse_tolerance_is_met_in_single_precision_in_half_of_the_iterations() {
+    let (columns, across) = (64, 30);
+    let road = RoughRoad::new(5);
+    let roll = |tolerance: f64| {
+        let mut search = search(columns, across, tolerance);
+        let mut forces = vec![0.0; columns * across];
+        let mut all = Vec::new();
+        for step in 0..24 {
+            search.go_on(across);
+            assert!(forces[..across].iter().all(|force| *force <= 0.0), "the window is too short");
+            forces.copy_within(across.., 0);
+            forces[(columns - 1) * across..].fill(0.0);
+            let residuals = search.solve(&road.required(columns, across, 1024, step), &mut forces);
+            assert!(residuals.penetration.max(residuals.complementarity) <= tolerance, "{step}: {residuals:?}");
+            all.push(forces.clone());
+        }
+        (all, search.counts())
+    };
+    let (exact, fine) = roll(1e-10);
+    let (coarse, counts) = roll(1e-5);
+    println!("{fine:?}\n{counts:?}");
+    let scale = exact.iter().map(|forces| largest(forces)).fold(0.0, f64::max);
+    let error = exact.iter().zip(&coarse).map(|(a, b)| difference(a, b)).fold(0.0, f64::max) / scale;
+    println!("forces {error:.1e}");
+    assert!(error > 1e-9 && error < 1e-4, "{error:e}");
+    assert!(2 * counts.iterations < fine.iterations && counts.fallbacks == 0);
+    // One exact look at an instant, but for few.
+    assert!(counts.products < 28 && fine.products > 45, "{} {}", counts.products, fine.products);
+}

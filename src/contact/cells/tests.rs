@@ -5,12 +5,12 @@ use num_complex::Complex64;
 use super::direct::DirectPast;
 use super::past::{RingParts, WavePast};
 use super::resting::RestingCells;
-use super::wave_transform::WaveTransform;
+use super::wave_transform::{WaveNumber, WaveTransform};
 use crate::counters::Meter;
 use crate::scene::{DEFAULT, Law, PLATE, Scene, Sides, Tyre};
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::{CellGrid, CellSums, CellTruncation, WaveBand};
-use crate::tyre::poles::cells::{CellFitOptions, fit_cells};
+use crate::tyre::poles::cells::{CellFitOptions, CellModel, fit_cells};
 
 const COLUMNS: usize = 9;
 const ACROSS: usize = 5;
@@ -101,7 +101,7 @@ fn both_pasts_are_the_convolution_with_the_definition() {
         let mut direct = DirectPast::new(&sums, &rows, transform(), rule, TIME_STEP, 64);
         let options = CellFitOptions { top: 8.0 / TIME_STEP, tolerance: 1e-6, most_poles: 160 };
         let model = fit_cells(&sums, &rows, &options, &Default::default()).unwrap();
-        let ring = RingParts { model: &model, transform: transform(), forgotten_after: None };
+        let ring = RingParts { model: &model, transform: transform(), forgotten_after: None, fewer_poles: None };
         let mut poles = WavePast::new([ring], rule, TIME_STEP);
         let mut meter = Meter::default();
         let stages = rule.stages();
@@ -154,8 +154,13 @@ fn short_waves_on_a_ring_of_their_own_are_those_of_the_whole_tyre() {
     for (forgotten_after, bound) in [(Some(remembered), 1e-4), (None, 1e-3)] {
         let mut pasts = [&whole[..], &parts].map(|rings| {
             let rings = rings.iter().map(|(part, grid, rows, model)| {
-                let transform = WaveTransform::new(grid, elements / part, columns, rows);
-                RingParts { model, transform, forgotten_after: forgotten_after.filter(|_| *part > 1) }
+                let transform = WaveTransform::<f64>::new(grid, elements / part, columns, rows);
+                RingParts {
+                    model,
+                    transform,
+                    forgotten_after: forgotten_after.filter(|_| *part > 1),
+                    fewer_poles: None,
+                }
             });
             WavePast::new(rings, TimeRule::Sdirk2, time_step)
         });
@@ -178,6 +183,57 @@ fn short_waves_on_a_ring_of_their_own_are_those_of_the_whole_tyre() {
         assert!(largest > 0.0 && worst < bound * largest, "{:.2e}", worst / largest);
         assert!(forgotten_after.is_some() || worst > 1e-4 * largest, "nothing creeps back: {:.2e}", worst / largest);
     }
+}
+
+#[test]
+fn the_past_in_single_precision_and_by_fewer_poles_is_the_past() {
+    let (elements, columns, across, time_step) = (256, 24, 12, 1.7e-4);
+    let tyre = tyre(DEFAULT);
+    let options = CellFitOptions { top: 8.0 / time_step, tolerance: 1e-4, most_poles: 160 };
+    let sums = CellSums::new(
+        &tyre,
+        CellGrid::new(&tyre, elements, across),
+        CellTruncation { lateral_terms: Some(2 * across), aliases: Some(0) },
+        1e-8,
+        8.0 / time_step,
+    );
+    let rows = sums.waves(WaveBand::WHOLE);
+    let model = fit_cells(&sums, &rows, &options, &Default::default()).unwrap();
+    fn past<N: WaveNumber>(model: &CellModel, transform: WaveTransform<N>, fewer_poles: Option<f64>) -> WavePast<N> {
+        let ring = RingParts { model, transform, forgotten_after: None, fewer_poles };
+        WavePast::new([ring], TimeRule::Sdirk2, 1.7e-4)
+    }
+    let double = || WaveTransform::<f64>::new(sums.grid(), elements, columns, &rows);
+    let single = || WaveTransform::<f32>::new(sums.grid(), elements, columns, &rows);
+    let (mut exact, mut fewer) = (past(&model, double(), None), past(&model, double(), Some(1e-4)));
+    let (mut rounded, mut both) = (past(&model, single(), None), past::<f32>(&model, single(), Some(1e-4)));
+    let (mut errors, mut largest) = ([0.0_f64; 3], 0.0_f64);
+    for instant in 0..1500 {
+        let first = (instant / 2) as i64;
+        let cells = (0..columns as i64).flat_map(|c| (0..across).map(move |j| force(instant / 7, first + c, j)));
+        let forces: Vec<f64> = cells.collect();
+        let mut all = [(); 4].map(|()| vec![0.0; columns * across]);
+        let mut meter = Meter::default();
+        exact.add_displacement(first, &mut all[0], &mut meter);
+        fewer.add_displacement(first, &mut all[1], &mut meter);
+        rounded.add_displacement(first, &mut all[2], &mut meter);
+        both.add_displacement(first, &mut all[3], &mut meter);
+        exact.push(first, &forces);
+        fewer.push(first, &forces);
+        rounded.push(first, &forces);
+        both.push(first, &forces);
+        let [exact, others @ ..] = &all;
+        for (error, other) in errors.iter_mut().zip(others) {
+            let worst = exact.iter().zip(other).fold(0.0_f64, |worst, (a, b)| worst.max((a - b).abs()));
+            *error = error.max(worst);
+        }
+        largest = exact.iter().fold(largest, |largest, u| largest.max(u.abs()));
+    }
+    let [by_poles, by_rounding, by_both] = errors.map(|error| error / largest);
+    println!("fewer poles {by_poles:.1e}, single precision {by_rounding:.1e}, both {by_both:.1e}");
+    assert!(by_poles > 1e-9 && by_poles < 1e-4, "{by_poles:e}");
+    assert!(by_rounding > 1e-9 && by_rounding < 1e-5, "{by_rounding:e}");
+    assert!(by_both < by_poles + 2.0 * by_rounding, "{by_both:e}");
 }
 
 #[test]

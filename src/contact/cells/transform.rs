@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 use pulp::{Simd, WithSimd};
 
-use super::element::Element;
+use crate::numeric::Element;
 
 /// A complex number to a lane: real parts, imaginary parts.
 pub type Wave<R, S> = [<R as Element>::Vector<S>; 2];

@@ -57,7 +57,11 @@ fn both_pasts_of_a_turning_tyre_are_the_same() {
         let still = fitted(&self::sums(&Tyre { angular_velocity: 0.0, ..tyre.clone() }, rule));
         assert!(!still.turns());
         let past = |model| {
-            WavePast::new([RingParts { model, transform: transform(&sums), forgotten_after: None }], rule, TIME_STEP)
+            WavePast::new(
+                [RingParts { model, transform: transform(&sums), forgotten_after: None, fewer_poles: None }],
+                rule,
+                TIME_STEP,
+            )
         };
         let (mut poles, mut at_rest) = (past(&model), past(&still));
         let mut meter = Meter::default();
@@ -154,7 +158,8 @@ fn a_past_of_a_turning_tyre_goes_on_from_its_state() {
     let sums = sums(&turning(), rule);
     let model = fitted(&sums);
     let past = || {
-        let ring = RingParts { model: &model, transform: transform(&sums), forgotten_after: Some(16) };
+        let ring =
+            RingParts { model: &model, transform: transform(&sums), forgotten_after: Some(16), fewer_poles: None };
         WavePast::new([ring], rule, TIME_STEP)
     };
     let mut meter = Meter::default();

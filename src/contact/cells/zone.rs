@@ -22,6 +22,8 @@ use crate::tyre::influence::CellInfluence;
 pub enum CellPast {
     /// By poles.
     Modal(Box<WavePast>),
+    /// By poles in single precision.
+    Single(Box<WavePast<f32>>),
     /// As sums.
     Direct(Box<DirectPast>),
 }
@@ -30,16 +32,19 @@ pub enum CellPast {
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub enum CellPastState {
     /// State of [`CellPast::Modal`].
-    Modal(WavePastState),
+    Modal(WavePastState<f64>),
+    /// State of [`CellPast::Single`].
+    Single(WavePastState<f32>),
     /// State of [`CellPast::Direct`].
     Direct(DirectPastState),
 }
 
 impl CellPast {
     /// Adds what the past displaces at a stage of the step \[m\].
-    fn add_displacement(&mut self, stage: usize, first_element: i64, out: &mut [f64], meter: &mut Meter) {
+    pub fn add_displacement(&mut self, stage: usize, first_element: i64, out: &mut [f64], meter: &mut Meter) {
         match self {
             Self::Modal(past) => past.add_displacement(first_element, out, meter),
+            Self::Single(past) => past.add_displacement(first_element, out, meter),
             Self::Direct(past) => {
                 if stage == 0 {
                     meter.add_work(Stage::History, past.work());
@@ -50,9 +55,10 @@ impl CellPast {
     }
 
     /// Takes the forces of a stage \[N\].
-    fn push(&mut self, stage: usize, first_element: i64, forces: &[f64]) {
+    pub fn push(&mut self, stage: usize, first_element: i64, forces: &[f64]) {
         match self {
             Self::Modal(past) => past.push(first_element, forces),
+            Self::Single(past) => past.push(first_element, forces),
             Self::Direct(past) => past.push(stage, first_element, forces),
         }
     }
@@ -60,6 +66,7 @@ impl CellPast {
     fn save(&self) -> CellPastState {
         match self {
             Self::Modal(past) => CellPastState::Modal(past.save()),
+            Self::Single(past) => CellPastState::Single(past.save()),
             Self::Direct(past) => CellPastState::Direct(past.save()),
         }
     }
@@ -67,6 +74,7 @@ impl CellPast {
     fn restore(&mut self, state: &CellPastState) -> Result<(), StateError> {
         match (self, state) {
             (Self::Modal(past), CellPastState::Modal(state)) => past.restore(state),
+            (Self::Single(past), CellPastState::Single(state)) => past.restore(state),
             (Self::Direct(past), CellPastState::Direct(state)) => past.restore(state),
             _ => Err(StateError::Value),
         }

@@ -2,34 +2,35 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::wavenumber_group::{GROUP, PoleRows, TOGETHER, WavenumberGroup};
+use super::wavenumber_group::{PoleRows, TOGETHER, WavenumberGroup};
+use crate::numeric::Element;
 use crate::time_rule::recursion::{MOST_STAGES, Number, Recursion, State, StepMaps};
 
 /// Passes over blocks of instants: takes in the forces of the last one, passes over those between, then foretells u_old
 /// over the next as if no more forces came.
 // Not inlined: it is long, and its callers would have a copy each.
 #[inline(never)]
-pub(crate) fn pass<R: Recursion>(group: &mut WavenumberGroup, arch: Arch, recursion: R) {
+pub(crate) fn pass<E: Element, R: Recursion>(group: &mut WavenumberGroup<E>, arch: Arch, recursion: R) {
     arch.dispatch(Pass { group, recursion });
 }
 
 /// See [`pass`].
-struct Pass<'a, R> {
-    group: &'a mut WavenumberGroup,
+struct Pass<'a, E, R> {
+    group: &'a mut WavenumberGroup<E>,
     recursion: R,
 }
 
-impl<R: Recursion> WithSimd for Pass<'_, R> {
+impl<E: Element, R: Recursion> WithSimd for Pass<'_, E, R> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { group, recursion } = self;
         let turns = !(group.pairs.odd.is_empty() && group.reals.odd.is_empty());
-        let (forces, _) = S::as_simd_f64s(&group.forces);
-        let (old_forces, _) = S::as_simd_f64s(&group.old_forces);
-        let (displacement, _) = S::as_mut_simd_f64s(&mut group.displacement);
-        displacement.fill(simd.splat_f64s(0.0));
+        let forces = E::vectors::<S>(&group.forces);
+        let old_forces = E::vectors::<S>(&group.old_forces);
+        let displacement = E::vectors_mut::<S>(&mut group.displacement);
+        displacement.fill(E::splat(simd, E::default()));
         let mut block = Block { simd, recursion, forces, old_forces, displacement, skipped: group.skipped };
         if turns {
             block.pass::<2, true>(&mut group.pairs);
@@ -41,29 +42,29 @@ impl<R: Recursion> WithSimd for Pass<'_, R> {
     }
 }
 
-/// A block of instants as vectors, [`GROUP`] numbers of the real system and as many of the imaginary one to an instant.
-struct Block<'a, S: Simd, R> {
+/// A block of instants as vectors, a group's numbers of the real system and as many of the imaginary one to an instant.
+struct Block<'a, E: Element, S: Simd, R> {
     simd: S,
     recursion: R,
-    forces: &'a [S::f64s],
-    old_forces: &'a [S::f64s],
-    displacement: &'a mut [S::f64s],
+    forces: &'a [E::Vector<S>],
+    old_forces: &'a [E::Vector<S>],
+    displacement: &'a mut [E::Vector<S>],
     skipped: usize,
 }
 
-impl<S: Simd, R: Recursion> Block<'_, S, R> {
+impl<E: Element, S: Simd, R: Recursion> Block<'_, E, S, R> {
     /// Vectors of a group.
-    const VECTORS: usize = GROUP / S::F64_LANES;
+    const VECTORS: usize = E::MOST_LANES * size_of::<E>() / size_of::<E::Vector<S>>();
 
     #[inline(always)]
-    fn pass<const PARTS: usize, const TURNS: bool>(&mut self, rows: &mut PoleRows<PARTS>) {
-        let fixed = PoleRows::<PARTS>::FIXED * Self::VECTORS;
-        let evolving = PoleRows::<PARTS>::evolving(R::LOOKS_BACK) * Self::VECTORS;
-        let (coefficients, _) = S::as_simd_f64s(&rows.coefficients);
-        let (odd, _) = S::as_simd_f64s(&rows.odd);
+    fn pass<const PARTS: usize, const TURNS: bool>(&mut self, rows: &mut PoleRows<E, PARTS>) {
+        let fixed = PoleRows::<E, PARTS>::FIXED * Self::VECTORS;
+        let evolving = PoleRows::<E, PARTS>::evolving(R::LOOKS_BACK) * Self::VECTORS;
+        let coefficients = E::vectors::<S>(&rows.coefficients);
+        let odd = E::vectors::<S>(&rows.odd);
         let of_odd = PARTS * Self::VECTORS;
-        let (states, _) = S::as_mut_simd_f64s(&mut rows.states);
-        let (left, _) = S::as_simd_f64s(&rows.left);
+        let states = E::vectors_mut::<S>(&mut rows.states);
+        let left = E::vectors::<S>(&rows.left);
         let of_left = left.len() / rows.forgets.len().max(1);
         let left_of = |pole: usize| if rows.forgets[pole] { &left[pole * of_left..][..of_left] } else { &[] };
         let together = coefficients.chunks_exact(TOGETHER * fixed).zip(states.chunks_exact_mut(TOGETHER * evolving));
@@ -76,8 +77,8 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
                 let other = self.take_in::<PARTS>(vector, other, other_states, other_left);
                 if TURNS {
                     let (one_odd, other_odd) = odd[TOGETHER * number * of_odd..][..TOGETHER * of_odd].split_at(of_odd);
-                    let one_odd = PoleRows::<PARTS>::ratios::<S>(one_odd, vector);
-                    let other_odd = PoleRows::<PARTS>::ratios::<S>(other_odd, vector);
+                    let one_odd = PoleRows::<E, PARTS>::ratios::<S>(one_odd, vector);
+                    let other_odd = PoleRows::<E, PARTS>::ratios::<S>(other_odd, vector);
                     self.foretell_both(vector, [one, other], [one_odd, other_odd]);
                 } else {
                     self.foretell(vector, one, other);
@@ -91,14 +92,14 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
     fn take_in<const PARTS: usize>(
         &self,
         vector: usize,
-        coefficients: &[S::f64s],
-        states: &mut [S::f64s],
-        left: &[S::f64s],
-    ) -> Driven<S, PARTS> {
+        coefficients: &[E::Vector<S>],
+        states: &mut [E::Vector<S>],
+        left: &[E::Vector<S>],
+    ) -> Driven<E, S, PARTS> {
         let (simd, vectors) = (self.simd, Self::VECTORS);
-        let zero = [simd.splat_f64s(0.0); PARTS];
+        let zero = [E::splat(simd, E::default()); PARTS];
         let mut systems = [State { end: zero, before: zero }; 2];
-        let of_system = PoleRows::<PARTS>::evolving(R::LOOKS_BACK) / 2;
+        let of_system = PoleRows::<E, PARTS>::evolving(R::LOOKS_BACK) / 2;
         for part in 0..PARTS {
             for (which, system) in systems.iter_mut().enumerate() {
                 system.end[part] = states[(of_system * which + part) * vectors + vector];
@@ -107,7 +108,8 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
                 }
             }
         }
-        let maps = self.recursion.maps(simd, PoleRows::<PARTS>::poles(simd, coefficients, vector, vectors));
+        let maps =
+            self.recursion.maps::<E, S, PARTS>(simd, PoleRows::<E, PARTS>::poles(simd, coefficients, vector, vectors));
         let systems = if left.is_empty() {
             self.drive::<PARTS, false>(vector, &maps, systems, left)
         } else {
@@ -130,18 +132,18 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
     fn drive<const PARTS: usize, const FORGETS: bool>(
         &self,
         vector: usize,
-        maps: &StepMaps<S, PARTS>,
-        mut systems: [State<S, PARTS>; 2],
-        left: &[S::f64s],
-    ) -> [State<S, PARTS>; 2] {
+        maps: &StepMaps<E, S, PARTS>,
+        mut systems: [State<E, S, PARTS>; 2],
+        left: &[E::Vector<S>],
+    ) -> [State<E, S, PARTS>; 2] {
         let (simd, vectors) = (self.simd, Self::VECTORS);
-        let kinds = PoleRows::<PARTS>::evolving(R::LOOKS_BACK) / (2 * PARTS);
+        let kinds = PoleRows::<E, PARTS>::evolving(R::LOOKS_BACK) / (2 * PARTS);
         let of_step = 2 * vectors * R::STAGES;
         let mut old_steps = self.old_forces.chunks_exact(of_step);
         for step in self.forces.chunks_exact(of_step) {
             let old_step = if FORGETS { old_steps.next() } else { None };
             for (which, system) in systems.iter_mut().enumerate() {
-                let mut forces = [simd.splat_f64s(0.0); MOST_STAGES];
+                let mut forces = [E::splat(simd, E::default()); MOST_STAGES];
                 for stage in 0..R::STAGES {
                     forces[stage] = step[(2 * stage + which) * vectors + vector];
                 }
@@ -151,9 +153,9 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
                     let old = old_step[(2 * stage + which) * vectors + vector];
                     for part in 0..PARTS {
                         let of = |kind: usize| left[((stage * kinds + kind) * PARTS + part) * vectors + vector];
-                        system.end[part] = simd.negate_mul_add_e_f64s(of(0), old, system.end[part]);
+                        system.end[part] = E::negate_mul_add(simd, of(0), old, system.end[part]);
                         if R::LOOKS_BACK {
-                            system.before[part] = simd.negate_mul_add_e_f64s(of(1), old, system.before[part]);
+                            system.before[part] = E::negate_mul_add(simd, of(1), old, system.before[part]);
                         }
                     }
                 }
@@ -164,7 +166,12 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
 
     /// Two poles add what they displace in the block after the coming one.
     #[inline(always)]
-    fn foretell<const PARTS: usize>(&mut self, vector: usize, mut one: Driven<S, PARTS>, mut other: Driven<S, PARTS>) {
+    fn foretell<const PARTS: usize>(
+        &mut self,
+        vector: usize,
+        mut one: Driven<E, S, PARTS>,
+        mut other: Driven<E, S, PARTS>,
+    ) {
         let (simd, vectors) = (self.simd, Self::VECTORS);
         let of_step = 2 * vectors * R::STAGES;
         R::skip(simd, &one.maps, [&mut one.re, &mut one.im], self.skipped);
@@ -175,7 +182,7 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
             for stage in 0..R::STAGES {
                 for system in 0..2 {
                     let out = &mut step[(2 * stage + system) * vectors + vector];
-                    *out = simd.add_f64s(*out, simd.add_f64s(first[system][stage], second[system][stage]));
+                    *out = E::add(simd, *out, E::add(simd, first[system][stage], second[system][stage]));
                 }
             }
         }
@@ -186,8 +193,8 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
     fn foretell_both<const PARTS: usize>(
         &mut self,
         vector: usize,
-        mut poles: [Driven<S, PARTS>; TOGETHER],
-        ratios: [Number<S, PARTS>; TOGETHER],
+        mut poles: [Driven<E, S, PARTS>; TOGETHER],
+        ratios: [Number<E, S, PARTS>; TOGETHER],
     ) {
         let (simd, vectors) = (self.simd, Self::VECTORS);
         let of_step = 2 * vectors * R::STAGES;
@@ -198,7 +205,7 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
             odd[pole] = R::odd_outputs(simd, maps, ratios[pole]);
         }
         for step in self.displacement.chunks_exact_mut(of_step) {
-            let mut both = [[[simd.splat_f64s(0.0); MOST_STAGES]; 2]; 2 * TOGETHER];
+            let mut both = [[[E::splat(simd, E::default()); MOST_STAGES]; 2]; 2 * TOGETHER];
             for pole in 0..TOGETHER {
                 let Driven { maps, re, im } = &mut poles[pole];
                 both[2 * pole] = R::foretell_both(simd, maps, &odd[pole], re);
@@ -208,13 +215,13 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
             let [re, im, other_re, other_im] = &both;
             for stage in 0..R::STAGES {
                 let out = &mut step[2 * stage * vectors + vector];
-                let even = simd.add_f64s(re[0][stage], other_re[0][stage]);
-                let odd = simd.add_f64s(im[1][stage], other_im[1][stage]);
-                *out = simd.add_f64s(*out, simd.sub_f64s(even, odd));
+                let even = E::add(simd, re[0][stage], other_re[0][stage]);
+                let odd = E::add(simd, im[1][stage], other_im[1][stage]);
+                *out = E::add(simd, *out, E::sub(simd, even, odd));
                 let out = &mut step[(2 * stage + 1) * vectors + vector];
-                let even = simd.add_f64s(im[0][stage], other_im[0][stage]);
-                let odd = simd.add_f64s(re[1][stage], other_re[1][stage]);
-                *out = simd.add_f64s(*out, simd.add_f64s(even, odd));
+                let even = E::add(simd, im[0][stage], other_im[0][stage]);
+                let odd = E::add(simd, re[1][stage], other_re[1][stage]);
+                *out = E::add(simd, *out, E::add(simd, even, odd));
             }
         }
     }
@@ -222,8 +229,8 @@ impl<S: Simd, R: Recursion> Block<'_, S, R> {
 
 /// A pole and its two real systems, all forces so far taken in.
 #[derive(Clone, Copy)]
-struct Driven<S: Simd, const PARTS: usize> {
-    maps: StepMaps<S, PARTS>,
-    re: State<S, PARTS>,
-    im: State<S, PARTS>,
+struct Driven<E: Element, S: Simd, const PARTS: usize> {
+    maps: StepMaps<E, S, PARTS>,
+    re: State<E, S, PARTS>,
+    im: State<E, S, PARTS>,
 }

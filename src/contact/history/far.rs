@@ -9,9 +9,9 @@ use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
 use super::behind::Task;
 use super::block_pass::pass;
-use super::wavenumber_group::{GROUP, WavenumberGroup};
+use super::wavenumber_group::WavenumberGroup;
 use crate::counters::{Clock, CpuClock, Meter, Spent, Stage, Work};
-use crate::numeric::transform_multiply_adds;
+use crate::numeric::{Element, transform_multiply_adds};
 use crate::time_rule::TimeRule;
 use crate::time_rule::recursion::{Recursion, WithRecursion};
 use crate::tyre::influence::Field;
@@ -20,7 +20,7 @@ use crate::tyre::poles::RationalModel;
 /// States of all poles, and what a pass over them takes and gives.
 pub struct Far {
     rule: TimeRule,
-    groups: Vec<WavenumberGroup>,
+    groups: Vec<WavenumberGroup<f64>>,
     forward: Arc<dyn RealToComplex<f64>>,
     inverse: Arc<dyn ComplexToReal<f64>>,
     /// On the ring at every instant of a block: forces \[N\] before the pass, displacements \[m\] after it.
@@ -44,11 +44,11 @@ impl Far {
     pub fn new(model: &RationalModel, field: Field, rule: TimeRule, time_step: f64, instants: usize) -> Option<Self> {
         let elements = model.elements;
         let group = |first: usize| {
-            let modes = (first..=elements / 2).take(GROUP).map(|n| model.modes(n, field));
+            let modes = (first..=elements / 2).take(f64::MOST_LANES).map(|n| model.modes(n, field));
             // The coming block is passed over: it is under way while the next is foretold.
             Some(WavenumberGroup::new(modes.collect::<Option<Vec<_>>>()?, rule, time_step, first, instants, 1))
         };
-        let groups: Option<Vec<_>> = (0..=elements / 2).step_by(GROUP).map(group).collect();
+        let groups: Option<Vec<_>> = (0..=elements / 2).step_by(f64::MOST_LANES).map(group).collect();
         let groups = groups?;
         // Two real transforms for each instant: as much as a complex one. Their input, output and scratch.
         let transforms = Work {
@@ -121,11 +121,13 @@ impl WithRecursion for OverAllPoles<'_> {
         times[1] = clock.lap();
         for group in &mut *groups {
             for (instant, spectrum) in spectra.iter().enumerate() {
-                group.take_forces(instant, spectrum);
+                let forces = &spectrum[group.wavenumbers()];
+                group.take_forces(instant, forces.iter().map(|force| [force.re, force.im]));
             }
             pass(group, *arch, recursion);
             for (instant, spectrum) in spectra.iter_mut().enumerate() {
-                group.give_displacement(instant, spectrum);
+                let displaced = spectrum[group.wavenumbers()].iter_mut().zip(group.displacement(instant));
+                displaced.for_each(|(out, [re, im])| *out = Complex64::new(re, im));
             }
         }
         times[0] = clock.lap();

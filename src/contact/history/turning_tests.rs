@@ -219,7 +219,8 @@ fn first_weights_of_a_passive_ring_that_turns_are_less_odd_than_its_rotation_is_
 
 #[test]
 fn work_of_a_pass_is_counted_with_its_odd_parts() {
-    use super::wavenumber_group::{GROUP, WavenumberGroup};
+    use super::wavenumber_group::WavenumberGroup;
+    const GROUP: usize = <f64 as crate::numeric::Element>::MOST_LANES;
     let [resting, turning] = [0.0, -200.0].map(|angular_velocity| turning_ring::model(ELEMENTS, angular_velocity));
     for rule in [TimeRule::Bdf2, TimeRule::Sdirk2, TimeRule::Sdirk3] {
         let steps = 4;
@@ -228,7 +229,7 @@ fn work_of_a_pass_is_counted_with_its_odd_parts() {
                 let modes = model.modes(n, Field::Surface).unwrap();
                 if odd { modes } else { crate::tyre::poles::Modes { odd: &[], ..modes } }
             });
-            WavenumberGroup::new(modes, rule, 1e-4, 1, steps * rule.stages(), 1).work()
+            WavenumberGroup::<f64>::new(modes, rule, 1e-4, 1, steps * rule.stages(), 1).work()
         };
         // Two pairs to a wavenumber, or one and one to fill up; outputs of two systems at all stages of all steps.
         let (even, both) = (work(&turning, false), work(&turning, true));

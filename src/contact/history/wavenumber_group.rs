@@ -1,17 +1,17 @@
 //! Wavenumbers side by side in the lanes of vectors: their poles, their states, and one pass over them per block of
 //! instants.
 
-use num_complex::{Complex, Complex64};
+use std::ops::Range;
+
+use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
 
 use crate::counters::Work;
 use crate::numeric::lanes::dispatch;
+use crate::numeric::{Element, largest_or_zero};
 use crate::time_rule::TimeRule;
 use crate::time_rule::recursion::{MOST_STAGES, Number, Poles, Recursion, State, WithRecursion};
 use crate::tyre::poles::Modes;
-
-/// Wavenumbers of a group.
-pub(crate) const GROUP: usize = 8;
 
 /// Part of what the slowest pole has left of a force below which the others may keep it.
 const FORGOTTEN: f64 = 1e-9;
@@ -25,22 +25,22 @@ pub(super) const TOGETHER: usize = 2;
 /// Poles of one kind, pairs (PARTS = 2) or real ones (1): the r-th of every wavenumber side by side. Wavenumbers with
 /// fewer than their neighbours have poles that do nothing.
 #[derive(Clone, Debug, Default)]
-pub(super) struct PoleRows<const PARTS: usize> {
-    /// Pole by pole: g, then w, part by part, times [`GROUP`] numbers.
-    pub(super) coefficients: Vec<f64>,
-    /// Pole by pole: q, ratio of the odd residue to the even one, part by part, times [`GROUP`] numbers; empty at rest.
-    pub(super) odd: Vec<f64>,
+pub(super) struct PoleRows<E, const PARTS: usize> {
+    /// Pole by pole: g, then w, part by part, times a group's numbers.
+    pub(super) coefficients: Vec<E>,
+    /// Pole by pole: q, ratio of the odd residue to the even one, part by part, times a group's numbers; empty at rest.
+    pub(super) odd: Vec<E>,
     /// Pole by pole: b of the last step, with a rule that looks back that of the one before too, under the real part of
-    /// the force, then the same under its imaginary part, part by part, times [`GROUP`] numbers.
-    pub(super) states: Vec<f64>,
+    /// the force, then the same under its imaginary part, part by part, times a group's numbers.
+    pub(super) states: Vec<E>,
     /// Pole by pole: what is left of a unit force at each instant of a step when it is forgotten, in the state's order,
-    /// times [`GROUP`] numbers. Empty: nothing is forgotten.
-    pub(super) left: Vec<f64>,
+    /// times a group's numbers. Empty: nothing is forgotten.
+    pub(super) left: Vec<E>,
     /// Which poles have anything left then.
     pub(super) forgets: Vec<bool>,
 }
 
-impl<const PARTS: usize> PoleRows<PARTS> {
+impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
     /// Numbers of a pole that do not change.
     pub(super) const FIXED: usize = 2 * PARTS;
     /// Numbers of a pole that evolve.
@@ -51,40 +51,40 @@ impl<const PARTS: usize> PoleRows<PARTS> {
     /// From each wavenumber's g, w and q, without motion; of a tyre that `turns`, or at rest.
     fn new(wavenumbers: &[Vec<[Complex64; 3]>], looks_back: bool, turns: bool) -> Self {
         let poles = wavenumbers.iter().map(Vec::len).max().unwrap_or(0).next_multiple_of(TOGETHER);
-        let mut coefficients = vec![0.0; poles * Self::FIXED * GROUP];
-        let mut odd = vec![0.0; if turns { poles * PARTS * GROUP } else { 0 }];
+        let mut coefficients = vec![E::default(); poles * Self::FIXED * E::MOST_LANES];
+        let mut odd = vec![E::default(); if turns { poles * PARTS * E::MOST_LANES } else { 0 }];
         let parts = |number: Complex64| [number.re, number.im].into_iter().take(PARTS);
         for (lane, own) in wavenumbers.iter().enumerate() {
             for (index, &[g, w, q]) in own.iter().enumerate() {
                 for (slot, value) in parts(g).chain(parts(w)).enumerate() {
-                    coefficients[(index * Self::FIXED + slot) * GROUP + lane] = value;
+                    coefficients[(index * Self::FIXED + slot) * E::MOST_LANES + lane] = E::rounded(value);
                 }
                 for (slot, value) in parts(q).enumerate().take(odd.len()) {
-                    odd[(index * PARTS + slot) * GROUP + lane] = value;
+                    odd[(index * PARTS + slot) * E::MOST_LANES + lane] = E::rounded(value);
                 }
             }
         }
-        let states = vec![0.0; poles * Self::evolving(looks_back) * GROUP];
+        let states = vec![E::default(); poles * Self::evolving(looks_back) * E::MOST_LANES];
         Self { coefficients, odd, states, left: Vec::new(), forgets: vec![false; poles] }
     }
 
     /// Returns the rest of a unit force at each instant of a step so many steps later.
     #[inline(always)]
     fn forget<S: Simd, R: Recursion>(&mut self, simd: S, recursion: R, steps: usize) {
-        let (vectors, kinds) = (GROUP / S::F64_LANES, Self::evolving(R::LOOKS_BACK) / (2 * PARTS));
+        let (vectors, kinds) = (E::MOST_LANES / E::lanes::<S>(), Self::evolving(R::LOOKS_BACK) / (2 * PARTS));
         let of_pole = R::STAGES * kinds * PARTS * vectors;
-        self.left = vec![0.0; self.forgets.len() * of_pole * S::F64_LANES];
-        let (coefficients, _) = S::as_simd_f64s(&self.coefficients);
-        let (left, _) = S::as_mut_simd_f64s(&mut self.left);
+        self.left = vec![E::default(); self.forgets.len() * of_pole * E::lanes::<S>()];
+        let coefficients = E::vectors::<S>(&self.coefficients);
+        let left = E::vectors_mut::<S>(&mut self.left);
         let poles = coefficients.chunks_exact(Self::FIXED * vectors).zip(left.chunks_exact_mut(of_pole));
         for (coefficients, left) in poles {
             for vector in 0..vectors {
-                let maps = recursion.maps(simd, Self::poles(simd, coefficients, vector, vectors));
+                let maps = recursion.maps::<E, S, PARTS>(simd, Self::poles(simd, coefficients, vector, vectors));
                 for stage in 0..R::STAGES {
-                    let zero = [simd.splat_f64s(0.0); PARTS];
+                    let zero = [E::splat(simd, E::default()); PARTS];
                     let mut states = [State { end: zero, before: zero }; 2];
-                    let mut forces = [simd.splat_f64s(0.0); MOST_STAGES];
-                    forces[stage] = simd.splat_f64s(1.0);
+                    let mut forces = [E::splat(simd, E::default()); MOST_STAGES];
+                    forces[stage] = E::splat(simd, E::rounded(1.0));
                     R::take_in(simd, &maps, forces, &mut states[0]);
                     let [state, other] = &mut states;
                     R::skip(simd, &maps, [state, other], steps);
@@ -96,20 +96,25 @@ impl<const PARTS: usize> PoleRows<PARTS> {
                 }
             }
         }
-        let largest = |values: &[f64]| values.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
+        let largest = |values: &[E]| values.iter().fold(0.0_f64, |largest, value| largest.max(value.double().abs()));
         // What a pole displaces by its odd part may be more.
-        let mut ratios = self.odd.chunks_exact(PARTS * GROUP).map(|ratios| largest(ratios).max(1.0));
-        let of_poles = self.left.chunks_exact(of_pole * S::F64_LANES);
+        let mut ratios = self.odd.chunks_exact(PARTS * E::MOST_LANES).map(|ratios| largest(ratios).max(1.0));
+        let of_poles = self.left.chunks_exact(of_pole * E::lanes::<S>());
         let sizes: Vec<f64> = of_poles.map(|left| largest(left) * ratios.next().unwrap_or(1.0)).collect();
-        let scale = FORGOTTEN * largest(&sizes);
+        let scale = FORGOTTEN * largest_or_zero(&sizes);
         self.forgets = sizes.iter().map(|size| *size > scale).collect();
     }
 
     /// A vector of poles.
     #[inline(always)]
-    pub(super) fn poles<S: Simd>(simd: S, coefficients: &[S::f64s], vector: usize, vectors: usize) -> Poles<S, PARTS> {
-        let zero = [simd.splat_f64s(0.0); PARTS];
-        let mut poles = Poles::<S, PARTS> { g: zero, w: zero };
+    pub(super) fn poles<S: Simd>(
+        simd: S,
+        coefficients: &[E::Vector<S>],
+        vector: usize,
+        vectors: usize,
+    ) -> Poles<E, S, PARTS> {
+        let zero = [E::splat(simd, E::default()); PARTS];
+        let mut poles = Poles::<E, S, PARTS> { g: zero, w: zero };
         for part in 0..PARTS {
             poles.g[part] = coefficients[part * vectors + vector];
             poles.w[part] = coefficients[(PARTS + part) * vectors + vector];
@@ -138,10 +143,10 @@ impl<const PARTS: usize> PoleRows<PARTS> {
 
     /// q of a vector of poles.
     #[inline(always)]
-    pub(super) fn ratios<S: Simd>(odd: &[S::f64s], vector: usize) -> Number<S, PARTS> {
+    pub(super) fn ratios<S: Simd>(odd: &[E::Vector<S>], vector: usize) -> Number<E, S, PARTS> {
         let mut ratios = [odd[vector]; PARTS];
         for part in 1..PARTS {
-            ratios[part] = odd[part * (GROUP / S::F64_LANES) + vector];
+            ratios[part] = odd[part * (E::MOST_LANES / E::lanes::<S>()) + vector];
         }
         ratios
     }
@@ -152,8 +157,8 @@ impl<const PARTS: usize> PoleRows<PARTS> {
 /// count). Of a tyre that `turns` odd parts come on top.
 pub fn expected_multiply_adds(rule: TimeRule, steps: usize, wavenumbers: usize, poles: f64, turns: bool) -> f64 {
     let (skip, stages) = (rule.products_of_skip(steps), rule.stages());
-    let pair = PoleRows::<2>::multiply_adds_of_one(steps, stages, skip, turns);
-    let padded = wavenumbers.next_multiple_of(GROUP) as f64 / wavenumbers as f64;
+    let pair = PoleRows::<f64, 2>::multiply_adds_of_one(steps, stages, skip, turns);
+    let padded = wavenumbers.next_multiple_of(f64::MOST_LANES) as f64 / wavenumbers as f64;
     0.5 * poles * padded * pair as f64 / steps as f64
 }
 
@@ -167,15 +172,15 @@ fn carried(even: Complex64, odd: Complex64) -> [Complex64; 2] {
     [even, odd / even]
 }
 
-/// [`GROUP`] neighbouring wavenumbers.
+/// Neighbouring wavenumbers, as many as the widest vector has numbers.
 #[derive(Clone, Debug)]
-pub struct WavenumberGroup {
+pub struct WavenumberGroup<E> {
     /// First wavenumber.
     first: usize,
     /// Wavenumbers in use.
     count: usize,
-    pub(super) pairs: PoleRows<2>,
-    pub(super) reals: PoleRows<1>,
+    pub(super) pairs: PoleRows<E, 2>,
+    pub(super) reals: PoleRows<E, 1>,
     /// Stages of a step.
     stages: usize,
     /// Steps between the forces taken in and the displacement foretold.
@@ -183,15 +188,15 @@ pub struct WavenumberGroup {
     /// Products of passing over them.
     skip: usize,
     /// Forces of the last block by instant: real parts of the group, imaginary parts.
-    pub(super) forces: Vec<f64>,
+    pub(super) forces: Vec<E>,
     /// Those of the block that is forgotten likewise; empty: none is.
-    pub(super) old_forces: Vec<f64>,
+    pub(super) old_forces: Vec<E>,
     /// u_old of the block foretold without the forces of those between, likewise.
-    pub(super) displacement: Vec<f64>,
+    pub(super) displacement: Vec<E>,
 }
 
-impl WavenumberGroup {
-    /// The group of neighbours from wavenumber `first` on, [`GROUP`] at most, at rest, for blocks of so many instants,
+impl<E: Element> WavenumberGroup<E> {
+    /// The group of neighbours from wavenumber `first` on, a group's at most, at rest, for blocks of so many instants,
     /// of which a pass foretells the one `ahead` blocks after those whose forces it takes in.
     pub fn new<'m>(
         modes: impl IntoIterator<Item = Modes<'m>>,
@@ -223,68 +228,74 @@ impl WavenumberGroup {
             reals: PoleRows::new(&reals, looks_back, turns),
             stages: rule.stages(),
             skip: rule.products_of_skip(skipped),
-            forces: vec![0.0; instants * 2 * GROUP],
+            forces: vec![E::default(); instants * 2 * E::MOST_LANES],
             old_forces: Vec::new(),
-            displacement: vec![0.0; instants * 2 * GROUP],
+            displacement: vec![E::default(); instants * 2 * E::MOST_LANES],
         }
     }
 
     /// Returns the work of a pass.
     pub fn work(&self) -> Work {
         let Self { pairs, reals, stages, skip, .. } = self;
-        let steps = self.forces.len() / (2 * GROUP * stages);
+        let steps = self.forces.len() / (2 * E::MOST_LANES * stages);
         let multiply_adds = pairs.multiply_adds(steps, *stages, *skip) + reals.multiply_adds(steps, *stages, *skip);
         Work { multiply_adds: multiply_adds as u64, bytes: (self.pairs.bytes() + self.reals.bytes()) as u64 }
     }
 
     /// All that evolves.
-    pub(crate) fn states(&self) -> [&[f64]; 2] {
+    pub(crate) fn states(&self) -> [&[E]; 2] {
         [&self.pairs.states, &self.reals.states]
     }
 
     /// As [`Self::states`], to be changed.
-    pub(crate) fn states_mut(&mut self) -> [&mut [f64]; 2] {
+    pub(crate) fn states_mut(&mut self) -> [&mut [E]; 2] {
         [&mut self.pairs.states, &mut self.reals.states]
     }
 
-    /// Takes the group's part of the forces of an instant, given by wavenumber.
-    pub(crate) fn take_forces(&mut self, instant: usize, spectrum: &[Complex64]) {
-        let (re, im) = self.forces[2 * GROUP * instant..2 * GROUP * (instant + 1)].split_at_mut(GROUP);
-        for ((re, im), value) in re.iter_mut().zip(im).zip(&spectrum[self.first..self.first + self.count]) {
-            (*re, *im) = (value.re, value.im);
-        }
+    /// The wavenumbers.
+    pub(crate) fn wavenumbers(&self) -> Range<usize> {
+        self.first..self.first + self.count
+    }
+
+    /// Takes the group's part of the forces of an instant, wavenumber by wavenumber: real and imaginary parts.
+    pub(crate) fn take_forces(&mut self, instant: usize, forces: impl Iterator<Item = [E; 2]>) {
+        put(&mut self.forces, instant, forces);
     }
 
     /// From now on a force is forgotten so many steps after it has been taken in; [`Self::take_old_forces`] says which.
     pub(crate) fn forget(&mut self, rule: TimeRule, steps: usize) {
-        self.old_forces = vec![0.0; self.forces.len()];
+        self.old_forces = vec![E::default(); self.forces.len()];
         rule.with_recursion(Forget { group: self, steps });
     }
 
     /// Takes the group's part of the forces of an instant that are forgotten.
-    pub(crate) fn take_old_forces(&mut self, instant: usize, spectrum: &[Complex<f32>]) {
-        let (re, im) = self.old_forces[2 * GROUP * instant..2 * GROUP * (instant + 1)].split_at_mut(GROUP);
-        for ((re, im), value) in re.iter_mut().zip(im).zip(&spectrum[self.first..self.first + self.count]) {
-            (*re, *im) = (f64::from(value.re), f64::from(value.im));
-        }
+    pub(crate) fn take_old_forces(&mut self, instant: usize, forces: impl Iterator<Item = [E; 2]>) {
+        put(&mut self.old_forces, instant, forces);
     }
 
-    /// Gives the group's part of u_old at an instant, by wavenumber.
-    pub(crate) fn give_displacement(&self, instant: usize, spectrum: &mut [Complex64]) {
-        let (re, im) = self.displacement[2 * GROUP * instant..2 * GROUP * (instant + 1)].split_at(GROUP);
-        for ((re, im), value) in re.iter().zip(im).zip(&mut spectrum[self.first..self.first + self.count]) {
-            *value = Complex64::new(*re, *im);
-        }
+    /// Gives the group's part of u_old at an instant, likewise.
+    pub(crate) fn displacement(&self, instant: usize) -> impl Iterator<Item = [E; 2]> {
+        let own = &self.displacement[2 * E::MOST_LANES * instant..][..2 * E::MOST_LANES];
+        let (re, im) = own.split_at(E::MOST_LANES);
+        re.iter().zip(im).map(|(re, im)| [*re, *im]).take(self.count)
+    }
+}
+
+/// Puts complex numbers of an instant where a group has them.
+fn put<E: Element>(out: &mut [E], instant: usize, numbers: impl Iterator<Item = [E; 2]>) {
+    let (re, im) = out[2 * E::MOST_LANES * instant..][..2 * E::MOST_LANES].split_at_mut(E::MOST_LANES);
+    for ((re, im), number) in re.iter_mut().zip(im).zip(numbers) {
+        [*re, *im] = number;
     }
 }
 
 /// Removal of forgotten forces.
-struct Forget<'a> {
-    group: &'a mut WavenumberGroup,
+struct Forget<'a, E> {
+    group: &'a mut WavenumberGroup<E>,
     steps: usize,
 }
 
-impl WithRecursion for Forget<'_> {
+impl<E: Element> WithRecursion for Forget<'_, E> {
     type Output = ();
 
     fn with<R: Recursion>(self, recursion: R) {
@@ -292,13 +303,13 @@ impl WithRecursion for Forget<'_> {
     }
 }
 
-struct Left<'a, R> {
-    group: &'a mut WavenumberGroup,
+struct Left<'a, E, R> {
+    group: &'a mut WavenumberGroup<E>,
     steps: usize,
     recursion: R,
 }
 
-impl<R: Recursion> WithSimd for Left<'_, R> {
+impl<E: Element, R: Recursion> WithSimd for Left<'_, E, R> {
     type Output = ();
 
     #[inline(always)]

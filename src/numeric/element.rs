@@ -4,6 +4,10 @@ use pulp::Simd;
 
 /// A number of which a vector holds several.
 pub trait Element: Copy + Default + Send + Sync + 'static {
+    /// Numbers to the widest vector.
+    const MOST_LANES: usize;
+    /// Distance from 1 to the next number.
+    const EPSILON: f64;
     /// The vector.
     type Vector<S: Simd>: Copy;
 
@@ -29,6 +33,8 @@ pub trait Element: Copy + Default + Send + Sync + 'static {
     fn mul<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
     /// a b + c.
     fn mul_add<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>, c: Self::Vector<S>) -> Self::Vector<S>;
+    /// c - a b.
+    fn negate_mul_add<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>, c: Self::Vector<S>) -> Self::Vector<S>;
     /// -a.
     fn neg<S: Simd>(simd: S, a: Self::Vector<S>) -> Self::Vector<S>;
 
@@ -41,8 +47,10 @@ pub trait Element: Copy + Default + Send + Sync + 'static {
 
 macro_rules! element {
     ($number:ty, $vector:ident, $round:expr, $as:ident, $as_mut:ident, $load:ident, $store:ident, $splat:ident,
-     $add:ident, $sub:ident, $mul:ident, $mul_add:ident, $neg:ident) => {
+     $add:ident, $sub:ident, $mul:ident, $mul_add:ident, $negate_mul_add:ident, $neg:ident) => {
         impl Element for $number {
+            const MOST_LANES: usize = 64 / size_of::<Self>();
+            const EPSILON: f64 = Self::EPSILON as f64;
             type Vector<S: Simd> = S::$vector;
 
             #[inline(always)]
@@ -91,6 +99,10 @@ macro_rules! element {
                 simd.$mul_add(a, b, c)
             }
             #[inline(always)]
+            fn negate_mul_add<S: Simd>(simd: S, a: S::$vector, b: S::$vector, c: S::$vector) -> S::$vector {
+                simd.$negate_mul_add(a, b, c)
+            }
+            #[inline(always)]
             fn neg<S: Simd>(simd: S, a: S::$vector) -> S::$vector {
                 simd.$neg(a)
             }
@@ -111,6 +123,7 @@ element!(
     sub_f64s,
     mul_f64s,
     mul_add_e_f64s,
+    negate_mul_add_e_f64s,
     neg_f64s
 );
 element!(
@@ -126,5 +139,6 @@ element!(
     sub_f32s,
     mul_f32s,
     mul_add_e_f32s,
+    negate_mul_add_e_f32s,
     neg_f32s
 );

@@ -408,7 +408,7 @@ fn on_board_intensity_is_that_of_two_probes_at_the_edges_of_the_patch() {
 
 #[test]
 fn sidewalls_that_move_are_heard_the_same_on_any_threads_and_kept_apart_from_the_tread_alone() {
-    let tyre = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/tyres/moving_sides.toml");
+    let tyre = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/tyres/car.toml");
     let folder = tempfile::tempdir().unwrap();
     let text = format!(
         "tyre = '{}'\n[road]\nkind = \"made\"\nseed = 4\n[rolling]\nspeed_kmh = 80.0\nwarm_up = 0.3\nduration = 1.2\n\

@@ -15,7 +15,7 @@ use crate::tyre::influence::SurfaceWaves;
 use crate::tyre::layers::curved::{CurvedStack, FINE_STEP};
 
 const AROUND: usize = 64;
-const PATH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/tyres/moving_sides.toml");
+const PATH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/tyres/car.toml");
 
 fn tyre() -> Tyre {
     Scene::with_tyre(PATH, &[]).unwrap().scene.tyre

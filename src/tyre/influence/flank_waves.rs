@@ -124,7 +124,7 @@ mod tests {
     use crate::tyre::influence::SurfaceWaves;
     use crate::tyre::layers::curved::{CurvedStack, FINE_STEP};
 
-    const PATH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/tyres/moving_sides.toml");
+    const PATH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/tyres/car.toml");
 
     /// Flows of a signed wave by the stack and the arc as they turn, each by its reference.
     fn exact(tyre: &Tyre, rule: &SplitRule, n: i64, m: usize, frequency: f64) -> Vec<Complex64> {

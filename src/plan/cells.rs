@@ -123,8 +123,7 @@ impl Plan {
         self.scene.numerics.contact_tolerance.max(LEAST_TOLERANCE)
     }
 
-    /// Tells whether the past of cells may be carried in single precision: it is a fraction of that precision's rounding
-    /// off, and the tolerance is far above.
+    /// Tells whether the tolerance of the contact conditions lets the past of cells be carried in single precision.
     pub fn is_single(&self) -> bool {
         self.cell_tolerance() >= SINGLE
     }

@@ -104,8 +104,8 @@ fn times_and_levels_of_cells_by_tolerance() {
             bands.fold(0.0_f64, |worst, (a, b)| worst.max((a.level - b.level).abs()))
         };
         println!(
-            "{elements} x {across} to {tolerance:.0e}: {:.0} us a step, {:.3} of real time; off by {:.4} dB to 2 kHz, {:.4} \
-             dB to 4 kHz",
+            "{elements} x {across} to {tolerance:.0e}: {:.0} us a step, {:.3} of real time; \
+             off by {:.4} dB to 2 kHz, {:.4} dB to 4 kHz",
             1e6 * each,
             time_step / each,
             of(2100.0),

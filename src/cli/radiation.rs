@@ -198,7 +198,8 @@ impl Views<'_> {
 
     /// Share and level of each part, by receiver.
     fn parts_table(&self) -> Report {
-        let column = |name: &str, part: &str| format!("{part}, {name}");
+        // Without the place, which stands in the tables above.
+        let column = |name: &str, part: &str| format!("{part}, {}", name.split(',').next().unwrap_or(name));
         let names = self.named().into_iter().flat_map(|(name, _)| PressureShares::PARTS.map(|part| column(name, part)));
         let header: Vec<String> = std::iter::once("Hz".to_owned()).chain(names).collect();
         let row = |at: &AtFrequency| -> Vec<String> {

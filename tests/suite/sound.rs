@@ -433,9 +433,9 @@ fn sidewalls_that_move_are_heard_the_same_on_any_threads_and_kept_apart_from_the
             ["cold", "warm", "off"].map(|run| fs::read(folder.path().join(run).join(file)).unwrap());
         assert!(cold == warm && cold != silent, "{file}");
     }
-    // Sidewalls move against the belt: below its breathing they take from its sound.
-    for receiver in 0..2 {
-        let [heard, tread] = [&cold, &silent].map(|sound| sound["receivers"][receiver]["level"].as_f64().unwrap());
-        assert!((0.3..8.0).contains(&(tread - heard)), "receiver {receiver}: {tread} {heard}");
-    }
+    // Sidewalls move against the belt: the lowest bands, of a whole belt that moves, lose 1.7 to 2.0 dB by them.
+    let [heard, tread] = ["cold", "off"].map(|run| bands(&folder.path().join(run)));
+    let changes = heard.iter().zip(&tread).filter(|(heard, _)| (63.0..=80.0).contains(&heard.0));
+    let changes: Vec<f64> = changes.map(|(heard, tread)| heard.1 - tread.1).collect();
+    assert!(changes.len() == 4 && changes.iter().all(|change| (-2.5..-1.2).contains(change)), "{changes:?}");
 }

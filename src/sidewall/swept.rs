@@ -1,8 +1,8 @@
 //! Volume that a sidewall sweeps, piece by piece, for what a body beside it radiates.
 //!
 //! A place on the arc is told by how far it has turned from the belt's edge, x = (a_b - a)/(a_b - a_0), 0 at the belt
-//! and 1 at the bead; at rest that is the fraction of the area passed, since a' = p R/C. With polynomials l_k(x) that add
-//! up to 1 ([`SplitRule`]) the pieces are, since t' = -ka u,
+//! and 1 at the bead; at rest that is the fraction of the area passed, since a' = p R/C. With polynomials l_k(x) that
+//! add up to 1 ([`SplitRule`]) the pieces are, since t' = -ka u,
 //!
 //! ```text
 //! Q_k = int l_k u R dz = -int l_k (R/ka) t' dz        [m^3 per radian and motion of the edge]

@@ -47,7 +47,7 @@ impl FewerPoles {
     }
 }
 
-/// What poles displace: real unknowns, of a pair two, at samples.
+/// Displacements of poles at samples: real unknowns, of a pair two.
 struct Columns {
     /// Unknowns of each pole.
     places: Vec<Vec<usize>>,
@@ -168,7 +168,7 @@ pub(super) fn fewer_poles(
     None
 }
 
-/// What the unknowns taken so far do not explain: Schur complements.
+/// Remainder that the unknowns taken so far do not explain: Schur complements.
 struct Left {
     products: Vec<Vec<f64>>,
     /// Squares of the columns at the beginning.

@@ -244,7 +244,7 @@ impl<N: Element> RingWaves<N> {
     }
 }
 
-/// What a pass takes and gives.
+/// Input and output of a pass.
 struct Block<'a, N, R> {
     arch: Arch,
     recursion: R,

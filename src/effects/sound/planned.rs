@@ -148,7 +148,7 @@ impl Sound {
         }
     }
 
-    /// What is heard of a body beside its tread.
+    /// Part of a body that is heard beside its tread.
     pub(super) fn flank(&self, body: &Body) -> Option<Flank> {
         Flank::new(body, self.bead?)
     }

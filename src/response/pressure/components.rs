@@ -5,8 +5,8 @@
 //! G's integrals, receiver by receiver, with factors that the receivers share, bin by bin. G's integrals are held for
 //! the few frequencies that are interpolated between and made when the bins come to them.
 //!
-//! Rings of a flank that moves are met as further shapes beside the tread's m. Each m has its own amplitude where forces are resolved across: there is no sum over m, and a product for each
-//! pair (n, m).
+//! Rings of a flank that moves are met as further shapes beside the tread's m. Each m has its own amplitude where
+//! forces are resolved across: there is no sum over m, and a product for each pair (n, m).
 
 use std::ops::Range;
 

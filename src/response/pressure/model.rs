@@ -61,8 +61,8 @@ impl PressureModel {
         self.waves.lateral.iter().map(part).collect()
     }
 
-    /// Shapes that so many lateral waves have with so many rings on a flank that moves: the rings sum over the waves, or
-    /// follow each of those that are resolved across.
+    /// Shapes that so many lateral waves have with so many rings on a flank that moves: the rings sum over the waves,
+    /// or follow each of those that are resolved across.
     pub fn shape_count(across: Across, lateral: usize, rings: usize) -> usize {
         match across {
             Across::Even => lateral + rings,
@@ -199,8 +199,8 @@ impl PressureModel {
         self.delays[receivers].iter().map(move |delay| Complex64::from_polar(1.0, -angular * delay))
     }
 
-    /// C_nm at a frequency of the material, as the run's rule sees it, and the flows of the sidewalls with them, if they
-    /// are heard.
+    /// C_nm at a frequency of the material, as the run's rule sees it, and the flows of the sidewalls with them, if
+    /// they are heard.
     fn compliances(&self, n: i64, frequency: f64, out: &mut [Complex64], flows: &mut [Complex64]) {
         let SegmentLayout { rule, time_step, .. } = self.layout;
         // The waves are known on the imaginary axis, where a multistep rule's s is nearly.

@@ -8,10 +8,10 @@
 //! p = sum_c p_c,      p_c = sum_m g_m(c) sum_n,j f_nmj Int_c w_j exp(i kx_n x) dx
 //! ```
 //!
-//! (rings of a flank that moves add to both as further m) with f_nmj what the tyre makes of the force ([`PressureModel`]), w_j the weights that the air's motion asks for and
-//! g_m(c) the integral of G cos(ky_m y) across the tread at the cell c. The share of a part is Re(p_part
-//! conj(p))/|p|^2. Shares add up to one. A part that is not in phase with the whole has a small share or a negative
-//! one, and others more than one: they cancel each other.
+//! (rings of a flank that moves add to both as further m) with f_nmj what the tyre makes of the force
+//! ([`PressureModel`]), w_j the weights that the air's motion asks for and g_m(c) the integral of G cos(ky_m y) across
+//! the tread at the cell c. The share of a part is Re(p_part conj(p))/|p|^2. Shares add up to one. A part that is not
+//! in phase with the whole has a small share or a negative one, and others more than one: they cancel each other.
 //!
 //! Cost of a frequency: one transform round the tyre for each lateral number.
 

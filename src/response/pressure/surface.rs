@@ -30,8 +30,8 @@ pub struct SurfaceGreen {
     pub half_width: f64,
     /// Rings of the flank, which follow the points across.
     pub rings: usize,
-    /// G exp(i k r0) by frequency, point by point and ring by ring, cell by cell \[1/m\]: the even part, and after it the
-    /// odd one where it is known.
+    /// G exp(i k r0) by frequency, point by point and ring by ring, cell by cell \[1/m\]: the even part, and after it
+    /// the odd one where it is known.
     pub values: Vec<Vec<Complex32>>,
 }
 
@@ -79,8 +79,8 @@ impl SurfaceGreen {
 pub(super) const WEIGHTS: [[f64; 3]; 2] = [[0.0, 1.0, 0.0], [-0.5, 1.0, -0.5]];
 
 /// Int G exp(i kx_n x) cos(ky_m y) dS over the tread for the waves of a tyre, n by n, m by m, weight by weight, of
-/// those that are odd about mid-width with sin(ky_m y) \[m\]; of rings 2 Int G exp(i n theta) dtheta \[1/m\], for a flow
-/// per radian.
+/// those that are odd about mid-width with sin(ky_m y) \[m\]; of rings 2 Int G exp(i n theta) dtheta \[1/m\], for a
+/// flow per radian.
 pub(super) struct WaveIntegrals {
     /// Largest |n|: as far as the cells can tell waves apart.
     most_around: usize,

@@ -142,8 +142,8 @@ impl SurfaceWaves {
         (n < self.around && first + 4 <= self.points).then(|| (n, first, uniform_cubic(place - first as f64)))
     }
 
-    /// Flow of each piece of a sidewall, per radian and traction on the tread \[m^3/Pa\], of the lateral numbers of a wave
-    /// whose C_zz are given, m by m, at a frequency \[Hz\], negative or not.
+    /// Flow of each piece of a sidewall, per radian and traction on the tread \[m^3/Pa\], of the lateral numbers of a
+    /// wave whose C_zz are given, m by m, at a frequency \[Hz\], negative or not.
     pub fn flows_at(&self, n: i64, frequency: f64, compliances: &[Complex64], out: &mut [Complex64]) {
         let Some((flank, (wave, first, weights))) = self.flank.as_ref().zip(self.place(n, frequency)) else {
             out.fill(Complex64::ZERO);

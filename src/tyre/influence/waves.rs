@@ -66,7 +66,8 @@ impl Waves {
         (m - self.first_lateral_number()).is_multiple_of(2)
     }
 
-    /// Value at the right side, y = B/2 from mid-width, of cos(ky y) where a wave is even, of sin(ky y) where it is odd;
+    /// Value at the right side, y = B/2 from mid-width, of cos(ky y) where a wave is even, of sin(ky y) where it is
+    /// odd;
     /// 0 at supported sides.
     pub fn at_side(&self, m: usize) -> f64 {
         match self.sides {

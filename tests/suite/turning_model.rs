@@ -4,15 +4,16 @@ use std::f64::consts::PI;
 
 use num_complex::Complex64;
 use tyrewave::scene::{DEFAULT, Scene, Tyre};
+use tyrewave::test_models::on_springs;
 use tyrewave::tyre::influence::{FaceValues, Field, InfluenceSum, Projection, Truncation};
 use tyrewave::tyre::modes::{Motion, modes};
 use tyrewave::tyre::poles::cache::key;
 use tyrewave::tyre::poles::{Direction, FitOptions, RationalModel, fit};
 use tyrewave::tyre::slowest_wave::slowest_wave_below;
 
-/// The default tyre at a speed \[km/h\], elements counted against its rotation.
+/// The car tyre on springs, whose waves are known, at a speed \[km/h\], elements counted against its rotation.
 fn turning(speed: f64) -> Tyre {
-    let mut tyre = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
+    let mut tyre = Scene::from_str(&on_springs(DEFAULT), "springs").unwrap().scene.tyre;
     tyre.angular_velocity = -speed / 3.6 / tyre.radius();
     tyre
 }

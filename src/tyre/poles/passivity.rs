@@ -1,4 +1,5 @@
-//! Passivity of a model: Re(s H(s)) >= 0 on the axis, within the band and beyond it.
+//! Passivity of a model: Re(s H(s)) >= 0 on the axis, within the band and beyond it, where only the model's own poles
+//! could make it negative between points of the ladder.
 //!
 //! With rotation, for both waves: H_n = E + i O and H_-n = E - i O, Re(s H_+-n)/|s| = -Im E -+ Re O at s = i w.
 
@@ -77,17 +78,25 @@ fn without_energy(values: &mut [Complex64], offends: [bool; 2], margin: f64) {
     values[2].re = 0.5 * (forwards - backwards);
 }
 
-/// Smallest Re(s H)/|s| of both waves, relative to the local scale of the errors, on every eighth rung and beyond the
-/// band, and where.
+/// Smallest Re(s H)/|s| of both waves, relative to the local scale of the errors, on every eighth rung, beyond the band
+/// and about poles there, and where.
 pub fn least_power(sampled: &Sampled<'_>, models: &[PartialFractions]) -> (f64, Complex64) {
-    let Ladder { checked, checked_parts, .. } = sampled.ladder;
+    let Ladder { checked, checked_parts, top, .. } = sampled.ladder;
     let even = models[0].evaluate_all(checked_parts);
     let odd = models.get(2).map(|model| model.evaluate_all(checked_parts));
-    let powers = checked.iter().enumerate().map(|(k, &s)| {
-        let value = even.get(k);
+    let relative = |value: Complex64, odd: Complex64| {
+        (-value.im - odd.re.abs()) / sampled.local_scale(value.norm_sqr() + odd.norm_sqr())
+    };
+    let on_ladder = checked.iter().enumerate().map(|(k, &s)| {
         let odd = odd.as_ref().map_or(Complex64::ZERO, |odd| odd.get(k));
-        let least = -value.im - odd.re.abs();
-        (least / sampled.local_scale(value.norm_sqr() + odd.norm_sqr()), s)
+        (relative(even.get(k), odd), s)
     });
+    let poles = models[0].poles.iter().filter(|pole| pole.im > *top);
+    let beside = poles.flat_map(|pole| [-1.0, 0.0, 1.0].map(|widths| Complex64::new(0.0, pole.im + widths * pole.re)));
+    let about_poles = beside.filter(|s| s.im > *top).map(|s| {
+        let odd = models.get(2).map_or(Complex64::ZERO, |model| model.evaluate(s));
+        (relative(models[0].evaluate(s), odd), s)
+    });
+    let powers = on_ladder.chain(about_poles);
     powers.fold((f64::INFINITY, Complex64::ZERO), |least, next| if next.0 < least.0 { next } else { least })
 }

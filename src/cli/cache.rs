@@ -4,6 +4,7 @@ use clap::{Args, Subcommand};
 use tyrewave::effects::sound::KeptReceiver;
 use tyrewave::results::table::{Report, row, words};
 use tyrewave::storage::{Cache, Cached};
+use tyrewave::tyre::influence::SurfaceWaves;
 use tyrewave::tyre::poles::RationalModel;
 use tyrewave::tyre::poles::cells::CellModel;
 
@@ -11,9 +12,9 @@ use super::context::{Context, print};
 use super::error::CliError;
 
 const EXAMPLES: &str = "\
-A fitted tyre serves every speed, time step and road, its transfers to a receiver every road and speed whose patch is \
-as long; both are kept in TYREWAVE_CACHE_DIR, or the platform's cache folder. An entry that is damaged or of \
-another version is rebuilt when it is needed.
+A fitted tyre serves every time step and road at its speed, the waves that are heard of it every road, its transfers \
+to a receiver every road and speed whose patch is as long; all are kept in TYREWAVE_CACHE_DIR, or the platform's cache \
+folder, up to 2 GiB. An entry that is damaged or of another version is rebuilt when it is needed.
 
 Examples:
   tyrewave cache list
@@ -55,7 +56,8 @@ impl CacheArguments {
                 }
             }
             CacheAction::List => {
-                let entries = cache.list(&[RationalModel::KIND, CellModel::KIND, KeptReceiver::KIND])?;
+                let kinds = [RationalModel::KIND, CellModel::KIND, KeptReceiver::KIND, SurfaceWaves::KIND];
+                let entries = cache.list(&kinds)?;
                 let rows = entries.iter().map(|entry| {
                     let state =
                         entry.usable.map_or_else(|reason| format!("not usable: {reason}"), |()| "usable".into());

@@ -139,7 +139,7 @@ pub enum Command {
     Influence(influence::InfluenceArguments),
     /// Compare the time rules for a scene: G0, damping, dispersion, stability, work against precision.
     Rules(rules::RulesArguments),
-    /// List or clear the influence models and radiation transfers kept on disk.
+    /// List or clear the influence models, waves and radiation transfers kept on disk.
     Cache(cache::CacheArguments),
     /// Draw a slice of a scene's road and its stiffness by both laws; spread over the road.
     Slices(slices::SlicesArguments),

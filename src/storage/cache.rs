@@ -24,7 +24,7 @@ use super::sealed_file::{Body, Format, Unusable};
 use crate::numeric::digest::hexadecimal;
 
 /// Largest size of all entries together unless set otherwise \[bytes\].
-const DEFAULT_LIMIT: u64 = 512 << 20;
+const DEFAULT_LIMIT: u64 = 2 << 30;
 
 /// Reason why the cache cannot be used.
 #[derive(Debug, Error)]

@@ -420,7 +420,10 @@ fn sidewalls_that_move_are_heard_the_same_on_any_threads_and_kept_apart_from_the
     let run = |out: &str, more: &[&str]| {
         let arguments = [&["run", "loud.toml", "--allow-outside", "--out", out][..], more].concat();
         program(folder.path(), &arguments);
-        read_summary(&folder.path().join(out))["sound"].clone()
+        let summary = read_summary(&folder.path().join(out));
+        let evaluations = summary["cost"]["counters"]["compliance_evaluations"].as_u64().unwrap_or(0);
+        assert_eq!(evaluations == 0, out == "warm", "{out}: {evaluations}");
+        summary["sound"].clone()
     };
     let cold = run("cold", &["--threads", "1"]);
     let planned = program(folder.path(), &["plan", "loud.toml", "--allow-outside"]);

@@ -19,6 +19,7 @@ use crate::response::vibration::SegmentLayout;
 use crate::results::sound::BodySummary;
 use crate::scene::{LoadedScene, RadiationQuality, SceneError};
 use crate::sound::Air;
+use crate::storage::Cache;
 use crate::tyre::influence::SurfaceWaves;
 
 /// Tolerance of the waves' compliances.
@@ -91,8 +92,15 @@ impl Seeking<'_> {
         let (lateral, highest) = (sound.lateral_numbers(tyre), 0.5 / layout.time_step);
         let rule = sound.flank(&body).map(|flank| flank.rule);
         let around = Sound::GRID.around / 2;
-        let waves = SurfaceWaves::with_flank(tyre, around, lateral, [highest, WAVES], rule.as_ref());
-        meter.count(Counter::ComplianceEvaluations, waves.evaluations());
+        let wanted = [highest, WAVES];
+        let (waves, known) = match Cache::open() {
+            Ok(cache) => SurfaceWaves::fetch(&cache, tyre, around, lateral, wanted, rule.as_ref(), warnings),
+            // The transfers' entries have warned of that.
+            Err(_) => (SurfaceWaves::with_flank(tyre, around, lateral, wanted, rule.as_ref()), false),
+        };
+        if !known {
+            meter.count(Counter::ComplianceEvaluations, waves.evaluations());
+        }
         let model = PressureModel {
             layout,
             waves: Arc::new(waves),

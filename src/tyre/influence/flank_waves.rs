@@ -10,7 +10,8 @@
 
 use std::ops::Range;
 
-use num_complex::Complex64;
+use num_complex::{Complex32, Complex64};
+use serde::{Deserialize, Serialize};
 
 use super::kernel::KernelAt;
 use super::waves::Waves;
@@ -21,17 +22,18 @@ use crate::tyre::layers::cylinder::EdgeMotion;
 /// Pieces of a sidewall.
 pub(super) const PIECES: usize = SplitRule::POINTS;
 
-/// Flows of the waves n = 0..`around` and some lateral numbers.
-#[derive(Clone, Debug)]
+/// Flows of the waves n = 0..`around` and some lateral numbers, in single precision: interpolation is far off its
+/// rounding.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub(super) struct FlankWaves {
     /// Waves round the tyre.
     around: usize,
     lateral: usize,
     points: usize,
     /// Q/C_zz by n, m, frequency, piece \[m\].
-    flows: Vec<Complex64>,
+    flows: Vec<Complex32>,
     /// The same of the waves -n; empty at rest.
-    backwards: Vec<Complex64>,
+    backwards: Vec<Complex32>,
 }
 
 /// Flows of the sidewall by its edge's motion, by wave.
@@ -41,7 +43,7 @@ pub(super) type ByEdge = Vec<BothWays<Flow>>;
 pub(super) fn bytes(around: usize, lateral: usize, points: f64, turns: bool) -> f64 {
     let by_edge = around.next_multiple_of(MOST_LANES) * size_of::<BothWays<Flow>>();
     let ways = if turns { 2 } else { 1 };
-    points * (by_edge + ways * around * lateral * PIECES * size_of::<Complex64>()) as f64
+    points * (by_edge + ways * around * lateral * PIECES * size_of::<Complex32>()) as f64
 }
 
 /// The flows by the edge's motion at some s, all waves that sidewalls are told apart by.
@@ -61,13 +63,13 @@ impl FlankWaves {
     /// Room for the flows of so many lateral numbers at so many frequencies.
     pub(super) fn new(by_edge: &[ByEdge], lateral: usize, turns: bool) -> Self {
         let (points, around) = (by_edge.len(), by_edge.first().map_or(0, Vec::len));
-        let flows = vec![Complex64::ZERO; around * lateral * points * PIECES];
+        let flows = vec![Complex32::ZERO; around * lateral * points * PIECES];
         let backwards = if turns { flows.clone() } else { Vec::new() };
         Self { around, lateral, points, flows, backwards }
     }
 
     /// Rows of each n, forwards and backwards; these are empty at rest.
-    pub(super) fn rows(&mut self) -> Vec<[&mut [Complex64]; 2]> {
+    pub(super) fn rows(&mut self) -> Vec<[&mut [Complex32]; 2]> {
         let width = (self.lateral * self.points * PIECES).max(1);
         let mut backwards = self.backwards.chunks_mut(width);
         self.flows.chunks_mut(width).map(|row| [row, backwards.next().unwrap_or_default()]).collect()
@@ -86,16 +88,26 @@ impl FlankWaves {
             let table = if runs_backwards { &self.backwards } else { &self.flows };
             let row = &table[((n * self.lateral + index) * self.points + first) * PIECES..][..4 * PIECES];
             for (known, weight) in row.chunks_exact(PIECES).zip(weights) {
-                sums.iter_mut().zip(known).for_each(|(sum, known)| *sum += known * weight);
+                let flows = known.iter().map(|flow| Complex64::new(flow.re.into(), flow.im.into()));
+                sums.iter_mut().zip(flows).for_each(|(sum, flow)| *sum += flow * weight);
             }
         }
         sums
+    }
+
+    /// Tells whether numbers that were read fit each other.
+    pub(super) fn is_sound(&self) -> bool {
+        let numbers = self.around * self.lateral * self.points * PIECES;
+        let flows = self.flows.iter().chain(&self.backwards);
+        self.flows.len() == numbers
+            && [0, numbers].contains(&self.backwards.len())
+            && flows.into_iter().all(|flow| flow.is_finite())
     }
 }
 
 /// Puts the flows of a wave (n, m) at some frequencies into the rows of n, by the motions of its edge.
 pub(super) fn put(
-    rows: &mut [&mut [Complex64]; 2],
+    rows: &mut [&mut [Complex32]; 2],
     waves: Waves,
     [n, m]: [usize; 2],
     places: Range<usize>,
@@ -110,7 +122,8 @@ pub(super) fn put(
             let EdgeMotion { surface, radial, circumferential } = edge;
             let [w, v] = [radial, circumferential].map(|motion| motion * side / surface);
             for (out, [by_w, by_v]) in out.iter_mut().zip(way(&by_edge[n])) {
-                *out = w * by_w + v * by_v;
+                let flow = w * by_w + v * by_v;
+                *out = Complex32::new(flow.re as f32, flow.im as f32);
             }
         }
     }

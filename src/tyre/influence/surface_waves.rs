@@ -8,9 +8,10 @@
 //!
 //! With rotation, there is a second table, of -n: C_-n(i w) is conj C_n(-i w).
 
-use num_complex::Complex64;
+use num_complex::{Complex32, Complex64};
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::flank_waves::{self, ByEdge, FlankWaves, PIECES};
 use super::kernel::{Kernel, KernelAt, LaneKernel};
@@ -20,6 +21,7 @@ use crate::numeric::lagrange::uniform_cubic;
 use crate::numeric::lanes::dispatch;
 use crate::numeric::{Lanes, MOST_LANES, SplitRule};
 use crate::scene::Tyre;
+use crate::storage::{Cache, Cached, Format, Kind};
 use crate::tyre::layers::curved::sidewall_waves;
 use crate::tyre::layers::cylinder::EdgeMotion;
 
@@ -29,7 +31,7 @@ const LINEAR_BELOW: f64 = 100.0;
 const STEP: f64 = 0.02;
 
 /// C_zz of the waves with n = 0..=`most_around` and some lateral numbers: those that a centred strip excites, or all.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct SurfaceWaves {
     /// Their wavenumbers.
     pub waves: Waves,
@@ -90,6 +92,29 @@ impl SurfaceWaves {
             dispatch(Rows { n: n as i64, lateral: &lateral, at: &at, rows, backwards, flank });
         });
         Self { waves, lateral, around, points, stiffnesses, backwards, flank }
+    }
+
+    /// The same from the cache, and true, where they are there; else made and kept. Trouble with the cache gives
+    /// warnings alone.
+    pub fn fetch(
+        cache: &Cache,
+        tyre: &Tyre,
+        most_around: usize,
+        lateral: Vec<usize>,
+        [highest, tolerance]: [f64; 2],
+        rule: Option<&SplitRule>,
+        warnings: &mut Vec<String>,
+    ) -> (Self, bool) {
+        let make = |lateral| Self::with_flank(tyre, most_around, lateral, [highest, tolerance], rule);
+        let split = rule.map(|rule| rule.split);
+        let content = (tyre.levelled(), most_around, &lateral, highest, tolerance, split);
+        let Ok(key) = crate::storage::cache::key::<Self>(&content) else { return (make(lateral), false) };
+        if let Some(waves) = cache.kept::<Self>(&key, warnings) {
+            return (waves, true);
+        }
+        let waves = make(lateral);
+        cache.keep(&key, &waves, warnings);
+        (waves, false)
     }
 
     /// Pieces of a sidewall whose flow is known; 0 where none is.
@@ -159,6 +184,20 @@ impl SurfaceWaves {
     }
 }
 
+impl Cached for SurfaceWaves {
+    const KIND: Kind =
+        Kind { extension: "waves", format: Format { magic: b"TWAVESRF", version: 1, name: "waves of a tread" } };
+
+    fn is_sound(&self) -> bool {
+        let numbers = self.around * self.lateral.len() * self.points;
+        let values = self.stiffnesses.iter().chain(&self.backwards);
+        self.stiffnesses.len() == numbers
+            && [0, numbers].contains(&self.backwards.len())
+            && values.into_iter().all(|value| !value.is_nan())
+            && self.flank.as_ref().is_none_or(FlankWaves::is_sound)
+    }
+}
+
 /// asinh of a frequency that is not negative: the library's is as exact for the smallest ones, too, and takes longer.
 fn coordinate(frequency: f64) -> f64 {
     let ratio = frequency / LINEAR_BELOW;
@@ -181,7 +220,7 @@ struct FlankRows<'a> {
     waves: Waves,
     /// By frequency.
     by_edge: &'a [ByEdge],
-    rows: [&'a mut [Complex64]; 2],
+    rows: [&'a mut [Complex32]; 2],
 }
 
 impl WithSimd for Rows<'_> {

@@ -2,11 +2,13 @@
 
 use std::f64::consts::PI;
 
+use serde::{Deserialize, Serialize};
+
 use crate::numeric::sinc;
 use crate::scene::{Sides, Tyre};
 
 /// The wavenumbers of the tyre's waves.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 pub struct Waves {
     /// Circumference L \[m\].
     pub circumference: f64,

@@ -22,7 +22,7 @@ pub struct Fetched {
 
 impl Cached for RationalModel {
     const KIND: Kind =
-        Kind { extension: "influence", format: Format { magic: b"TWAVEINF", version: 10, name: "an influence model" } };
+        Kind { extension: "influence", format: Format { magic: b"TWAVEINF", version: 11, name: "an influence model" } };
 
     fn is_sound(&self) -> bool {
         let (rows, poles) = (self.elements / 2 + 1, self.poles.stored());

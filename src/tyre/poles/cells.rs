@@ -92,7 +92,7 @@ impl CellModel {
 impl Cached for CellModel {
     const KIND: Kind = Kind {
         extension: "cells",
-        format: Format { magic: b"TWAVECEL", version: 2, name: "a model of contact cells" },
+        format: Format { magic: b"TWAVECEL", version: 3, name: "a model of contact cells" },
     };
 
     fn is_sound(&self) -> bool {

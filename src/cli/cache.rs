@@ -4,7 +4,7 @@ use clap::{Args, Subcommand};
 use tyrewave::effects::sound::KeptReceiver;
 use tyrewave::results::table::{Report, row, words};
 use tyrewave::storage::{Cache, Cached};
-use tyrewave::tyre::influence::SurfaceWaves;
+use tyrewave::tyre::influence::{CellInfluence, SurfaceWaves};
 use tyrewave::tyre::poles::RationalModel;
 use tyrewave::tyre::poles::cells::CellModel;
 
@@ -56,7 +56,8 @@ impl CacheArguments {
                 }
             }
             CacheAction::List => {
-                let kinds = [RationalModel::KIND, CellModel::KIND, KeptReceiver::KIND, SurfaceWaves::KIND];
+                let tyre = [RationalModel::KIND, CellModel::KIND, CellInfluence::KIND];
+                let kinds = [&tyre[..], &[KeptReceiver::KIND, SurfaceWaves::KIND]].concat();
                 let entries = cache.list(&kinds)?;
                 let rows = entries.iter().map(|entry| {
                     let state =

@@ -87,7 +87,7 @@ impl<'a> CellContact<'a> {
     fn instant(&self, columns: usize, meter: &mut Meter) -> Result<CellInfluence, ContactError> {
         let Plan { scene, time_step, .. } = self.plan;
         let rate = scene.numerics.time_rule.first_rate(*time_step).ok_or(ContactError::NoSuchField)?;
-        Ok(meter.time(Stage::Influence, || self.sums.instant(rate, columns)))
+        Ok(meter.time(Stage::Influence, || self.sums.kept_instant(rate, columns)))
     }
 
     /// The cells of a window, at rest, longer by `margin` columns at either end than what is told; the past is that of

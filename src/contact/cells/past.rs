@@ -75,6 +75,7 @@ struct RingState<N> {
     latest: Vec<Complex<N>>,
     /// Sums, forces, foretold displacements of this block and of the next.
     fields: Vec<Vec<N>>,
+    turned: bool,
     remembered: Vec<Vec<f32>>,
     earliest: usize,
     poles: Vec<Vec<N>>,
@@ -146,7 +147,8 @@ impl<N: WaveNumber> WavePast<N> {
         let waves = self.behind.take();
         let state = |(ring, waves): (&Ring<N>, &RingWaves<N>)| RingState {
             latest: ring.forces.clone(),
-            fields: waves.fields().cloned().collect(),
+            fields: waves.fields().map(Vec::clone).to_vec(),
+            turned: waves.turned,
             remembered: waves.remembered.clone(),
             earliest: waves.earliest,
             poles: waves.states().map(<[N]>::to_vec).collect(),
@@ -174,15 +176,14 @@ impl<N: WaveNumber> WavePast<N> {
         }
         (self.instant, self.begun) = (state.instant, state.begun);
         for ((ring, waves), state) in self.rings.iter_mut().zip(&mut waves.rings).zip(&state.rings) {
-            let known = state.earliest == 0 || state.earliest < waves.remembered.len() / self.instants;
-            if !known
-                || waves.remembered.len() != state.remembered.len()
-                || waves.fields().count() != state.fields.len()
+            let known = state.earliest == 0 || state.earliest < waves.remembered.len();
+            if !known || waves.remembered.len() != state.remembered.len() || waves.fields().len() != state.fields.len()
             {
                 return Err(StateError::Value);
             }
             fill(&mut ring.forces, &state.latest)?;
-            waves.fields_mut().zip(&state.fields).try_for_each(|(own, kept)| fill(own, kept))?;
+            waves.fields_mut().into_iter().zip(&state.fields).try_for_each(|(own, kept)| fill(own, kept))?;
+            waves.turned = state.turned;
             waves.remembered.iter_mut().zip(&state.remembered).try_for_each(|(own, kept)| fill(own, kept))?;
             waves.earliest = state.earliest;
             fill_all(waves.states_mut().collect::<Vec<_>>().into_iter(), &state.poles)?;

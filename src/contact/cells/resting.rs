@@ -79,7 +79,7 @@ impl Window {
         let grid = sums.grid();
         let reach = Geometry::half_chord(radius(sums), deepest) + 2.0 * grid.length();
         let geometry = Geometry::new(grid.waves().circumference, grid.elements(), 1, 0.0, reach);
-        let influence = sums.instant(0.0, geometry.columns);
+        let influence = sums.kept_instant(0.0, geometry.columns);
         let cells = geometry.columns * grid.across;
         let search = CellSearch::new(InstantCells::new(influence), TOLERANCE);
         Self { deepest, geometry, search, forces: vec![0.0; cells], required: vec![0.0; cells] }

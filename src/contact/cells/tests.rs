@@ -233,7 +233,8 @@ fn the_past_in_single_precision_and_by_fewer_poles_is_the_past() {
     println!("fewer poles {by_poles:.1e}, single precision {by_rounding:.1e}, both {by_both:.1e}");
     assert!(by_poles > 1e-9 && by_poles < 1e-4, "{by_poles:e}");
     assert!(by_rounding > 1e-9 && by_rounding < 1e-5, "{by_rounding:e}");
-    assert!(by_both < by_poles + 2.0 * by_rounding, "{by_both:e}");
+    // Beside fewer poles rounding may be a tenth of their tolerance.
+    assert!(by_both < by_poles + 0.1 * 1e-4, "{by_both:e}");
 }
 
 #[test]

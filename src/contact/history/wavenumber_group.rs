@@ -262,15 +262,27 @@ impl<E: Element> WavenumberGroup<E> {
         put(&mut self.forces, instant, forces);
     }
 
-    /// From now on a force is forgotten so many steps after it has been taken in; [`Self::take_old_forces`] says which.
+    /// From now on a force is forgotten so many steps after it has been taken in; [`Self::old_forces_mut`] says which.
     pub(crate) fn forget(&mut self, rule: TimeRule, steps: usize) {
         self.old_forces = vec![E::default(); self.forces.len()];
         rule.with_recursion(Forget { group: self, steps });
     }
 
-    /// Takes the group's part of the forces of an instant that are forgotten.
-    pub(crate) fn take_old_forces(&mut self, instant: usize, forces: impl Iterator<Item = [E; 2]>) {
-        put(&mut self.old_forces, instant, forces);
+    /// Room for the group's part of the forces of an instant, real and imaginary parts.
+    pub(crate) fn forces_mut(&mut self, instant: usize) -> [&mut [E]; 2] {
+        parts_mut(&mut self.forces, instant, self.count)
+    }
+
+    /// The same of an instant that is forgotten.
+    pub(crate) fn old_forces_mut(&mut self, instant: usize) -> [&mut [E]; 2] {
+        parts_mut(&mut self.old_forces, instant, self.count)
+    }
+
+    /// The group's part of u_old at an instant, real and imaginary parts.
+    pub(crate) fn displacement_parts(&self, instant: usize) -> [&[E]; 2] {
+        let own = &self.displacement[2 * E::MOST_LANES * instant..][..2 * E::MOST_LANES];
+        let (re, im) = own.split_at(E::MOST_LANES);
+        [&re[..self.count], &im[..self.count]]
     }
 
     /// Gives the group's part of u_old at an instant, likewise.
@@ -279,6 +291,12 @@ impl<E: Element> WavenumberGroup<E> {
         let (re, im) = own.split_at(E::MOST_LANES);
         re.iter().zip(im).map(|(re, im)| [*re, *im]).take(self.count)
     }
+}
+
+/// Where a group has the numbers of an instant.
+fn parts_mut<E: Element>(values: &mut [E], instant: usize, count: usize) -> [&mut [E]; 2] {
+    let (re, im) = values[2 * E::MOST_LANES * instant..][..2 * E::MOST_LANES].split_at_mut(E::MOST_LANES);
+    [&mut re[..count], &mut im[..count]]
 }
 
 /// Puts complex numbers of an instant where a group has them.

@@ -33,6 +33,7 @@ use std::ops::SubAssign;
 use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::cell_grid::CellGrid;
 use super::cell_waves::{CellRow, CellTruncation, CellWave, WaveBand};
@@ -54,7 +55,7 @@ const THICKNESS_TOLERANCE: f64 = 1e-7;
 /// Influence between cells: of (i', j') on (i, j) `toeplitz[|i - i'|][|j - j'|] + hankel[|i - i'|][j + j']`.
 ///
 /// With rotation, the same of `odd` is added, with its sign changed where i < i'.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct CellInfluence {
     /// Cells along that are told.
     pub columns: usize,
@@ -69,7 +70,7 @@ pub struct CellInfluence {
 }
 
 /// The part of an influence between cells that is odd along: zeros at distance 0.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct OddInfluence {
     /// Rows as those of the even part \[m/N\].
     pub toeplitz: Vec<f64>,
@@ -105,6 +106,8 @@ pub struct CellSums {
     grid: CellGrid,
     truncation: CellTruncation,
     turns: bool,
+    /// All that the sums depend on.
+    identity: String,
 }
 
 /// The kernel at one s.
@@ -115,7 +118,13 @@ impl CellSums {
     /// Prepares the sums of a tyre for |s| up to `largest_s` \[1/s\]; compliances within a relative `tolerance`.
     pub fn new(tyre: &Tyre, grid: CellGrid, truncation: CellTruncation, tolerance: f64, largest_s: f64) -> Self {
         let turns = tyre.turns() && tyre.curvature;
-        Self { kernel: Kernel::new(tyre, largest_s, tolerance), grid, truncation, turns }
+        let identity = format!("{:?} {grid:?} {truncation:?} {tolerance:?} {largest_s:?}", tyre.levelled());
+        Self { kernel: Kernel::new(tyre, largest_s, tolerance), grid, truncation, turns, identity }
+    }
+
+    /// All that the sums depend on, to the last bit.
+    pub(super) fn identity(&self) -> &str {
+        &self.identity
     }
 
     /// Tells whether waves that run forwards and backwards differ: odd parts are then not zero.

@@ -24,6 +24,7 @@ mod flank_waves;
 pub mod folded_sum;
 mod half_space_bands;
 mod half_space_tail;
+mod kept_instant;
 pub(in crate::tyre) mod kernel;
 pub(in crate::tyre) mod lane_sum;
 pub mod mobility;

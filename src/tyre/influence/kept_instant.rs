@@ -1,0 +1,31 @@
+//! Influence between cells within an instant that earlier runs have left on disk: a sum of seconds, a table of kilobytes.
+
+use super::cell_sums::{CellInfluence, CellSums};
+use crate::storage::{Cache, Cached, Format, Kind};
+
+impl Cached for CellInfluence {
+    const KIND: Kind = Kind {
+        extension: "instant",
+        format: Format { magic: b"TWAVECIN", version: 1, name: "an influence between cells" },
+    };
+
+    fn is_sound(&self) -> bool {
+        let Self { columns, across, toeplitz, hankel, odd } = self;
+        let fits = |toeplitz: &[f64], hankel: &[f64]| {
+            Some(toeplitz.len()) == columns.checked_mul(*across)
+                && Some(hankel.len()) == columns.checked_mul((2 * across).saturating_sub(1))
+                && toeplitz.iter().chain(hankel).all(|value| value.is_finite())
+        };
+        fits(toeplitz, hankel) && odd.as_ref().is_none_or(|odd| fits(&odd.toeplitz, &odd.hankel))
+    }
+}
+
+impl CellSums {
+    /// [`Self::instant`] from the cache where it is there, else made and kept. A cache that cannot be used is left alone.
+    pub fn kept_instant(&self, s: f64, columns: usize) -> CellInfluence {
+        let make = || Ok::<_, std::convert::Infallible>(self.instant(s, columns));
+        let key = crate::storage::cache::key::<CellInfluence>(&(self.identity(), s, columns));
+        let kept = Cache::open().ok().zip(key.ok()).map(|(cache, key)| cache.fetch(&key, &mut Vec::new(), make));
+        kept.unwrap_or_else(make).unwrap_or_else(|never| match never {})
+    }
+}

@@ -152,9 +152,11 @@ impl From<ContactError> for ValidationError {
 /// # Errors
 /// Mistakes in the settings.
 pub fn base_scene(settings: &[Setting]) -> Result<LoadedScene, SceneError> {
-    // The numerics are the last table of the default scene: what it chooses for 1 kHz gives way to a wish.
+    // The numerics are the last table of the default scene: what it chooses for 1 kHz gives way to a wish. A receiver
+    // stands for those of the runs, so that settings of the radiation have an object.
     let (physics, _) = DEFAULT.split_once("[numerics]").unwrap_or((DEFAULT, ""));
-    let text = format!("{physics}[numerics]\npreset = \"standard\"\nfmax = 2000.0 # Hz\n");
+    let numerics = "[numerics]\npreset = \"standard\"\nfmax = 2000.0 # Hz\n";
+    let text = format!("{physics}{numerics}[[receiver]]\nstandard = \"coast-by\"\n");
     Scene::from_str_with(&text, "default", settings)
 }
 
@@ -250,6 +252,7 @@ mod tests {
         let default = Scene::from_str(DEFAULT, "default").unwrap().scene;
         let mut numerics_apart = base.scene.clone();
         numerics_apart.numerics = default.numerics.clone();
+        numerics_apart.receivers.clear();
         assert_eq!(numerics_apart, default);
         let axes = |speed, texture| Axes {
             speeds: vec![speed],

@@ -1,4 +1,4 @@
-//! Influence between cells within an instant that earlier runs have left on disk: a sum of seconds, a table of kilobytes.
+//! Influence between cells within an instant, left on disk by earlier runs: a sum of seconds, a table of kilobytes.
 
 use super::cell_sums::{CellInfluence, CellSums};
 use crate::storage::{Cache, Cached, Format, Kind};
@@ -21,7 +21,8 @@ impl Cached for CellInfluence {
 }
 
 impl CellSums {
-    /// [`Self::instant`] from the cache where it is there, else made and kept. A cache that cannot be used is left alone.
+    /// Takes [`Self::instant`] from the cache where it is there, else makes and keeps it. A cache that cannot be used
+    /// is left alone.
     pub fn kept_instant(&self, s: f64, columns: usize) -> CellInfluence {
         let make = || Ok::<_, std::convert::Infallible>(self.instant(s, columns));
         let key = crate::storage::cache::key::<CellInfluence>(&(self.identity(), s, columns));

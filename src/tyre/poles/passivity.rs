@@ -78,8 +78,8 @@ fn without_energy(values: &mut [Complex64], offends: [bool; 2], margin: f64) {
     values[2].re = 0.5 * (forwards - backwards);
 }
 
-/// Smallest Re(s H)/|s| of both waves, relative to the local scale of the errors, on every eighth rung, beyond the band
-/// and about poles there, and where.
+/// Smallest Re(s H)/|s| of both waves, relative to the local scale of the errors, on every eighth rung and beyond the
+/// band, and where; about poles beyond the band, too, where it is below the tolerance.
 pub fn least_power(sampled: &Sampled<'_>, models: &[PartialFractions]) -> (f64, Complex64) {
     let Ladder { checked, checked_parts, top, .. } = sampled.ladder;
     let even = models[0].evaluate_all(checked_parts);
@@ -97,6 +97,7 @@ pub fn least_power(sampled: &Sampled<'_>, models: &[PartialFractions]) -> (f64, 
         let odd = models.get(2).map_or(Complex64::ZERO, |model| model.evaluate(s));
         (relative(models[0].evaluate(s), odd), s)
     });
-    let powers = on_ladder.chain(about_poles);
+    let tolerance = sampled.target.tolerance;
+    let powers = on_ladder.chain(about_poles.filter(|(power, _)| *power < -tolerance));
     powers.fold((f64::INFINITY, Complex64::ZERO), |least, next| if next.0 < least.0 { next } else { least })
 }

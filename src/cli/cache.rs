@@ -56,9 +56,13 @@ impl CacheArguments {
                 }
             }
             CacheAction::List => {
-                let tyre = [RationalModel::KIND, CellModel::KIND, CellInfluence::KIND];
-                let kinds = [&tyre[..], &[KeptReceiver::KIND, SurfaceWaves::KIND]].concat();
-                let entries = cache.list(&kinds)?;
+                let entries = cache.list(&[
+                    RationalModel::KIND,
+                    CellModel::KIND,
+                    CellInfluence::KIND,
+                    KeptReceiver::KIND,
+                    SurfaceWaves::KIND,
+                ])?;
                 let rows = entries.iter().map(|entry| {
                     let state =
                         entry.usable.map_or_else(|reason| format!("not usable: {reason}"), |()| "usable".into());

@@ -108,8 +108,8 @@ impl<N: Element> RingWaves<N> {
             precise.par_iter_mut().for_each(|group| group.forget(rule, blocks * steps));
             remembered = vec![vec![0.0; tiles * 2 * instants * tile::<N>()]; blocks];
         }
-        let turns = |tile: &[usize]| tile.iter().any(|&wave| !model.modes(wave).odd.is_empty());
-        let turning: Vec<bool> = (0..waves).collect::<Vec<_>>().chunks(tile::<N>()).map(turns).collect();
+        let turns = |tile: usize| waves_of::<N>(tile, waves).any(|wave| !model.modes(wave).odd.is_empty());
+        let turning: Vec<bool> = (0..tiles).map(turns).collect();
         let within = responses(model, rule, time_step, instants, &turning);
         let mut work = Work::default();
         groups.iter().for_each(|group| work += group.work());
@@ -258,6 +258,12 @@ const fn tile<N: Element>() -> usize {
     TOGETHER * N::MOST_LANES
 }
 
+/// The waves of a tile, of so many in all.
+fn waves_of<N: Element>(number: usize, waves: usize) -> Range<usize> {
+    let first = number * tile::<N>();
+    first..waves.min(first + tile::<N>())
+}
+
 /// Place of an instant of two blocks, counted from the first of the block before.
 const fn slot(number: usize, instants: usize, turned: bool) -> usize {
     if turned { (number + instants) % (2 * instants) } else { number }
@@ -388,7 +394,7 @@ fn responses<N: Element>(
     for (tile, turns) in turning.iter().enumerate() {
         let (own, others) = rest.split_at_mut(of_tile(turns));
         rest = others;
-        for wave in tile * size..model.len().min((tile + 1) * size) {
+        for wave in waves_of::<N>(tile, model.len()) {
             let modes = model.modes(wave);
             for (kind, residues) in [modes.residues, modes.odd].into_iter().enumerate().take(kinds(*turns)) {
                 for stage in 0..stages {

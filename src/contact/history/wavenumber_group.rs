@@ -259,7 +259,10 @@ impl<E: Element> WavenumberGroup<E> {
 
     /// Takes the group's part of the forces of an instant, wavenumber by wavenumber: real and imaginary parts.
     pub(crate) fn take_forces(&mut self, instant: usize, forces: impl Iterator<Item = [E; 2]>) {
-        put(&mut self.forces, instant, forces);
+        let [re, im] = self.forces_mut(instant);
+        for ((re, im), force) in re.iter_mut().zip(im).zip(forces) {
+            [*re, *im] = force;
+        }
     }
 
     /// From now on a force is forgotten so many steps after it has been taken in; [`Self::old_forces_mut`] says which.
@@ -285,11 +288,10 @@ impl<E: Element> WavenumberGroup<E> {
         [&re[..self.count], &im[..self.count]]
     }
 
-    /// Gives the group's part of u_old at an instant, likewise.
+    /// Gives the same, wavenumber by wavenumber.
     pub(crate) fn displacement(&self, instant: usize) -> impl Iterator<Item = [E; 2]> {
-        let own = &self.displacement[2 * E::MOST_LANES * instant..][..2 * E::MOST_LANES];
-        let (re, im) = own.split_at(E::MOST_LANES);
-        re.iter().zip(im).map(|(re, im)| [*re, *im]).take(self.count)
+        let [re, im] = self.displacement_parts(instant);
+        re.iter().zip(im).map(|(re, im)| [*re, *im])
     }
 }
 
@@ -297,14 +299,6 @@ impl<E: Element> WavenumberGroup<E> {
 fn parts_mut<E: Element>(values: &mut [E], instant: usize, count: usize) -> [&mut [E]; 2] {
     let (re, im) = values[2 * E::MOST_LANES * instant..][..2 * E::MOST_LANES].split_at_mut(E::MOST_LANES);
     [&mut re[..count], &mut im[..count]]
-}
-
-/// Puts complex numbers of an instant where a group has them.
-fn put<E: Element>(out: &mut [E], instant: usize, numbers: impl Iterator<Item = [E; 2]>) {
-    let (re, im) = out[2 * E::MOST_LANES * instant..][..2 * E::MOST_LANES].split_at_mut(E::MOST_LANES);
-    for ((re, im), number) in re.iter_mut().zip(im).zip(numbers) {
-        [*re, *im] = number;
-    }
 }
 
 /// Removal of forgotten forces.

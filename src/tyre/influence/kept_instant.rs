@@ -1,6 +1,9 @@
 //! Influence between cells within an instant, left on disk by earlier runs: a sum of seconds, a table of kilobytes.
 
+use std::convert::Infallible;
+
 use super::cell_sums::{CellInfluence, CellSums};
+use crate::storage::cache::key;
 use crate::storage::{Cache, Cached, Format, Kind};
 
 impl Cached for CellInfluence {
@@ -24,9 +27,11 @@ impl CellSums {
     /// Takes [`Self::instant`] from the cache where it is there, else makes and keeps it. A cache that cannot be used
     /// is left alone.
     pub fn kept_instant(&self, s: f64, columns: usize) -> CellInfluence {
-        let make = || Ok::<_, std::convert::Infallible>(self.instant(s, columns));
-        let key = crate::storage::cache::key::<CellInfluence>(&(self.identity(), s, columns));
-        let kept = Cache::open().ok().zip(key.ok()).map(|(cache, key)| cache.fetch(&key, &mut Vec::new(), make));
-        kept.unwrap_or_else(make).unwrap_or_else(|never| match never {})
+        let make = || Ok::<_, Infallible>(self.instant(s, columns));
+        let Ok(influence) = match (Cache::open(), key::<CellInfluence>(&(self.identity(), s, columns))) {
+            (Ok(cache), Ok(key)) => cache.fetch(&key, &mut Vec::new(), make),
+            _ => make(),
+        };
+        influence
     }
 }

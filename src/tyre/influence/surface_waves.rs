@@ -8,6 +8,8 @@
 //!
 //! With rotation, there is a second table, of -n: C_-n(i w) is conj C_n(-i w).
 
+use std::convert::Infallible;
+
 use num_complex::{Complex32, Complex64};
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
@@ -105,16 +107,19 @@ impl SurfaceWaves {
         rule: Option<&SplitRule>,
         warnings: &mut Vec<String>,
     ) -> (Self, bool) {
-        let make = |lateral| Self::with_flank(tyre, most_around, lateral, [highest, tolerance], rule);
         let split = rule.map(|rule| rule.split);
-        let content = (tyre.levelled(), most_around, &lateral, highest, tolerance, split);
-        let Ok(key) = crate::storage::cache::key::<Self>(&content) else { return (make(lateral), false) };
-        if let Some(waves) = cache.kept::<Self>(&key, warnings) {
-            return (waves, true);
-        }
-        let waves = make(lateral);
-        cache.keep(&key, &waves, warnings);
-        (waves, false)
+        let key =
+            crate::storage::cache::key::<Self>(&(tyre.levelled(), most_around, &lateral, highest, tolerance, split));
+        let mut known = true;
+        let make = || {
+            known = false;
+            Ok::<_, Infallible>(Self::with_flank(tyre, most_around, lateral, [highest, tolerance], rule))
+        };
+        let Ok(waves) = match key {
+            Ok(key) => cache.fetch(&key, warnings, make),
+            Err(_) => make(),
+        };
+        (waves, known)
     }
 
     /// Pieces of a sidewall whose flow is known; 0 where none is.

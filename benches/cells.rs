@@ -1,7 +1,8 @@
 //! Contact over cells: products with G in double precision, a warm search on a rough road by projected gradients with
 //! proportioning behind them, and the dense factorisation of the cells in contact beside it, with its error; rolling to
 //! the finest tolerance and to that of `preset = "standard"`. The past by poles in blocks, in single precision, by
-//! fewer poles, by the plain recursion and by direct sums of some lags, with their errors.
+//! fewer poles, by the plain recursion and by direct sums of some lags, and with short waves on a ring of their own,
+//! with their errors.
 //!
 //! `cargo bench --bench cells`.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
@@ -13,7 +14,7 @@ use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_ma
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use tyrewave::contact::cells::direct::DirectPast;
-use tyrewave::contact::cells::past::{RingParts, WavePast};
+use tyrewave::contact::cells::past::{RingParts, WavePast, first_influences};
 use tyrewave::contact::cells::wave_transform::{WaveNumber, WaveTransform};
 use tyrewave::contact::cells::{CellPast, CellSearch, InstantCells};
 use tyrewave::counters::Meter;
@@ -126,7 +127,7 @@ fn past(criterion: &mut Criterion) {
         transform: WaveTransform<N>,
         fewer_poles: Option<f64>,
     ) -> RingParts<'m, N> {
-        RingParts { model, transform, forgotten_after: None, fewer_poles }
+        RingParts { model, transform, next_instant: None, forgotten_after: None, substeps: 1, fewer_poles }
     }
     let double = || WaveTransform::<f64>::new(sums.grid(), elements, columns, &rows);
     let single = || WaveTransform::<f32>::new(sums.grid(), elements, columns, &rows);
@@ -191,5 +192,74 @@ fn past(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, cells, past);
+/// Elements round the tyre, cells across, columns of the window, of what short waves are seen in, of the contact.
+const RINGS: [usize; 5] = [512, 24, 40, 32, 24];
+
+/// Short waves on a ring of their own, beside the march but for what the last forces do, and on the tyre's.
+fn rings(criterion: &mut Criterion) {
+    let [elements, across, columns, seen, patch] = RINGS;
+    let (rule, time_step) = (TimeRule::Sdirk2, 86e-6 * 1024.0 / elements as f64);
+    let tyre = plate_tyre();
+    let options = CellFitOptions { top: 8.0 / time_step, tolerance: 1e-4, most_poles: 160 };
+    let fitted = |band: WaveBand| {
+        let grid = CellGrid::new(&tyre, elements, across);
+        let sums = CellSums::new(&tyre, grid, CellTruncation::default(), 1e-8, 8.0 / time_step);
+        let rows = sums.waves(band);
+        let model = fit_cells(&sums, &rows, &options, &Default::default()).expect("the waves can be fitted");
+        (band.part, sums.grid().clone(), rows, model)
+    };
+    let border = Some([231.0, 461.0]);
+    let long = WaveBand { fades_out: border, ..WaveBand::WHOLE };
+    let (one, two) = ([fitted(WaveBand::WHOLE)], [long, WaveBand { part: 4, fades_in: border, ..WaveBand::WHOLE }]);
+    let two = two.map(fitted);
+    let mut pasts = [("one ring", &one[..]), ("two rings", &two)].map(|(name, rings)| {
+        let rings = rings.iter().map(|(part, grid, rows, model)| {
+            let is_short = *part > 1;
+            let own = if is_short { seen } else { columns };
+            let first = || first_influences(grid, [*part, own], rows, model, rule, time_step);
+            RingParts {
+                model,
+                transform: WaveTransform::<f32>::new(grid, elements / part, own, rows),
+                next_instant: is_short.then(first),
+                forgotten_after: is_short.then(|| elements / part - seen - 20),
+                substeps: 1,
+                fewer_poles: Some(options.tolerance),
+            }
+        });
+        (name, WavePast::<f32>::new(rings, rule, time_step))
+    });
+    let (mut instant, mut meter) = (0, Meter::default());
+    let mut displaced = |past: &mut WavePast<f32>, instant: i64| {
+        let mut out = vec![0.0; columns * across];
+        past.add_displacement(instant / 2, &mut out, &mut meter);
+        let outside = (columns - patch) / 2 * across;
+        let force = |cell: usize| {
+            let is_pressed = (outside..columns * across - outside).contains(&cell);
+            if is_pressed { (0.1 * instant as f64 + 0.7 * cell as f64).sin().max(0.0) } else { 0.0 }
+        };
+        assert!(past.push(instant / 2, &(0..columns * across).map(force).collect::<Vec<f64>>()));
+        out[outside..columns * across - outside].to_vec()
+    };
+    let (mut error, mut largest) = (0.0_f64, 0.0_f64);
+    while instant < 4 * elements as i64 {
+        let [one, two] = pasts.each_mut().map(|(_, past)| displaced(past, instant));
+        error = one.iter().zip(&two).fold(error, |worst, (a, b)| worst.max((a - b).abs()));
+        largest = one.iter().fold(largest, |largest, u| largest.max(u.abs()));
+        instant += 1;
+    }
+    println!("short waves on a ring of their own: error {:.1e}", error / largest);
+    let mut group = criterion.benchmark_group("rings of cells");
+    group.sample_size(10);
+    for (name, mut past) in pasts {
+        group.bench_function(name, |bench| {
+            bench.iter(|| {
+                instant += 1;
+                displaced(&mut past, instant)
+            });
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, cells, past, rings);
 criterion_main!(benches);

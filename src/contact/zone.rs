@@ -32,7 +32,7 @@ pub(crate) struct Solved {
     pub largest_displacement: f64,
     /// True if every required displacement is a number.
     pub is_sound: bool,
-    /// True if an outermost column of the window carries force.
+    /// True if an outermost column of the window carries force, or the window has no room for the past of its forces.
     pub is_at_end: bool,
 }
 

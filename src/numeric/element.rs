@@ -71,12 +71,19 @@ macro_rules! element {
             }
             #[inline(always)]
             fn load<S: Simd>(simd: S, values: &[Self]) -> S::$vector {
-                simd.$load(&values[..values.len().min(Self::lanes::<S>())])
+                // The call for a part of a vector is not inlined.
+                match Self::vectors::<S>(values) {
+                    [whole, ..] => *whole,
+                    [] => simd.$load(values),
+                }
             }
             #[inline(always)]
             fn store<S: Simd>(simd: S, values: &mut [Self], vector: S::$vector) {
-                let room = values.len().min(Self::lanes::<S>());
-                simd.$store(&mut values[..room], vector);
+                if values.len() < Self::lanes::<S>() {
+                    simd.$store(values, vector);
+                } else if let Some(whole) = Self::vectors_mut::<S>(values).first_mut() {
+                    *whole = vector;
+                }
             }
             #[inline(always)]
             fn splat<S: Simd>(simd: S, value: Self) -> S::$vector {

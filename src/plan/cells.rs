@@ -19,9 +19,10 @@ use crate::tyre::poles::expected_fit;
 const HANDED_OVER: [f64; 2] = [3.0, 6.0];
 /// Those between which lateral numbers that are the same on cells begin to be taken together.
 const FOLDED: [f64; 2] = [6.0, 12.0];
-/// Part of the window that a cell is remembered for, at least: the window has room for the chord of a rigid tyre at the
-/// deepest position of the axle over the highest stone, and no patch is as long (100 of 150 columns on a chip seal).
-const REMEMBERED: f64 = 0.8;
+/// Part of the window that a shorter ring has room for contact in, at least, and that a cell is remembered for: the
+/// window has room for the chord of a rigid tyre at the deepest position of the axle over the highest stone, and no
+/// patch is as long (100 of 150 columns on a chip seal). Where one is, the window is widened.
+const PATCH: f64 = 0.68;
 /// Blocks that forces are forgotten late, since their poles are gone through behind the march.
 const LATE: usize = 2;
 /// How far the window stays away from what it has left behind on a shorter ring, in the longest waves on it over 2 pi:
@@ -66,10 +67,10 @@ impl Plan {
         let Some(tread) = self.scene.tyre.layers.last().filter(|_| !finite) else { return vec![WaveBand::WHOLE] };
         let band = |part, fades_in, fades_out| WaveBand { part, fades_in, fades_out, folded: false };
         let [longer, shorter] = [HANDED_OVER, FOLDED].map(|border| border.map(|kh| kh / tread.thickness));
-        let remembered = (REMEMBERED * columns as f64).ceil() as usize;
-        let least = columns + remembered + self.creeping(longer[0]) + LATE * STEPS;
-        let whole_rings = (1..=numerics.elements / least).filter(|part| numerics.elements.is_multiple_of(2 * part));
-        let part = whole_rings.max().unwrap_or(1);
+        let least = (PATCH * columns as f64).ceil() as usize;
+        let whole_rings = (1..=numerics.elements).filter(|part| numerics.elements.is_multiple_of(2 * part));
+        let has_room = |part: &usize| self.longest_patch(numerics.elements / part, longer[0]) >= least;
+        let part = whole_rings.filter(has_room).max().unwrap_or(1);
         let mut bands = vec![WaveBand::WHOLE];
         if part > 1 {
             bands = vec![band(1, None, Some(longer)), band(part, Some(longer), None)];
@@ -90,11 +91,26 @@ impl Plan {
         (CREEPING / wavenumber / self.element).ceil() as usize
     }
 
+    /// Columns of contact that a shorter ring of so many has room for, with waves from a wavenumber on: for the contact
+    /// and what it moves on either side, and for as much that is remembered.
+    fn longest_patch(&self, ring: usize, wavenumber: f64) -> usize {
+        ring.saturating_sub(3 * self.creeping(wavenumber) + LATE * STEPS) / 2
+    }
+
+    /// Columns about the contact in which a band is seen, of a window of so many: short waves are gone elsewhere.
+    pub fn seen_columns(&self, band: WaveBand, columns: usize) -> usize {
+        let tread = self.scene.tyre.layers.last().filter(|_| band.part > 1);
+        let Some(longest) = tread.map(|tread| HANDED_OVER[0] / tread.thickness) else { return columns };
+        let patch = self.longest_patch(self.scene.numerics.elements / band.part, longest);
+        columns.min(patch + 2 * self.creeping(longest))
+    }
+
     /// Steps after which a band forgets forces, seen through a window of so many columns: before the window comes back
     /// to their place on the ring. `None`: there is nothing else on the ring but what is on the tyre.
     pub fn forgotten_after(&self, band: WaveBand, columns: usize) -> Option<usize> {
         let [start, _] = band.fades_in.filter(|_| band.part > 1)?;
-        let cells = self.scene.numerics.elements / band.part - columns - self.creeping(start);
+        let seen = self.seen_columns(band, columns);
+        let cells = self.scene.numerics.elements / band.part - seen - self.creeping(start);
         let steps = (cells as f64 * self.element / (self.speed * self.time_step)) as usize;
         Some(steps.saturating_sub(LATE * STEPS))
     }
@@ -138,7 +154,7 @@ impl Plan {
     /// listed: there may be more than a machine can hold.
     pub(crate) fn expected_waves(&self, columns: f64) -> [f64; 3] {
         let grid = self.cell_grid();
-        let (waves, cells) = (grid.waves(), columns * grid.across as f64);
+        let waves = grid.waves();
         let mut expected = [0.0; 3];
         for band in self.wave_bands(columns as usize) {
             let ring = grid.elements() / band.part;
@@ -152,7 +168,8 @@ impl Plan {
             let count = band.fades_out.map_or(rows * around, |[_, end]| disc(end)) - inner;
             expected[0] += count;
             // A transform along for each lateral number, a product across by halves.
-            expected[1] += rows * (transform_multiply_adds(ring) + cells);
+            let seen = self.seen_columns(band, columns as usize) * grid.across;
+            expected[1] += rows * (transform_multiply_adds(ring) + seen as f64);
             expected[2] += count * self.forgotten_after(band, columns as usize).unwrap_or(0) as f64;
         }
         expected

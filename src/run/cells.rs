@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use crate::contact::ContactError;
 use crate::contact::cells::direct::DirectPast;
-use crate::contact::cells::past::{RingParts, WavePast};
+use crate::contact::cells::past::{RingParts, WavePast, first_influences};
 use crate::contact::cells::resting::RestingCells;
 use crate::contact::cells::wave_transform::{WaveNumber, WaveTransform};
 use crate::contact::cells::{CellPast, CellZone};
@@ -168,9 +168,15 @@ impl<'a> CellContact<'a> {
         let rings = self.bands(columns).into_iter().zip(carried).map(|(band, CarriedWaves { part, rows, model })| {
             meter.count(Counter::Poles, model.order() as u64);
             let grid = CellGrid::new(&self.plan.tyre_of(band), numerics.elements, self.sums.grid().across);
-            let transform = WaveTransform::new(&grid, grid.elements() / part, columns, rows);
+            let seen = self.plan.seen_columns(band, columns);
+            let transform = WaveTransform::new(&grid, grid.elements() / part, seen, rows);
+            let (rule, time_step) = (numerics.time_rule, self.plan.time_step);
+            let next_instant = (*part > 1).then(|| {
+                meter.time(Stage::Influence, || first_influences(&grid, [*part, seen], rows, model, rule, time_step))
+            });
             let forgotten_after = self.plan.forgotten_after(band, columns);
-            RingParts { model, transform, forgotten_after, fewer_poles: self.plan.fewer_poles() }
+            let fewer_poles = self.plan.fewer_poles();
+            RingParts { model, transform, next_instant, forgotten_after, substeps: numerics.substeps, fewer_poles }
         });
         WavePast::new(rings, numerics.time_rule, self.plan.time_step)
     }

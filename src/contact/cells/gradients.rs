@@ -15,6 +15,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::instant::InstantCells;
+use crate::numeric::Element;
 
 /// Numbers of a vector that sums are taken over side by side.
 const LANES: usize = 16;
@@ -49,6 +50,8 @@ pub struct Gradients {
     residual: Vec<f32>,
     /// r with edges.
     edged: Vec<f32>,
+    /// Sums of two of its rows.
+    lines: Vec<f32>,
     /// z.
     preconditioned: Vec<f32>,
     /// r of the iteration before.
@@ -70,6 +73,8 @@ struct Stencil<'a> {
     stride: usize,
     across: usize,
     residual: &'a [f32],
+    /// By distance along: sum of the lines on either side.
+    lines: &'a mut [f32],
     out: &'a mut [f32],
 }
 
@@ -80,15 +85,21 @@ impl WithSimd for Stencil<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         /// Vectors of a row that are summed together.
         const TOGETHER: usize = 4;
-        let Self { radius, weights, stride, across, residual, out } = self;
+        let Self { radius, weights, stride, across, residual, lines, out } = self;
         let lanes = S::F32_LANES;
         for (i, row) in out.chunks_exact_mut(across).enumerate() {
+            let line = |number: usize| &residual[number * stride..][..stride];
+            for (a, sum) in lines.chunks_exact_mut(stride).enumerate() {
+                sum.copy_from_slice(line(i + radius - a));
+                if a > 0 {
+                    sum.iter_mut().zip(line(i + radius + a)).for_each(|(sum, other)| *sum += other);
+                }
+            }
             for (number, out) in row.chunks_mut(TOGETHER * lanes).enumerate() {
                 let first = number * TOGETHER * lanes;
                 let mut sums = [simd.splat_f32s(0.0); TOGETHER];
-                for a in 0..=2 * radius {
-                    let weights = &weights[a.abs_diff(radius) * (radius + 1)..][..=radius];
-                    let line = &residual[(i + a) * stride + first..];
+                for (a, line) in lines.chunks_exact(stride).enumerate() {
+                    let (weights, line) = (&weights[a * (radius + 1)..][..=radius], &line[first..]);
                     for b in 0..=2 * radius {
                         let weight = simd.splat_f32s(weights[b.abs_diff(radius)]);
                         let (vectors, _) = S::as_simd_f32s(&line[b..b + TOGETHER * lanes]);
@@ -98,7 +109,7 @@ impl WithSimd for Stencil<'_> {
                     }
                 }
                 for (out, sum) in out.chunks_mut(lanes).zip(sums) {
-                    simd.partial_store_f32s(out, sum);
+                    f32::store(simd, out, sum);
                 }
             }
         }
@@ -221,6 +232,7 @@ impl Gradients {
             forces: vec![0.0; room],
             residual: zeros(),
             edged: vec![0.0; (columns + 2 * radius) * stride],
+            lines: vec![0.0; (radius + 1) * stride],
             preconditioned: zeros(),
             previous: zeros(),
             direction: zeros(),
@@ -307,16 +319,16 @@ impl Gradients {
 
     /// z = W r, off A, too.
     fn precondition(&mut self, count: usize, across: usize) {
-        let Self { arch, radius, stencil, stride, residual, edged, preconditioned, .. } = self;
+        let Self { arch, radius, stencil, stride, residual, edged, lines, preconditioned, .. } = self;
         let (radius, stride) = (*radius, *stride);
-        let lines = edged[radius * stride..].chunks_exact_mut(stride);
-        for (line, row) in lines.zip(residual[..count].chunks_exact(across)) {
+        let inner = edged[radius * stride..].chunks_exact_mut(stride);
+        for (line, row) in inner.zip(residual[..count].chunks_exact(across)) {
             line[radius..radius + across].copy_from_slice(row);
         }
         // What a longer part has left there.
         edged[(radius + count / across) * stride..][..radius * stride].fill(0.0);
         let out = &mut preconditioned[..count];
-        arch.dispatch(Stencil { radius, weights: stencil, stride, across, residual: edged, out });
+        arch.dispatch(Stencil { radius, weights: stencil, stride, across, residual: edged, lines, out });
     }
 
     /// Tells u of the cuts: a few one by one, many by a product.

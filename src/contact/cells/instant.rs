@@ -10,7 +10,8 @@ use std::borrow::Cow;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::product::CellProduct;
-use crate::numeric::transform_length;
+use crate::counters::Work;
+use crate::numeric::{Element, transform_length};
 use crate::tyre::influence::CellInfluence;
 
 /// G of the cells of a window.
@@ -23,6 +24,8 @@ pub struct InstantCells {
     symmetric: Option<Box<CellProduct<f64>>>,
     /// Products in single precision, of windows as long as this one and of shorter ones, the longest first.
     single: Vec<CellProduct<f32>>,
+    /// Work of all products so far.
+    work: Work,
     /// For cells at and behind a force's column, with i >= i'; of a tyre that turns then for those before it.
     tables: Vec<SingleTables>,
 }
@@ -73,6 +76,7 @@ impl InstantCells {
             product: CellProduct::whole(*columns, &influence),
             symmetric: odd.is_some().then(symmetric),
             single: lengths(*columns).map(|part| CellProduct::whole(part, &influence)).collect(),
+            work: Work::default(),
             tables: signs.iter().map(|sign| SingleTables::new(&influence, *sign)).collect(),
             influence,
         }
@@ -118,12 +122,15 @@ impl InstantCells {
 
     /// u = G F.
     pub fn displacement(&mut self, forces: &[f64], out: &mut [f64]) {
+        self.work += self.product.work();
         self.product.displacement(forces, out);
     }
 
     /// u = G F with the symmetric part of G.
     pub fn symmetric_displacement(&mut self, forces: &[f64], out: &mut [f64]) {
-        self.symmetric.as_deref_mut().unwrap_or(&mut self.product).displacement(forces, out);
+        let product = self.symmetric.as_deref_mut().unwrap_or(&mut self.product);
+        self.work += product.work();
+        product.displacement(forces, out);
     }
 
     /// The least length of a part of the window that products in single precision are taken for, at least this.
@@ -135,13 +142,27 @@ impl InstantCells {
     pub fn single_displacement(&mut self, forces: &[f32], out: &mut [f32]) {
         let columns = forces.len() / self.across();
         if let Some(product) = self.single.iter_mut().find(|product| product.columns() == columns) {
+            self.work += product.work();
             product.displacement(forces, out);
         }
     }
 
     /// Adds to u what one force does, to single precision, on the first cells of the window.
-    pub fn add_single_force(&self, cell: usize, force: f32, out: &mut [f32]) {
+    pub fn add_single_force(&mut self, cell: usize, force: f32, out: &mut [f32]) {
+        let cells = out.len() as u64;
+        // Both tables, and what is added to.
+        self.work += Work { multiply_adds: cells, bytes: 16 * cells };
         self.arch.dispatch(OneForce { cells: self, cell, force, out });
+    }
+
+    /// Returns the work of all products so far.
+    pub fn work(&self) -> Work {
+        self.work
+    }
+
+    /// Goes on from the work of others.
+    pub(super) fn set_work(&mut self, work: Work) {
+        self.work = work;
     }
 
     /// A bound of the norm of the symmetric part of G.
@@ -178,9 +199,9 @@ impl WithSimd for OneForce<'_> {
             let free = &mirrored[row + across - 1 - j..][..across];
             let images = &images[row + j..][..across];
             for ((out, free), images) in out.chunks_mut(lanes).zip(free.chunks(lanes)).zip(images.chunks(lanes)) {
-                let both = simd.add_f32s(simd.partial_load_f32s(free), simd.partial_load_f32s(images));
-                let sum = simd.mul_add_e_f32s(force, both, simd.partial_load_f32s(out));
-                simd.partial_store_f32s(out, sum);
+                let both = simd.add_f32s(f32::load(simd, free), f32::load(simd, images));
+                let sum = simd.mul_add_e_f32s(force, both, f32::load(simd, out));
+                f32::store(simd, out, sum);
             }
         }
     }

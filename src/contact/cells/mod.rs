@@ -4,8 +4,8 @@
 //! - [`search`]: which cells touch, and with which forces.
 //!
 //! - [`wave_transform`]: between cells and waves;
-//! - [`past`]: what past forces displace, by poles, most of it found behind the march (`waves`); [`direct`]: as sums,
-//!   the reference;
+//! - [`past`]: what past forces displace, by poles, most of it found behind the march (`waves`, `short_ring`);
+//!   [`direct`]: as sums, the reference;
 //! - [`resting`]: contact at rest;
 //! - [`zone`]: one instant, from the past to the forces.
 //!
@@ -24,7 +24,9 @@ pub mod past;
 mod product;
 mod proportioning;
 pub mod resting;
+mod ring_waves;
 pub mod search;
+mod short_ring;
 mod transform;
 pub mod wave_transform;
 mod waves;

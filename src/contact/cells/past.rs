@@ -9,37 +9,28 @@
 //!    the first weights of the same recursion.
 //!
 //! The march adds what the last instant's forces do, which is all that it has to wait for, and goes from waves to cells
-//! and back. By linearity that is the recursion itself but for rounding, and nothing depends on who did what.
+//! and back, both without it where waves are short (module `short_ring`). By linearity that is the recursion itself but
+//! for rounding, and nothing depends on who did what.
 
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
+pub use super::ring_waves::RingParts;
+use super::ring_waves::{RingWaves, first_responses};
+use super::short_ring::{NextInstant, Seen, ShortRing};
 use super::wave_transform::{WaveNumber, WaveTransform};
-use super::waves::{RingWaves, Waves};
+use super::waves::Waves;
 use crate::contact::history::behind::Behind;
 use crate::counters::{Meter, Stage, Work};
 use crate::storage::state::{StateError, fill, fill_all};
 use crate::time_rule::TimeRule;
+use crate::tyre::influence::{CellGrid, CellInfluence, CellRow};
 use crate::tyre::poles::cells::CellModel;
 
 /// Steps of a block.
 pub const STEPS: usize = 4;
 
-/// One ring: the waves that it carries.
-pub struct RingParts<'m, N: WaveNumber = f64> {
-    /// Their poles.
-    pub model: &'m CellModel,
-    /// From cells to waves and back.
-    pub transform: WaveTransform<N>,
-    /// Steps after which forces are forgotten, of which whole blocks count, one at least; `None`: never. On a ring
-    /// shorter than the tyre the window comes back to where it was, and what creeps back slowly would still be there.
-    pub forgotten_after: Option<usize>,
-    /// Tolerance to which fewer poles may foretell what forces displace later than a block, relative to each wave's
-    /// influence; `None`: none is left out.
-    pub fewer_poles: Option<f64>,
-}
-
-/// A ring as the march sees it.
+/// A ring that sees all of the window, as the march sees it.
 struct Ring<N: WaveNumber> {
     transform: WaveTransform<N>,
     /// Forces \[N\] of the last instant by wave.
@@ -50,8 +41,12 @@ struct Ring<N: WaveNumber> {
 
 /// Waves of all rings and their past, in single or double precision.
 pub struct WavePast<N: WaveNumber = f64> {
-    rings: Vec<Ring<N>>,
+    /// Ring by ring; `None`: a short one, which is behind the march but for what the last forces do.
+    rings: Vec<Option<Ring<N>>>,
+    /// Effect of the last forces on all short rings.
+    next: Option<NextInstant<N>>,
     behind: Behind<Waves<N>>,
+    stages: usize,
     /// Number of the coming instant in its block.
     instant: usize,
     /// True if there is an instant before it.
@@ -67,12 +62,16 @@ pub struct WavePastState<N> {
     instant: usize,
     begun: bool,
     rings: Vec<RingState<N>>,
+    /// The last forces that short rings see.
+    seen: Option<(i64, Vec<f64>)>,
 }
 
 /// State of a ring.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 struct RingState<N> {
     latest: Vec<Complex<N>>,
+    /// Displacements of a short ring at the coming instant, with their first element.
+    field: Option<(i64, Vec<f64>)>,
     /// Sums, forces, foretold displacements of this block and of the next.
     fields: Vec<Vec<N>>,
     turned: bool,
@@ -80,6 +79,23 @@ struct RingState<N> {
     earliest: usize,
     poles: Vec<Vec<N>>,
     slow_poles: Vec<Vec<f64>>,
+}
+
+/// Influence of the forces of each stage at the next instant, of a ring that is so many times shorter than the tyre,
+/// between cells of a window of so many columns.
+pub fn first_influences(
+    grid: &CellGrid,
+    [part, columns]: [usize; 2],
+    rows: &[CellRow],
+    model: &CellModel,
+    rule: TimeRule,
+    time_step: f64,
+) -> Vec<CellInfluence> {
+    let of_stage = |stage: usize| {
+        let values = first_responses(model, rule, time_step, stage);
+        CellInfluence::of_waves(grid, columns, [(part, rows, &values)])
+    };
+    (0..rule.stages()).map(of_stage).collect()
 }
 
 impl<N: WaveNumber> WavePast<N> {
@@ -97,15 +113,32 @@ impl<N: WaveNumber> WavePast<N> {
     ) -> Self {
         let mut work = Work::default();
         let (mut rings, mut waves) = (Vec::new(), Vec::new());
-        for RingParts { model, transform, forgotten_after, fewer_poles } in parts {
-            let ring = RingWaves::new(model, rule, time_step, steps, forgotten_after, fewer_poles);
+        let mut influences: Option<Vec<CellInfluence>> = None;
+        for parts in parts {
+            let ring = RingWaves::new(&parts, rule, time_step, steps);
+            let RingParts { model, transform, next_instant, .. } = parts;
             work += ring.work();
-            waves.push(ring);
+            (0..2 * steps * rule.stages()).for_each(|_| work += transform.work());
             let zeros = || vec![Complex::new(N::default(), N::default()); model.len()];
-            rings.push(Ring { transform, forces: zeros(), displacement: zeros() });
+            if let Some(own) = next_instant {
+                match &mut influences {
+                    Some(all) => all.iter_mut().zip(&own).for_each(|(all, own)| *all += own),
+                    None => influences = Some(own),
+                }
+                rings.push(None);
+                waves.push((ring, Some(ShortRing::new(transform))));
+            } else {
+                rings.push(Some(Ring { transform, forces: zeros(), displacement: zeros() }));
+                waves.push((ring, None));
+            }
+        }
+        let next = influences.map(|influences| NextInstant::new(&influences));
+        if let Some(next) = &next {
+            (0..steps).for_each(|_| work += next.work());
         }
         let behind = Behind::new(Waves::new(waves, rule), rayon::current_num_threads() > 1);
-        Self { rings, behind, instant: 0, begun: false, instants: steps * rule.stages(), work }
+        let stages = rule.stages();
+        Self { rings, next, behind, stages, instant: 0, begun: false, instants: steps * stages, work }
     }
 
     /// Adds what the past displaces at the coming instant \[m\] on the window that begins with `first_element`; the
@@ -117,36 +150,49 @@ impl<N: WaveNumber> WavePast<N> {
         if self.instant == 0 {
             meter.add_work(Stage::History, self.work);
         }
-        for (ring, waves) in self.rings.iter_mut().zip(&mut waves.rings) {
-            if let Some(last) = last {
-                waves.take_forces(last, &ring.forces);
+        for (ring, (waves, short)) in self.rings.iter_mut().zip(&mut waves.rings) {
+            if let Some(Ring { forces, displacement, .. }) = ring {
+                if let Some(last) = last {
+                    waves.take_forces(last, forces);
+                }
+                if self.instant == 0 {
+                    waves.turn();
+                }
+                waves.finish(self.instant);
+                waves.displacement(displacement);
+            } else if let (Some(short), Some(next)) = (short, &self.next) {
+                short.field.add_to(first_element, next.across(), out);
+                short.last.copy_from(&next.last);
             }
-            if self.instant == 0 {
-                waves.turn();
-            }
-            waves.finish(self.instant, &mut ring.displacement);
         }
-        waves.begin(self.instant, meter.cpu_clock());
+        waves.begin(self.instant, last, meter.cpu_clock());
         self.behind.begin(waves);
-        for ring in &mut self.rings {
-            ring.transform.add_inverse(&ring.displacement, first_element, out);
+        for Ring { transform, displacement, .. } in self.rings.iter_mut().flatten() {
+            transform.add_inverse(displacement, first_element, out);
+        }
+        if let (Some(next), Some(last)) = (&mut self.next, last) {
+            next.add_displacement(last % self.stages, first_element, out);
         }
     }
 
-    /// Takes the forces of the instant \[N\].
-    pub fn push(&mut self, first_element: i64, forces: &[f64]) {
-        for ring in &mut self.rings {
-            ring.transform.forward(first_element, forces, &mut ring.forces);
+    /// Takes the forces of the instant \[N\]; tells whether there is room for all of them.
+    pub fn push(&mut self, first_element: i64, forces: &[f64]) -> bool {
+        for Ring { transform, forces: of_waves, .. } in self.rings.iter_mut().flatten() {
+            transform.forward(first_element, forces, of_waves);
         }
+        let has_room = self.next.as_mut().is_none_or(|next| next.push(first_element, forces));
         self.instant = (self.instant + 1) % self.instants;
         self.begun = true;
+        has_room
     }
 
     /// Takes the state down; the same for any number of threads.
     pub fn save(&self) -> WavePastState<N> {
         let waves = self.behind.take();
-        let state = |(ring, waves): (&Ring<N>, &RingWaves<N>)| RingState {
-            latest: ring.forces.clone(),
+        let kept = |seen: &Seen| (seen.first, seen.cells.clone());
+        let state = |(ring, (waves, short)): (&Option<Ring<N>>, &(RingWaves<N>, Option<ShortRing<N>>))| RingState {
+            latest: ring.as_ref().map_or_else(Vec::new, |ring| ring.forces.clone()),
+            field: short.as_ref().map(|short| kept(&short.field)),
             fields: waves.fields().map(Vec::clone).to_vec(),
             turned: waves.turned,
             remembered: waves.remembered.clone(),
@@ -156,7 +202,8 @@ impl<N: WaveNumber> WavePast<N> {
         };
         let rings = self.rings.iter().zip(&waves.rings).map(state).collect();
         self.behind.give_back(waves);
-        WavePastState { instant: self.instant, begun: self.begun, rings }
+        let seen = self.next.as_ref().map(|next| kept(&next.last));
+        WavePastState { instant: self.instant, begun: self.begun, rings, seen }
     }
 
     /// Goes on from the state of an equal past.
@@ -175,13 +222,22 @@ impl<N: WaveNumber> WavePast<N> {
             return Err(StateError::Value);
         }
         (self.instant, self.begun) = (state.instant, state.begun);
-        for ((ring, waves), state) in self.rings.iter_mut().zip(&mut waves.rings).zip(&state.rings) {
+        match (&mut self.next, &state.seen) {
+            (None, None) => {}
+            (Some(next), Some(seen)) => next.last.restore(seen)?,
+            _ => return Err(StateError::Value),
+        }
+        for ((ring, (waves, short)), state) in self.rings.iter_mut().zip(&mut waves.rings).zip(&state.rings) {
             let known = state.earliest == 0 || state.earliest < waves.remembered.len();
             if !known || waves.remembered.len() != state.remembered.len() || waves.fields().len() != state.fields.len()
             {
                 return Err(StateError::Value);
             }
-            fill(&mut ring.forces, &state.latest)?;
+            match (ring, short, &state.field) {
+                (Some(ring), _, None) => fill(&mut ring.forces, &state.latest)?,
+                (None, Some(short), Some(field)) => short.field.restore(field)?,
+                _ => return Err(StateError::Value),
+            }
             waves.fields_mut().into_iter().zip(&state.fields).try_for_each(|(own, kept)| fill(own, kept))?;
             waves.turned = state.turned;
             waves.remembered.iter_mut().zip(&state.remembered).try_for_each(|(own, kept)| fill(own, kept))?;

@@ -18,7 +18,8 @@ use std::ops::Range;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::transform::{Transform, Wave, product, times, unit, waves};
-use crate::numeric::{Aligned, Element, transform_length};
+use crate::counters::Work;
+use crate::numeric::{Aligned, Element, transform_length, transform_multiply_adds};
 use crate::tyre::influence::CellInfluence;
 
 /// Most numbers of a vector.
@@ -147,6 +148,18 @@ impl<R: Element> CellProduct<R> {
         self.columns
     }
 
+    /// Returns the work of a product: the transforms, and the products with those of T and H.
+    pub fn work(&self) -> Work {
+        let (p, q) = (self.along.length(), self.crosswise.length());
+        let transforms =
+            (2 * self.across) as f64 * transform_multiply_adds(p) + (4 * p) as f64 * transform_multiply_adds(q);
+        let parts = 3 + usize::from(self.toeplitz_odd.is_some());
+        // A complex number by a real one takes two multiply-adds, by a complex one four.
+        let symbols = 2 * q * p * 2 * parts;
+        let numbers = 2 * q * p * parts + 4 * 2 * p * self.across;
+        Work { multiply_adds: transforms as u64 + symbols as u64, bytes: (numbers * size_of::<R>()) as u64 }
+    }
+
     /// A bound of the norm of G.
     pub fn norm_bound(&self) -> f64 {
         self.norm_bound
@@ -249,10 +262,12 @@ fn turn<R: Element, const WIDTH: usize>(from: &[R], rows: usize, to: &mut [R], t
     let (to, _) = to.as_chunks_mut::<WIDTH>();
     for (b, from) in from.chunks_exact(2 * rows).enumerate() {
         for (r, from) in from.chunks_exact(2 * WIDTH).enumerate() {
+            let to = &mut to[2 * (r * to_rows + b * WIDTH)..][..2 * WIDTH];
             for part in 0..2 {
-                let place = 2 * (r * to_rows + b * WIDTH) + part;
+                // A copy of the block: the compiler turns it in registers.
+                let block: [[R; WIDTH]; WIDTH] = std::array::from_fn(|c| from[2 * c + part]);
                 for l in 0..WIDTH {
-                    to[place + 2 * l] = std::array::from_fn(|c| from[2 * c + part][l]);
+                    to[2 * l + part] = std::array::from_fn(|c| block[c][l]);
                 }
             }
         }

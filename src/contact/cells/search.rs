@@ -24,6 +24,7 @@ use serde::{Deserialize, Serialize};
 use super::gradients::Gradients;
 use super::instant::InstantCells;
 use super::proportioning::Proportioning;
+use crate::counters::Work;
 use crate::numeric::largest_or_zero;
 
 /// How far the contact conditions are missed, at worst, relative to the largest required displacement and force.
@@ -52,6 +53,8 @@ pub struct CellCounts {
     pub cuts: u64,
     /// Instants at which the fallback took over.
     pub fallbacks: u64,
+    /// Work of all products.
+    pub work: Work,
 }
 
 /// Cells that are looked at side by side.
@@ -134,13 +137,14 @@ impl CellSearch {
 
     /// Returns the work counts so far.
     pub fn counts(&self) -> CellCounts {
-        self.counts
+        CellCounts { work: self.cells.work(), ..self.counts }
     }
 
     /// Goes on from the counters and the last solution of an equal search.
     pub fn restore(&mut self, counts: CellCounts, forces: &[f64]) {
         self.counts = counts;
         self.look(forces);
+        self.cells.set_work(counts.work);
     }
 
     /// The window has moved on by so many cells, and the last solution, which has moved with it and has lost no force,

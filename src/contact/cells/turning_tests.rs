@@ -58,7 +58,14 @@ fn both_pasts_of_a_turning_tyre_are_the_same() {
         assert!(!still.turns());
         let past = |model| {
             WavePast::new(
-                [RingParts { model, transform: transform(&sums), forgotten_after: None, fewer_poles: None }],
+                [RingParts {
+                    model,
+                    transform: transform(&sums),
+                    next_instant: None,
+                    forgotten_after: None,
+                    substeps: 1,
+                    fewer_poles: None,
+                }],
                 rule,
                 TIME_STEP,
             )
@@ -158,8 +165,14 @@ fn a_past_of_a_turning_tyre_goes_on_from_its_state() {
     let sums = sums(&turning(), rule);
     let model = fitted(&sums);
     let past = || {
-        let ring =
-            RingParts { model: &model, transform: transform(&sums), forgotten_after: Some(16), fewer_poles: None };
+        let ring = RingParts {
+            model: &model,
+            transform: transform(&sums),
+            next_instant: None,
+            forgotten_after: Some(16),
+            substeps: 1,
+            fewer_poles: None,
+        };
         WavePast::new([ring], rule, TIME_STEP)
     };
     let mut meter = Meter::default();

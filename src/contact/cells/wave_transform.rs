@@ -13,6 +13,7 @@ use faer::{Accum, MatMut, MatRef, Par};
 use num_complex::{Complex, Complex64};
 use realfft::{ComplexToReal, FftNum, RealFftPlanner, RealToComplex};
 
+use crate::counters::Work;
 use crate::numeric::{Element, transform_multiply_adds};
 use crate::tyre::influence::{CellGrid, CellRow};
 
@@ -152,6 +153,32 @@ impl<R: WaveNumber> WaveTransform<R> {
         self.waves
     }
 
+    /// Returns the work of one way: products across, and transforms or products along.
+    pub fn work(&self) -> Work {
+        let (mut multiply_adds, mut numbers) = (0.0, self.cells() + 2 * self.waves);
+        for side in [&self.even, &self.odd] {
+            let (rows, bins) = (side.rows.len(), self.basis.as_ref().map_or(0, |basis| basis.bins));
+            multiply_adds += (rows * self.across.div_ceil(2) * self.columns + rows * 2 * bins * self.columns) as f64;
+            if self.basis.is_none() {
+                multiply_adds += 0.5 * rows as f64 * transform_multiply_adds(self.ring);
+            }
+            numbers += side.shapes.len() + 2 * side.cells.len() + 2 * side.waves.len() + 2 * side.spectra.len();
+        }
+        let basis = self.basis.as_ref().map_or(0, |basis| basis.values.len());
+        Work { multiply_adds: multiply_adds as u64, bytes: ((numbers + basis) * size_of::<R>()) as u64 }
+    }
+
+    /// Phase of each wave from one element to the next.
+    pub fn angles(&self) -> Vec<f64> {
+        let mut angles = vec![0.0; self.waves];
+        for row in self.even.rows.iter().chain(&self.odd.rows) {
+            for (n, angle) in (row.first..).zip(&mut angles[row.start..row.start + row.count]) {
+                *angle = TAU * n as f64 / self.ring as f64;
+            }
+        }
+        angles
+    }
+
     /// Forces on the cells of the window that begins with element `first_element`, column by column, to their waves.
     pub fn forward(&mut self, first_element: i64, forces: &[f64], spectrum: &mut [Complex<R>]) {
         let Self { ring, columns, across, even, odd, basis, forward, .. } = self;
@@ -165,6 +192,7 @@ impl<R: WaveNumber> WaveTransform<R> {
             }
         }
         let first = first_element.rem_euclid(*ring as i64) as usize;
+        let before = (*ring - first).min(*columns);
         for side in [even, odd] {
             let rows = side.rows.len();
             let waves = MatMut::from_row_major_slice_mut(&mut side.waves, rows, *columns);
@@ -187,9 +215,9 @@ impl<R: WaveNumber> WaveTransform<R> {
             let waves = &side.waves;
             side.rows.iter_mut().enumerate().for_each(|(index, row)| {
                 row.field.fill(R::default());
-                for (column, value) in waves[index * *columns..][..*columns].iter().enumerate() {
-                    row.field[(first + column) % *ring] = *value;
-                }
+                let (before_seam, behind_seam) = waves[index * *columns..][..*columns].split_at(before);
+                row.field[first..first + before].copy_from_slice(before_seam);
+                row.field[..behind_seam.len()].copy_from_slice(behind_seam);
                 // Planned lengths: nothing to refuse.
                 let _ = forward.process_with_scratch(&mut row.field, &mut row.spectrum, &mut row.scratch);
             });
@@ -204,6 +232,7 @@ impl<R: WaveNumber> WaveTransform<R> {
         let Self { ring, columns, across, even, odd, basis, inverse, .. } = self;
         let (half, one) = (across.div_ceil(2), R::rounded(1.0));
         let first = first_element.rem_euclid(*ring as i64) as usize;
+        let before = (*ring - first).min(*columns);
         for side in [&mut *even, &mut *odd] {
             let rows = side.rows.len();
             if let Some(basis) = basis {
@@ -230,9 +259,9 @@ impl<R: WaveNumber> WaveTransform<R> {
             }
             let transformed = side.rows.iter().zip(side.waves.chunks_exact_mut(*columns));
             for (row, waves) in transformed.filter(|_| basis.is_none()) {
-                for (column, value) in waves.iter_mut().enumerate() {
-                    *value = row.field[(first + column) % *ring];
-                }
+                let (before_seam, behind_seam) = waves.split_at_mut(before);
+                before_seam.copy_from_slice(&row.field[first..first + before]);
+                behind_seam.copy_from_slice(&row.field[..behind_seam.len()]);
             }
             let cells = MatMut::from_column_major_slice_mut(&mut side.cells, half, *columns);
             let shapes = MatRef::from_row_major_slice(&side.shapes, rows, half);

@@ -54,12 +54,15 @@ impl CellPast {
         }
     }
 
-    /// Takes the forces of a stage \[N\].
-    pub fn push(&mut self, stage: usize, first_element: i64, forces: &[f64]) {
+    /// Takes the forces of a stage \[N\]; tells whether they are not too far apart to be remembered.
+    pub fn push(&mut self, stage: usize, first_element: i64, forces: &[f64]) -> bool {
         match self {
             Self::Modal(past) => past.push(first_element, forces),
             Self::Single(past) => past.push(first_element, forces),
-            Self::Direct(past) => past.push(stage, first_element, forces),
+            Self::Direct(past) => {
+                past.push(stage, first_element, forces);
+                true
+            }
         }
     }
 
@@ -199,12 +202,12 @@ impl Zone for CellZone {
         let largest_displacement = largest_or_zero(&self.required);
         let largest_force = largest_or_zero(&self.forces);
         meter.lap(&mut laps, Stage::ActiveSet);
-        self.past.push(stage, first_element, &self.forces);
+        let is_seen = self.past.push(stage, first_element, &self.forces);
         meter.lap(&mut laps, Stage::History);
         self.tell(told);
         let is_touched = |column: Option<&[f64]>| column.is_some_and(|cells| cells.iter().any(|&force| force > 0.0));
         let mut columns = self.forces.chunks_exact(self.across);
-        let is_at_end = is_touched(columns.next()) || is_touched(columns.next_back());
+        let is_at_end = is_touched(columns.next()) || is_touched(columns.next_back()) || !is_seen;
         let residuals = Residuals {
             tension: relative.tension * largest_force,
             penetration: relative.penetration * largest_displacement,
@@ -231,11 +234,7 @@ impl Zone for CellZone {
     }
 
     fn search_counts(&self) -> SearchCounts {
-        let CellCounts { iterations, fallbacks, products, .. } = self.search.counts();
-        let cells = self.forces.len() as u64;
-        // Two transforms of a grid of four times the cells.
-        let product = 4 * cells * u64::from(1 + (4 * cells).ilog2());
-        let work = Work { multiply_adds: products * product, bytes: products * 64 * cells };
+        let CellCounts { iterations, fallbacks, work, .. } = self.search.counts();
         SearchCounts { solves: iterations, fallbacks, work, ..SearchCounts::default() }
     }
 

@@ -2,7 +2,7 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::wavenumber_group::{PoleRows, TOGETHER, WavenumberGroup};
+use super::wavenumber_group::{PoleRows, Record, TOGETHER, WavenumberGroup};
 use crate::numeric::Element;
 use crate::time_rule::recursion::{MOST_STAGES, Number, Recursion, State, StepMaps};
 
@@ -26,7 +26,7 @@ impl<E: Element, R: Recursion> WithSimd for Pass<'_, E, R> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { group, recursion } = self;
-        let turns = !(group.pairs.odd.is_empty() && group.reals.odd.is_empty());
+        let turns = group.pairs.turns || group.reals.turns;
         let forces = E::vectors::<S>(&group.forces);
         let old_forces = E::vectors::<S>(&group.old_forces);
         let displacement = E::vectors_mut::<S>(&mut group.displacement);
@@ -58,25 +58,18 @@ impl<E: Element, S: Simd, R: Recursion> Block<'_, E, S, R> {
 
     #[inline(always)]
     fn pass<const PARTS: usize, const TURNS: bool>(&mut self, rows: &mut PoleRows<E, PARTS>) {
-        let fixed = PoleRows::<E, PARTS>::FIXED * Self::VECTORS;
-        let evolving = PoleRows::<E, PARTS>::evolving(R::LOOKS_BACK) * Self::VECTORS;
-        let coefficients = E::vectors::<S>(&rows.coefficients);
-        let odd = E::vectors::<S>(&rows.odd);
-        let of_odd = PARTS * Self::VECTORS;
-        let states = E::vectors_mut::<S>(&mut rows.states);
-        let left = E::vectors::<S>(&rows.left);
-        let of_left = left.len() / rows.forgets.len().max(1);
-        let left_of = |pole: usize| if rows.forgets[pole] { &left[pole * of_left..][..of_left] } else { &[] };
-        let together = coefficients.chunks_exact(TOGETHER * fixed).zip(states.chunks_exact_mut(TOGETHER * evolving));
-        for (number, (coefficients, states)) in together.enumerate() {
-            let (left, other_left) = (left_of(TOGETHER * number), left_of(TOGETHER * number + 1));
-            let (one, other) = coefficients.split_at(fixed);
-            let (one_states, other_states) = states.split_at_mut(evolving);
+        let (forgets, records) = rows.vectors::<S>();
+        for (Record { coefficients, odd, states, left }, forgets) in records.zip(forgets.chunks_exact(TOGETHER)) {
+            let (one, other) = coefficients.split_at(coefficients.len() / TOGETHER);
+            let (one_odd, other_odd) = odd.split_at(odd.len() / TOGETHER);
+            let (one_states, other_states) = states.split_at_mut(states.len() / TOGETHER);
+            let (one_left, other_left) = left.split_at(left.len() / TOGETHER);
+            let one_left = if forgets[0] { one_left } else { &[] };
+            let other_left = if forgets[1] { other_left } else { &[] };
             for vector in 0..Self::VECTORS {
-                let one = self.take_in::<PARTS>(vector, one, one_states, left);
+                let one = self.take_in::<PARTS>(vector, one, one_states, one_left);
                 let other = self.take_in::<PARTS>(vector, other, other_states, other_left);
                 if TURNS {
-                    let (one_odd, other_odd) = odd[TOGETHER * number * of_odd..][..TOGETHER * of_odd].split_at(of_odd);
                     let one_odd = PoleRows::<E, PARTS>::ratios::<S>(one_odd, vector);
                     let other_odd = PoleRows::<E, PARTS>::ratios::<S>(other_odd, vector);
                     self.foretell_both(vector, [one, other], [one_odd, other_odd]);

@@ -23,21 +23,31 @@ const LEAST_EVEN: f64 = 1e-30;
 pub(super) const TOGETHER: usize = 2;
 
 /// Poles of one kind, pairs (PARTS = 2) or real ones (1): the r-th of every wavenumber side by side. Wavenumbers with
-/// fewer than their neighbours have poles that do nothing.
+/// fewer than their neighbours have poles that do nothing. All that a pass needs of [`TOGETHER`] poles stands together,
+/// so that it reads one stream, a group's numbers of each:
+/// 1. pole by pole g, then w, part by part;
+/// 2. pole by pole q, the ratio of the odd residue to the even one, part by part; not at rest;
+/// 3. pole by pole b of the last step, with a rule that looks back that of the one before too, under the real part of
+///    the force, then the same under its imaginary part, part by part;
+/// 4. pole by pole what is left of a unit force at each instant of a step when it is forgotten, in the state's order;
+///    nowhere unless forces are forgotten.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PoleRows<E, const PARTS: usize> {
-    /// Pole by pole: g, then w, part by part, times a group's numbers.
-    pub(super) coefficients: Vec<E>,
-    /// Pole by pole: q, ratio of the odd residue to the even one, part by part, times a group's numbers; empty at rest.
-    pub(super) odd: Vec<E>,
-    /// Pole by pole: b of the last step, with a rule that looks back that of the one before too, under the real part of
-    /// the force, then the same under its imaginary part, part by part, times a group's numbers.
-    pub(super) states: Vec<E>,
-    /// Pole by pole: what is left of a unit force at each instant of a step when it is forgotten, in the state's order,
-    /// times a group's numbers. Empty: nothing is forgotten.
-    pub(super) left: Vec<E>,
+    pub(super) numbers: Vec<E>,
+    pub(super) turns: bool,
+    looks_back: bool,
+    /// Numbers of a pole of what is left.
+    left: usize,
     /// Which poles have anything left then.
     pub(super) forgets: Vec<bool>,
+}
+
+/// Numbers, or vectors, of the poles that stand together: by [`PoleRows`].
+pub(super) struct Record<'a, T> {
+    pub(super) coefficients: &'a mut [T],
+    pub(super) odd: &'a mut [T],
+    pub(super) states: &'a mut [T],
+    pub(super) left: &'a mut [T],
 }
 
 impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
@@ -48,61 +58,117 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
         if looks_back { 4 * PARTS } else { 2 * PARTS }
     }
 
+    /// Numbers of a pole of each kind.
+    fn lengths(&self) -> [usize; 4] {
+        [Self::FIXED, if self.turns { PARTS } else { 0 }, Self::evolving(self.looks_back), self.left]
+    }
+
+    /// Records of numbers, each `of_number` elements.
+    #[inline(always)]
+    pub(super) fn records<T>(
+        lengths: [usize; 4],
+        numbers: &mut [T],
+        of_number: usize,
+    ) -> impl Iterator<Item = Record<'_, T>> {
+        let [fixed, odd, evolving, left] = lengths.map(|length| TOGETHER * length * of_number);
+        numbers.chunks_exact_mut(fixed + odd + evolving + left).map(move |record| {
+            let (coefficients, rest) = record.split_at_mut(fixed);
+            let (odd, rest) = rest.split_at_mut(odd);
+            let (states, left) = rest.split_at_mut(evolving);
+            Record { coefficients, odd, states, left }
+        })
+    }
+
+    /// Records of vectors.
+    #[inline(always)]
+    pub(super) fn vectors<S: Simd>(&mut self) -> (&[bool], impl Iterator<Item = Record<'_, E::Vector<S>>>) {
+        let lengths = self.lengths();
+        let numbers = E::vectors_mut::<S>(&mut self.numbers);
+        (&self.forgets, Self::records(lengths, numbers, E::MOST_LANES / E::lanes::<S>()))
+    }
+
     /// From each wavenumber's g, w and q, without motion; of a tyre that `turns`, or at rest.
     fn new(wavenumbers: &[Vec<[Complex64; 3]>], looks_back: bool, turns: bool) -> Self {
         let poles = wavenumbers.iter().map(Vec::len).max().unwrap_or(0).next_multiple_of(TOGETHER);
-        let mut coefficients = vec![E::default(); poles * Self::FIXED * E::MOST_LANES];
-        let mut odd = vec![E::default(); if turns { poles * PARTS * E::MOST_LANES } else { 0 }];
+        let mut this = Self { numbers: Vec::new(), turns, looks_back, left: 0, forgets: vec![false; poles] };
+        let lengths = this.lengths();
+        this.numbers = vec![E::default(); poles * lengths.iter().sum::<usize>() * E::MOST_LANES];
         let parts = |number: Complex64| [number.re, number.im].into_iter().take(PARTS);
-        for (lane, own) in wavenumbers.iter().enumerate() {
-            for (index, &[g, w, q]) in own.iter().enumerate() {
-                for (slot, value) in parts(g).chain(parts(w)).enumerate() {
-                    coefficients[(index * Self::FIXED + slot) * E::MOST_LANES + lane] = E::rounded(value);
-                }
-                for (slot, value) in parts(q).enumerate().take(odd.len()) {
-                    odd[(index * PARTS + slot) * E::MOST_LANES + lane] = E::rounded(value);
+        for (first, record) in (0..).step_by(TOGETHER).zip(Self::records(lengths, &mut this.numbers, E::MOST_LANES)) {
+            for (lane, own) in wavenumbers.iter().enumerate() {
+                for (index, &[g, w, q]) in own.iter().skip(first).take(TOGETHER).enumerate() {
+                    for (slot, value) in parts(g).chain(parts(w)).enumerate() {
+                        record.coefficients[(index * Self::FIXED + slot) * E::MOST_LANES + lane] = E::rounded(value);
+                    }
+                    for (slot, value) in parts(q).enumerate().take(record.odd.len()) {
+                        record.odd[(index * PARTS + slot) * E::MOST_LANES + lane] = E::rounded(value);
+                    }
                 }
             }
         }
-        let states = vec![E::default(); poles * Self::evolving(looks_back) * E::MOST_LANES];
-        Self { coefficients, odd, states, left: Vec::new(), forgets: vec![false; poles] }
+        this
     }
 
     /// Returns the rest of a unit force at each instant of a step so many steps later.
     #[inline(always)]
     fn forget<S: Simd, R: Recursion>(&mut self, simd: S, recursion: R, steps: usize) {
         let (vectors, kinds) = (E::MOST_LANES / E::lanes::<S>(), Self::evolving(R::LOOKS_BACK) / (2 * PARTS));
-        let of_pole = R::STAGES * kinds * PARTS * vectors;
-        self.left = vec![E::default(); self.forgets.len() * of_pole * E::lanes::<S>()];
-        let coefficients = E::vectors::<S>(&self.coefficients);
-        let left = E::vectors_mut::<S>(&mut self.left);
-        let poles = coefficients.chunks_exact(Self::FIXED * vectors).zip(left.chunks_exact_mut(of_pole));
-        for (coefficients, left) in poles {
-            for vector in 0..vectors {
-                let maps = recursion.maps::<E, S, PARTS>(simd, Self::poles(simd, coefficients, vector, vectors));
-                for stage in 0..R::STAGES {
-                    let zero = [E::splat(simd, E::default()); PARTS];
-                    let mut states = [State { end: zero, before: zero }; 2];
-                    let mut forces = [E::splat(simd, E::default()); MOST_STAGES];
-                    forces[stage] = E::splat(simd, E::rounded(1.0));
-                    R::take_in(simd, &maps, forces, &mut states[0]);
-                    let [state, other] = &mut states;
-                    R::skip(simd, &maps, [state, other], steps);
-                    for (kind, number) in [states[0].end, states[0].before].into_iter().enumerate().take(kinds) {
-                        for (part, value) in number.into_iter().enumerate() {
-                            left[((stage * kinds + kind) * PARTS + part) * vectors + vector] = value;
+        let known = Self::records(self.lengths(), &mut self.numbers, E::MOST_LANES);
+        self.left = R::STAGES * kinds * PARTS;
+        let mut wider = Self { numbers: Vec::new(), forgets: Vec::new(), ..*self };
+        let lengths = wider.lengths();
+        wider.numbers = vec![E::default(); self.forgets.len() * lengths.iter().sum::<usize>() * E::MOST_LANES];
+        for (own, known) in Self::records(lengths, &mut wider.numbers, E::MOST_LANES).zip(known) {
+            own.coefficients.copy_from_slice(known.coefficients);
+            own.odd.copy_from_slice(known.odd);
+            own.states.copy_from_slice(known.states);
+        }
+        let largest = |values: &[E]| values.iter().fold(0.0_f64, |largest, value| largest.max(value.double().abs()));
+        let mut sizes = Vec::with_capacity(self.forgets.len());
+        let of_pole = self.left * vectors;
+        for Record { coefficients, left, .. } in wider.vectors::<S>().1 {
+            let poles = coefficients.chunks_exact(Self::FIXED * vectors).zip(left.chunks_exact_mut(of_pole));
+            for (coefficients, left) in poles {
+                for vector in 0..vectors {
+                    let maps = recursion.maps::<E, S, PARTS>(simd, Self::poles(simd, coefficients, vector, vectors));
+                    for stage in 0..R::STAGES {
+                        let zero = [E::splat(simd, E::default()); PARTS];
+                        let mut states = [State { end: zero, before: zero }; 2];
+                        let mut forces = [E::splat(simd, E::default()); MOST_STAGES];
+                        forces[stage] = E::splat(simd, E::rounded(1.0));
+                        R::take_in(simd, &maps, forces, &mut states[0]);
+                        let [state, other] = &mut states;
+                        R::skip(simd, &maps, [state, other], steps);
+                        for (kind, number) in [states[0].end, states[0].before].into_iter().enumerate().take(kinds) {
+                            for (part, value) in number.into_iter().enumerate() {
+                                left[((stage * kinds + kind) * PARTS + part) * vectors + vector] = value;
+                            }
                         }
                     }
                 }
             }
         }
-        let largest = |values: &[E]| values.iter().fold(0.0_f64, |largest, value| largest.max(value.double().abs()));
-        // What a pole displaces by its odd part may be more.
-        let mut ratios = self.odd.chunks_exact(PARTS * E::MOST_LANES).map(|ratios| largest(ratios).max(1.0));
-        let of_poles = self.left.chunks_exact(of_pole * E::lanes::<S>());
-        let sizes: Vec<f64> = of_poles.map(|left| largest(left) * ratios.next().unwrap_or(1.0)).collect();
+        for Record { odd, left, .. } in Self::records(lengths, &mut wider.numbers, E::MOST_LANES) {
+            // What a pole displaces by its odd part may be more.
+            let mut ratios = odd.chunks_exact(PARTS * E::MOST_LANES).map(|ratios| largest(ratios).max(1.0));
+            let of_poles = left.chunks_exact(self.left * E::MOST_LANES);
+            sizes.extend(of_poles.map(|left| largest(left) * ratios.next().unwrap_or(1.0)));
+        }
         let scale = FORGOTTEN * largest_or_zero(&sizes);
-        self.forgets = sizes.iter().map(|size| *size > scale).collect();
+        wider.forgets = sizes.iter().map(|size| *size > scale).collect();
+        *self = wider;
+    }
+
+    /// States of the poles that stand together.
+    fn states_mut(&mut self) -> impl Iterator<Item = &mut [E]> {
+        Self::records(self.lengths(), &mut self.numbers, E::MOST_LANES).map(|record| record.states)
+    }
+
+    /// As [`Self::states_mut`], to be read.
+    fn states(&self) -> impl Iterator<Item = &[E]> {
+        let [fixed, odd, evolving, left] = self.lengths().map(|length| TOGETHER * length * E::MOST_LANES);
+        let records = self.numbers.chunks_exact(fixed + odd + evolving + left);
+        records.map(move |record| &record[fixed + odd..][..evolving])
     }
 
     /// A vector of poles.
@@ -125,7 +191,7 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
     /// Multiply-adds of a pass over so many steps: two real systems, R at every step taken in and at every one
     /// foretold, W and A at their stages, A of an odd part too, and the products of passing over a block.
     fn multiply_adds(&self, steps: usize, stages: usize, skip: usize) -> usize {
-        self.coefficients.len() / Self::FIXED * Self::multiply_adds_of_one(steps, stages, skip, !self.odd.is_empty())
+        self.forgets.len() * E::MOST_LANES * Self::multiply_adds_of_one(steps, stages, skip, self.turns)
     }
 
     /// The same of one pole, a pair counted as one.
@@ -137,8 +203,8 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
 
     /// Bytes of a pass: coefficients read, states read and written.
     fn bytes(&self) -> usize {
-        let read = size_of_val(self.coefficients.as_slice()) + size_of_val(self.odd.as_slice());
-        read + 2 * size_of_val(self.states.as_slice())
+        let [fixed, odd, evolving, _] = self.lengths();
+        self.forgets.len() * (fixed + odd + 2 * evolving) * E::MOST_LANES * size_of::<E>()
     }
 
     /// q of a vector of poles.
@@ -243,13 +309,13 @@ impl<E: Element> WavenumberGroup<E> {
     }
 
     /// All that evolves.
-    pub(crate) fn states(&self) -> [&[E]; 2] {
-        [&self.pairs.states, &self.reals.states]
+    pub(crate) fn states(&self) -> impl Iterator<Item = &[E]> {
+        self.pairs.states().chain(self.reals.states())
     }
 
     /// As [`Self::states`], to be changed.
-    pub(crate) fn states_mut(&mut self) -> [&mut [E]; 2] {
-        [&mut self.pairs.states, &mut self.reals.states]
+    pub(crate) fn states_mut(&mut self) -> impl Iterator<Item = &mut [E]> {
+        self.pairs.states_mut().chain(self.reals.states_mut())
     }
 
     /// The wavenumbers.
@@ -259,46 +325,40 @@ impl<E: Element> WavenumberGroup<E> {
 
     /// Takes the group's part of the forces of an instant, wavenumber by wavenumber: real and imaginary parts.
     pub(crate) fn take_forces(&mut self, instant: usize, forces: impl Iterator<Item = [E; 2]>) {
-        let [re, im] = self.forces_mut(instant);
+        let (re, im) = self.forces[2 * E::MOST_LANES * instant..][..2 * E::MOST_LANES].split_at_mut(E::MOST_LANES);
         for ((re, im), force) in re.iter_mut().zip(im).zip(forces) {
             [*re, *im] = force;
         }
     }
 
-    /// From now on a force is forgotten so many steps after it has been taken in; [`Self::old_forces_mut`] says which.
+    /// From now on a force is forgotten so many steps after it has been taken in; [`Self::all_old_forces_mut`] says
+    /// which.
     pub(crate) fn forget(&mut self, rule: TimeRule, steps: usize) {
         self.old_forces = vec![E::default(); self.forces.len()];
         rule.with_recursion(Forget { group: self, steps });
     }
 
-    /// Room for the group's part of the forces of an instant, real and imaginary parts.
-    pub(crate) fn forces_mut(&mut self, instant: usize) -> [&mut [E]; 2] {
-        parts_mut(&mut self.forces, instant, self.count)
+    /// Room for forces by instant: the real parts of a whole group, the imaginary parts.
+    pub(crate) fn all_forces_mut(&mut self) -> &mut [E] {
+        &mut self.forces
     }
 
-    /// The same of an instant that is forgotten.
-    pub(crate) fn old_forces_mut(&mut self, instant: usize) -> [&mut [E]; 2] {
-        parts_mut(&mut self.old_forces, instant, self.count)
+    /// The same for those that are forgotten; none where nothing is.
+    pub(crate) fn all_old_forces_mut(&mut self) -> &mut [E] {
+        &mut self.old_forces
     }
 
-    /// The group's part of u_old at an instant, real and imaginary parts.
-    pub(crate) fn displacement_parts(&self, instant: usize) -> [&[E]; 2] {
+    /// u_old likewise.
+    pub(crate) fn all_displacements(&self) -> &[E] {
+        &self.displacement
+    }
+
+    /// Gives the group's part of u_old at an instant, wavenumber by wavenumber.
+    pub(crate) fn displacement(&self, instant: usize) -> impl Iterator<Item = [E; 2]> {
         let own = &self.displacement[2 * E::MOST_LANES * instant..][..2 * E::MOST_LANES];
         let (re, im) = own.split_at(E::MOST_LANES);
-        [&re[..self.count], &im[..self.count]]
+        re.iter().zip(im).map(|(re, im)| [*re, *im]).take(self.count)
     }
-
-    /// Gives the same, wavenumber by wavenumber.
-    pub(crate) fn displacement(&self, instant: usize) -> impl Iterator<Item = [E; 2]> {
-        let [re, im] = self.displacement_parts(instant);
-        re.iter().zip(im).map(|(re, im)| [*re, *im])
-    }
-}
-
-/// Where a group has the numbers of an instant.
-fn parts_mut<E: Element>(values: &mut [E], instant: usize, count: usize) -> [&mut [E]; 2] {
-    let (re, im) = values[2 * E::MOST_LANES * instant..][..2 * E::MOST_LANES].split_at_mut(E::MOST_LANES);
-    [&mut re[..count], &mut im[..count]]
 }
 
 /// Removal of forgotten forces.

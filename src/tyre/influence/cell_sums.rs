@@ -28,7 +28,7 @@
 //! itself within an instant, and 4e-4 and 2e-4 of it up to 3 kHz (a test that measures adds up sizes).
 
 use std::f64::consts::PI;
-use std::ops::SubAssign;
+use std::ops::{AddAssign, SubAssign};
 
 use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
@@ -87,15 +87,65 @@ pub struct WaveValues {
     pub odd: Vec<f64>,
 }
 
+impl CellInfluence {
+    /// Sums waves that carry the past: those of rings so many times shorter than the tyre, with their values.
+    pub fn of_waves<'a>(
+        grid: &CellGrid,
+        columns: usize,
+        waves: impl IntoIterator<Item = (usize, &'a [CellRow], &'a WaveValues)>,
+    ) -> Self {
+        let mut rows = Rows::default();
+        for (part, of_ring, WaveValues { even, odd }) in waves {
+            let (mut ring, mut start) = (Ring::new(grid.elements() / part), 0);
+            for CellRow { m, folded, first, waves } in of_ring {
+                // Weights of numbers that are taken together hold what cells take of them.
+                let own_weight = grid.lateral_weight(*m) / grid.waves().lateral_norm(*m);
+                let weight = if *folded { 1.0 } else { own_weight };
+                let own = start..start + waves.len();
+                let value = |values: &[f64], n: usize| {
+                    let place = n.checked_sub(*first).filter(|place| *place < waves.len());
+                    place.map_or(0.0, |place| weight * values[own.start + place])
+                };
+                rows.numbers.push(*m);
+                rows.even.push(ring.elements_of(|n| value(even, n))[..columns].to_vec());
+                if !odd.is_empty() {
+                    rows.odd.push(ring.odd_elements_of(|n| value(odd, n))[..columns].to_vec());
+                }
+                start = own.end;
+            }
+        }
+        rows.together(grid, columns)
+    }
+}
+
+impl CellInfluence {
+    /// Changes all values by those of another.
+    fn change(&mut self, other: &Self, change: impl Fn(&mut f64, f64)) {
+        let all =
+            |own: &mut [f64], other: &[f64]| own.iter_mut().zip(other).for_each(|(own, other)| change(own, *other));
+        all(&mut self.toeplitz, &other.toeplitz);
+        all(&mut self.hankel, &other.hankel);
+        if let (Some(own), Some(other)) = (&mut self.odd, &other.odd) {
+            all(&mut own.toeplitz, &other.toeplitz);
+            all(&mut own.hankel, &other.hankel);
+        }
+    }
+}
+
+impl AddAssign<&Self> for CellInfluence {
+    fn add_assign(&mut self, other: &Self) {
+        let zeros = |odd: &OddInfluence| OddInfluence {
+            toeplitz: vec![0.0; odd.toeplitz.len()],
+            hankel: vec![0.0; odd.hankel.len()],
+        };
+        self.odd = self.odd.take().or_else(|| other.odd.as_ref().map(zeros));
+        self.change(other, |own, other| *own += other);
+    }
+}
+
 impl SubAssign<&Self> for CellInfluence {
     fn sub_assign(&mut self, other: &Self) {
-        let less = |all: &mut [f64], other: &[f64]| all.iter_mut().zip(other).for_each(|(all, other)| *all -= other);
-        less(&mut self.toeplitz, &other.toeplitz);
-        less(&mut self.hankel, &other.hankel);
-        if let (Some(all), Some(other)) = (&mut self.odd, &other.odd) {
-            less(&mut all.toeplitz, &other.toeplitz);
-            less(&mut all.hankel, &other.hankel);
-        }
+        self.change(other, |own, other| *own -= other);
     }
 }
 
@@ -165,25 +215,7 @@ impl CellSums {
         columns: usize,
         known: impl IntoIterator<Item = (usize, &'a [CellRow], &'a WaveValues)>,
     ) -> CellInfluence {
-        let mut rows = Rows::default();
-        for (part, of_ring, WaveValues { even, odd }) in known {
-            let (mut ring, mut start) = (Ring::new(self.grid.elements() / part), 0);
-            for CellRow { m, first, waves, .. } in of_ring {
-                let weight = self.grid.lateral_weight(*m) / self.grid.waves().lateral_norm(*m);
-                let own = start..start + waves.len();
-                let value = |values: &[f64], n: usize| {
-                    let place = n.checked_sub(*first).filter(|place| *place < waves.len());
-                    place.map_or(0.0, |place| weight * values[own.start + place])
-                };
-                rows.numbers.push(*m);
-                rows.even.push(ring.elements_of(|n| value(even, n))[..columns].to_vec());
-                if !odd.is_empty() {
-                    rows.odd.push(ring.odd_elements_of(|n| value(odd, n))[..columns].to_vec());
-                }
-                start = own.end;
-            }
-        }
-        rows.together(&self.grid, columns)
+        CellInfluence::of_waves(&self.grid, columns, known)
     }
 
     /// Returns the influence between cells at a real s \[1/s\], up to `columns` along.

@@ -1,0 +1,503 @@
+//! Waves of one ring: at each instant a part of the pass over all poles, and the sum of what all but the last forces do
+//! at the next instant.
+//!
+//! With rotation, u_n = E_n F_n + i O_n F_n, n >= 0, with E and O as operators in time: real, over the same poles.
+
+use std::ops::Range;
+
+use num_complex::{Complex, Complex64};
+use pulp::{Arch, Simd, WithSimd};
+use rayon::prelude::*;
+
+use super::fewer_poles::{FewerPoles, fewer_poles};
+use super::wave_transform::{WaveNumber, WaveTransform};
+use crate::contact::history::block_pass::pass;
+use crate::contact::history::wavenumber_group::WavenumberGroup;
+use crate::counters::Work;
+use crate::numeric::Element;
+use crate::time_rule::TimeRule;
+use crate::time_rule::recursion::Recursion;
+use crate::tyre::influence::{CellInfluence, WaveValues};
+use crate::tyre::poles::Modes;
+use crate::tyre::poles::cells::CellModel;
+
+/// Widest vectors of a tile: its rows are long enough for the processor to read ahead, and some fit into its nearest
+/// memory together.
+const TOGETHER: usize = 32;
+
+/// One ring: the waves that it carries.
+pub struct RingParts<'m, N: WaveNumber = f64> {
+    /// Their poles.
+    pub model: &'m CellModel,
+    /// From cells to waves and back.
+    pub transform: WaveTransform<N>,
+    /// Influence of each stage's forces at the next instant between the cells that the transform sees, a part of the
+    /// window, by [`first_influences`](super::past::first_influences); `None`: it sees all of the window.
+    pub next_instant: Option<Vec<CellInfluence>>,
+    /// Steps after which forces are forgotten, of which whole blocks count, one at least; `None`: never. On a ring
+    /// shorter than the tyre the window comes back to where it was, and what creeps back slowly would still be there.
+    pub forgotten_after: Option<usize>,
+    /// Steps in which the window moves on by an element.
+    pub substeps: usize,
+    /// Tolerance to which fewer poles may foretell what forces displace later than a block, relative to each wave's
+    /// influence; `None`: none is left out.
+    pub fewer_poles: Option<f64>,
+}
+
+/// The waves of one ring, in tiles of [`tile`] neighbours. Of a complex field a tile has the real parts first, then the
+/// imaginary parts; all that is summed for a tile stands together, so that it is read as one stream.
+pub struct RingWaves<N> {
+    groups: Vec<WavenumberGroup<N>>,
+    /// Those whose poles are too slow for single precision.
+    precise: Vec<WavenumberGroup<f64>>,
+    /// Response one, two, ... instants after a force at a stage \[m/N\], of odd parts too where waves have these: tile
+    /// by tile, stage by stage, lag by lag, even and odd.
+    within: Vec<N>,
+    /// Tiles with odd parts: short waves have none.
+    turning: Vec<bool>,
+    stages: usize,
+    /// Instants of a block.
+    instants: usize,
+    /// Forces \[N\] at the instants of the block before and of this one, tile by tile, instant by instant.
+    forces: Vec<N>,
+    /// Displacements \[m\] at the instants of this block and of the next one, as foretold from the blocks before the
+    /// last, and before this one; likewise.
+    foretold: Vec<N>,
+    /// True if the later one of two blocks stands first.
+    pub turned: bool,
+    /// Displacements by all forces but the last at the coming instant, and by all but two at the one after it \[m\]:
+    /// those of two instants are found together, which reads forces and weights once. Tile by tile.
+    sums: Vec<N>,
+    /// Forces of the blocks that are not forgotten yet, block by block, group by group; none where nothing ever is.
+    pub remembered: Vec<Vec<f32>>,
+    /// The earliest block of them, which is forgotten next.
+    pub earliest: usize,
+    work: Work,
+    arch: Arch,
+}
+
+impl<N: WaveNumber> RingWaves<N> {
+    /// At rest, for blocks of so many steps. A short ring leaves what the last forces do to others.
+    pub fn new(parts: &RingParts<'_, N>, rule: TimeRule, time_step: f64, steps: usize) -> Self {
+        let RingParts { model, transform, substeps, fewer_poles: fewer, .. } = parts;
+        let (waves, stages) = (model.len(), rule.stages());
+        let (instants, tiles) = (steps * stages, waves.div_ceil(tile::<N>()));
+        let reduced = |wave: usize| fewer_poles(&model.modes(wave), rule, time_step, steps, (*fewer)?);
+        let reduced: Vec<Option<FewerPoles>> = (0..waves).into_par_iter().map(reduced).collect();
+        let modes = |wave: usize| reduced[wave].as_ref().map_or(model.modes(wave), FewerPoles::modes);
+        let group_of = |first: usize, count: usize| {
+            // The coming block is passed over: it is under way while the next is foretold.
+            (first..waves.min(first + count)).map(modes)
+        };
+        let allowed = fewer.map_or(ROUNDED, |tolerance| ROUNDED.max(ROUNDED_OF_TOLERANCE * tolerance));
+        let angles = transform.angles();
+        let (mut groups, mut precise) = (Vec::new(), Vec::new());
+        for first in (0..waves).step_by(N::MOST_LANES) {
+            let modes = group_of(first, N::MOST_LANES);
+            // What rests on the road moves through the tyre with the window.
+            let rates = angles[first..].iter().map(|angle| angle / (*substeps as f64 * time_step));
+            let mut of_waves = modes.clone().zip(rates);
+            if N::EPSILON > f64::EPSILON && of_waves.any(|(modes, rate)| is_slow(&modes, time_step, rate, allowed)) {
+                for first in (first..waves.min(first + N::MOST_LANES)).step_by(f64::MOST_LANES) {
+                    let modes = group_of(first, f64::MOST_LANES);
+                    precise.push(WavenumberGroup::new(modes, rule, time_step, first, instants, 1));
+                }
+            } else {
+                groups.push(WavenumberGroup::new(modes, rule, time_step, first, instants, 1));
+            }
+        }
+        let mut remembered = Vec::new();
+        if let Some(after) = parts.forgotten_after {
+            let blocks = (after / steps).max(1);
+            groups.par_iter_mut().for_each(|group| group.forget(rule, blocks * steps));
+            precise.par_iter_mut().for_each(|group| group.forget(rule, blocks * steps));
+            remembered = vec![vec![0.0; tiles * 2 * instants * tile::<N>()]; blocks];
+        }
+        let turns = |tile: usize| waves_of::<N>(tile, waves).any(|wave| !model.modes(wave).odd.is_empty());
+        let turning: Vec<bool> = (0..tiles).map(turns).collect();
+        let within = responses(model, rule, time_step, instants, &turning);
+        let mut work = Work::default();
+        groups.iter().for_each(|group| work += group.work());
+        precise.iter().for_each(|group| work += group.work());
+        // Every instant sees the block before and half of the others of its own.
+        let summed: usize = turning.iter().map(|&turns| tile::<N>() * kinds(turns)).sum();
+        let of_instant = 3 * instants - if parts.next_instant.is_some() { 3 } else { 1 };
+        let products = (instants * of_instant * summed) as u64;
+        work += Work { multiply_adds: products, bytes: 12 * products };
+        let zeros = |instants: usize| vec![N::default(); tiles * 2 * instants * tile::<N>()];
+        Self {
+            groups,
+            precise,
+            within,
+            turning,
+            stages,
+            instants,
+            forces: zeros(2 * instants),
+            foretold: zeros(2 * instants),
+            turned: false,
+            sums: zeros(2),
+            remembered,
+            earliest: 0,
+            work,
+            arch: Arch::new(),
+        }
+    }
+
+    /// Returns the work of a block.
+    pub fn work(&self) -> Work {
+        self.work
+    }
+
+    /// Takes the forces of an instant of the block.
+    pub fn take_forces(&mut self, instant: usize, forces: &[Complex<N>]) {
+        let (size, instants) = (tile::<N>(), self.instants);
+        let place = slot(instants + instant, instants, self.turned);
+        let tiles = self.forces.chunks_exact_mut(4 * instants * size);
+        for (tile, forces) in tiles.zip(forces.chunks(size)) {
+            let (re, im) = tile[2 * size * place..][..2 * size].split_at_mut(size);
+            for ((re, im), force) in re.iter_mut().zip(im).zip(forces) {
+                (*re, *im) = (force.re, force.im);
+            }
+        }
+    }
+
+    /// A block begins.
+    pub fn turn(&mut self) {
+        self.turned = !self.turned;
+    }
+
+    /// Completes the displacements at an instant of the block by those of the last forces.
+    pub fn finish(&mut self, instant: usize) {
+        let now = self.instants + instant;
+        self.add_forces(now, now - 1..now, false);
+    }
+
+    /// Gives the displacements at the coming instant as far as they are known.
+    pub fn displacement(&self, displacement: &mut [Complex<N>]) {
+        let size = tile::<N>();
+        for (sums, out) in self.sums.chunks_exact(4 * size).zip(displacement.chunks_mut(size)) {
+            let (re, im) = sums[..2 * size].split_at(size);
+            for (out, (re, im)) in out.iter_mut().zip(re.iter().zip(im)) {
+                *out = Complex::new(*re, *im);
+            }
+        }
+    }
+
+    /// Adds what the forces of earlier instants do now, and where both are wanted at the next instant, all counted from
+    /// the block before.
+    fn add_forces(&mut self, now: usize, earlier: Range<usize>, both: bool) {
+        let Self { within, turning, forces, sums, instants, stages, turned, arch, .. } = self;
+        let (instants, stages, turned) = (*instants, *stages, *turned);
+        arch.dispatch(Weighted { sums, within, turning, forces, instants, stages, turned, now, earlier, both });
+    }
+
+    /// Does the work behind the march at an instant: a part of the pass, and the sum for the next instant.
+    pub fn go_on<R: Recursion>(&mut self, instant: usize, recursion: R) {
+        let Self { groups, precise, instants, forces, foretold, turned, remembered, earliest, arch, .. } = self;
+        let (instants, turned, size) = (*instants, *turned, tile::<N>());
+        let of_tile = 2 * instants * size;
+        let old = remembered.get_mut(*earliest).map_or(&mut [][..], Vec::as_mut_slice);
+        let mut block = Block { arch: *arch, recursion, instants, turned, forces, old, foretold };
+        let share = |groups: usize| instant * groups / instants..(instant + 1) * groups / instants;
+        let (own, slow) = (share(groups.len()), share(precise.len()));
+        groups[own].iter_mut().for_each(|group| block.pass(group));
+        precise[slow].iter_mut().for_each(|group| block.pass(group));
+        if instant + 1 == instants && !remembered.is_empty() {
+            *earliest = (*earliest + 1) % remembered.len();
+        }
+        let now = instants + instant + 1;
+        if instant % 2 == 1 || instants % 2 == 1 {
+            let both = instants.is_multiple_of(2);
+            let places = [1, 2].map(|later| slot((instant + later) % (2 * instants), instants, turned));
+            for (sums, foretold) in self.sums.chunks_exact_mut(4 * size).zip(self.foretold.chunks_exact(2 * of_tile)) {
+                for (sum, place) in sums.chunks_exact_mut(2 * size).zip(places) {
+                    sum.copy_from_slice(&foretold[2 * size * place..][..2 * size]);
+                }
+            }
+            // The pass has taken in the block before; the next one is told without it.
+            let first = if instant + 1 == instants { instants } else { 0 };
+            self.add_forces(now, first..now - 1, both);
+        } else {
+            for sums in self.sums.chunks_exact_mut(4 * size) {
+                sums.copy_within(2 * size.., 0);
+            }
+            self.add_forces(now, now - 2..now - 1, false);
+        }
+    }
+
+    /// Fields that evolve.
+    pub fn fields(&self) -> [&Vec<N>; 3] {
+        [&self.sums, &self.forces, &self.foretold]
+    }
+
+    /// As [`Self::fields`], to be changed.
+    pub fn fields_mut(&mut self) -> [&mut Vec<N>; 3] {
+        [&mut self.sums, &mut self.forces, &mut self.foretold]
+    }
+
+    /// States of all poles.
+    pub fn states(&self) -> impl Iterator<Item = &[N]> {
+        self.groups.iter().flat_map(WavenumberGroup::states)
+    }
+
+    /// As [`Self::states`], to be changed.
+    pub fn states_mut(&mut self) -> impl Iterator<Item = &mut [N]> {
+        self.groups.iter_mut().flat_map(WavenumberGroup::states_mut)
+    }
+
+    /// States of the slow poles.
+    pub fn precise_states(&self) -> impl Iterator<Item = &[f64]> {
+        self.precise.iter().flat_map(WavenumberGroup::states)
+    }
+
+    /// As [`Self::precise_states`], to be changed.
+    pub fn precise_states_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
+        self.precise.iter_mut().flat_map(WavenumberGroup::states_mut)
+    }
+}
+
+/// Waves of a tile.
+const fn tile<N: Element>() -> usize {
+    TOGETHER * N::MOST_LANES
+}
+
+/// The waves of a tile, of so many in all.
+fn waves_of<N: Element>(number: usize, waves: usize) -> Range<usize> {
+    let first = number * tile::<N>();
+    first..waves.min(first + tile::<N>())
+}
+
+/// Place of an instant of two blocks, counted from the first of the block before.
+const fn slot(number: usize, instants: usize, turned: bool) -> usize {
+    if turned { (number + instants) % (2 * instants) } else { number }
+}
+
+/// Input and output of a pass.
+struct Block<'a, N, R> {
+    arch: Arch,
+    recursion: R,
+    instants: usize,
+    turned: bool,
+    /// Forces of the last block and of this one.
+    forces: &'a [N],
+    /// Those that are forgotten, group by group; those of the last block take their place.
+    old: &'a mut [f32],
+    /// Displacements in this block and in the coming one.
+    foretold: &'a mut [N],
+}
+
+impl<N: Element, R: Recursion> Block<'_, N, R> {
+    fn pass<E: Element>(&mut self, group: &mut WavenumberGroup<E>) {
+        let (size, instants, first) = (tile::<N>(), self.instants, group.wavenumbers().start);
+        let (tile, own) = (first / size, first % size);
+        // Tiles are whole groups: behind the last wave there are zeros.
+        let part = |instant: usize, part: usize| {
+            let first = 2 * size * instant + part * size + own;
+            first..first + E::MOST_LANES
+        };
+        let of_tile = 2 * instants * size;
+        let forces = &self.forces[2 * of_tile * tile..][..2 * of_tile];
+        for (instant, own) in group.all_forces_mut().chunks_exact_mut(2 * E::MOST_LANES).enumerate() {
+            let place = slot(instant, instants, self.turned);
+            for (number, own) in own.chunks_exact_mut(E::MOST_LANES).enumerate() {
+                copy(&forces[part(place, number)], own, |force| E::rounded(force.double()));
+            }
+        }
+        let lanes = N::MOST_LANES;
+        let of_group = 2 * instants * lanes;
+        if let Some(old) = self.old.get_mut(first / lanes * of_group..).and_then(|old| old.get_mut(..of_group)) {
+            let rows = old.chunks_exact_mut(lanes).zip(group.all_old_forces_mut().chunks_exact_mut(E::MOST_LANES));
+            for (row, (old, own)) in rows.enumerate() {
+                let old = &mut old[first % lanes..][..E::MOST_LANES];
+                copy(old, own, |force| E::rounded(force.into()));
+                let place = slot(row / 2, instants, self.turned);
+                copy(&forces[part(place, row % 2)], old, |force| force.double() as f32);
+            }
+        }
+        pass(group, self.arch, self.recursion);
+        let foretold = &mut self.foretold[2 * of_tile * tile..][..2 * of_tile];
+        for (instant, own) in group.all_displacements().chunks_exact(2 * E::MOST_LANES).enumerate() {
+            let place = slot(instants + instant, instants, self.turned);
+            for (number, own) in own.chunks_exact(E::MOST_LANES).enumerate() {
+                copy(own, &mut foretold[part(place, number)], |displacement| N::rounded(displacement.double()));
+            }
+        }
+    }
+}
+
+/// Copies the numbers of a group, in pieces of a known length.
+#[inline(always)]
+fn copy<A: Copy, B: Copy>(from: &[A], to: &mut [B], number: impl Fn(A) -> B) {
+    const PIECE: usize = 8;
+    for (from, to) in from.as_chunks::<PIECE>().0.iter().zip(to.as_chunks_mut::<PIECE>().0) {
+        for (from, to) in from.iter().zip(to) {
+            *to = number(*from);
+        }
+    }
+}
+
+/// Part of a wave's displacement by what rests on the road that rounding its poles to single precision may be, where
+/// none is left out.
+const ROUNDED: f64 = 2e-6;
+/// The same in parts of the tolerance to which some are left out.
+const ROUNDED_OF_TOLERANCE: f64 = 0.1;
+
+/// Tells waves whose poles single precision would move too far: of a pole that decays by d a step it changes the
+/// displacement by its rounding over |d + i phi|, phi the phase by which what rests on the road goes on in a step.
+fn is_slow(modes: &Modes<'_>, time_step: f64, rate: f64, allowed: f64) -> bool {
+    let s = Complex64::new(0.0, rate);
+    let mut moved = 0.0;
+    for (index, (pole, residue)) in modes.poles.iter().zip(modes.residues).enumerate() {
+        let pairs = [(*pole, *residue), (pole.conj(), residue.conj())];
+        for (pole, residue) in pairs.into_iter().take(if index < modes.pairs { 2 } else { 1 }) {
+            let distance = (s - pole).norm();
+            moved += residue.norm() / distance * 0.5 * f64::from(f32::EPSILON) / (distance * time_step);
+        }
+    }
+    moved > allowed * modes.evaluate(s).norm()
+}
+
+/// Kinds of a tile's parts: even ones alone, or odd ones too.
+const fn kinds(turns: bool) -> usize {
+    if turns { 2 } else { 1 }
+}
+
+/// Response of all waves an instant after a force at a stage \[m/N\].
+pub fn first_responses(model: &CellModel, rule: TimeRule, time_step: f64, stage: usize) -> WaveValues {
+    let response = |modes: &Modes<'_>, residues: &[Complex64]| {
+        let mut response = [0.0];
+        for (index, (&pole, &residue)) in modes.poles.iter().zip(residues).enumerate() {
+            let weights = rule.coefficients(pole, modes.multiplicity(index) * residue, time_step);
+            rule.impulse_response(weights.into(), stage, &mut response);
+        }
+        response[0]
+    };
+    let even = (0..model.len()).map(|wave| response(&model.modes(wave), model.modes(wave).residues)).collect();
+    let odd = (0..model.len()).map(|wave| response(&model.modes(wave), model.modes(wave).odd));
+    WaveValues { even, odd: if model.turns() { odd.collect() } else { Vec::new() } }
+}
+
+/// Response of all waves one, two, ... instants after a force at a stage, as they are summed; see [`RingWaves`].
+fn responses<N: Element>(
+    model: &CellModel,
+    rule: TimeRule,
+    time_step: f64,
+    instants: usize,
+    turning: &[bool],
+) -> Vec<N> {
+    let (stages, lags, size) = (rule.stages(), 2 * instants - 1, tile::<N>());
+    let of_tile = |turns: &bool| stages * lags * kinds(*turns) * size;
+    let mut within = vec![N::default(); turning.iter().map(of_tile).sum()];
+    let mut response = vec![0.0; lags];
+    let mut rest = within.as_mut_slice();
+    for (tile, turns) in turning.iter().enumerate() {
+        let (own, others) = rest.split_at_mut(of_tile(turns));
+        rest = others;
+        for wave in waves_of::<N>(tile, model.len()) {
+            let modes = model.modes(wave);
+            for (kind, residues) in [modes.residues, modes.odd].into_iter().enumerate().take(kinds(*turns)) {
+                for stage in 0..stages {
+                    response.fill(0.0);
+                    for (index, (&pole, &residue)) in modes.poles.iter().zip(residues).enumerate() {
+                        let weights = rule.coefficients(pole, modes.multiplicity(index) * residue, time_step);
+                        rule.impulse_response(weights.into(), stage, &mut response);
+                    }
+                    for (lag, value) in response.iter().enumerate() {
+                        own[((stage * lags + lag) * kinds(*turns) + kind) * size + wave % size] = N::rounded(*value);
+                    }
+                }
+            }
+        }
+    }
+    within
+}
+
+/// Adds what forces do: weight times force, and i times odd weight times force.
+struct Weighted<'a, N> {
+    sums: &'a mut [N],
+    within: &'a [N],
+    turning: &'a [bool],
+    forces: &'a [N],
+    instants: usize,
+    stages: usize,
+    turned: bool,
+    now: usize,
+    earlier: Range<usize>,
+    both: bool,
+}
+
+impl<N: Element> WithSimd for Weighted<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        if self.both { self.add::<S, 2>(simd) } else { self.add::<S, 1>(simd) }
+    }
+}
+
+impl<N: Element> Weighted<'_, N> {
+    /// Adds to the sums of so many instants.
+    #[inline(always)]
+    fn add<S: Simd, const INSTANTS: usize>(mut self, simd: S) {
+        let of_field = tile::<N>() / N::lanes::<S>();
+        let sums = N::vectors_mut::<S>(std::mem::take(&mut self.sums)).chunks_exact_mut(4 * of_field);
+        let forces = N::vectors::<S>(self.forces).chunks_exact(4 * self.instants * of_field);
+        let mut within = N::vectors::<S>(self.within);
+        for ((sums, forces), &turns) in sums.zip(forces).zip(self.turning) {
+            let (own, others) = within.split_at(self.stages * (2 * self.instants - 1) * kinds(turns) * of_field);
+            within = others;
+            // Four forces at a time, so that sums are read and written a fourth as often.
+            let mut number = self.earlier.start;
+            while number < self.earlier.end {
+                let left = self.earlier.end - number;
+                match (left >= 4, turns) {
+                    (true, true) => self.add_forces::<S, INSTANTS, 4, true>(simd, sums, own, forces, number),
+                    (true, false) => self.add_forces::<S, INSTANTS, 4, false>(simd, sums, own, forces, number),
+                    (false, true) => self.add_forces::<S, INSTANTS, 1, true>(simd, sums, own, forces, number),
+                    (false, false) => self.add_forces::<S, INSTANTS, 1, false>(simd, sums, own, forces, number),
+                }
+                number += if left >= 4 { 4 } else { 1 };
+            }
+        }
+    }
+
+    /// Adds to a tile what so many forces do from `first` on.
+    #[inline(always)]
+    fn add_forces<S: Simd, const INSTANTS: usize, const FORCES: usize, const TURNS: bool>(
+        &self,
+        simd: S,
+        sums: &mut [N::Vector<S>],
+        within: &[N::Vector<S>],
+        forces: &[N::Vector<S>],
+        first: usize,
+    ) {
+        let Self { instants, stages, turned, now, .. } = *self;
+        let (lags, of_field) = (2 * instants - 1, tile::<N>() / N::lanes::<S>());
+        let force = |number: usize| &forces[2 * of_field * slot(first + number, instants, turned)..][..2 * of_field];
+        let forces: [_; FORCES] = std::array::from_fn(force);
+        let weights = |number: usize, instant: usize| {
+            let row = (first + number) % stages * lags + now + instant - (first + number) - 1;
+            &within[row * kinds(TURNS) * of_field..][..kinds(TURNS) * of_field]
+        };
+        let weights: [[_; INSTANTS]; FORCES] =
+            std::array::from_fn(|number| std::array::from_fn(|instant| weights(number, instant)));
+        for (instant, sums) in sums.chunks_exact_mut(2 * of_field).enumerate().take(INSTANTS) {
+            let (sums_re, sums_im) = sums.split_at_mut(of_field);
+            for v in 0..of_field {
+                let (mut re, mut im) = (sums_re[v], sums_im[v]);
+                for number in 0..FORCES {
+                    let (weights, force) = (weights[number][instant], forces[number]);
+                    let (force_re, force_im) = (force[v], force[of_field + v]);
+                    re = N::mul_add(simd, weights[v], force_re, re);
+                    im = N::mul_add(simd, weights[v], force_im, im);
+                    if TURNS {
+                        let odd = weights[of_field + v];
+                        re = N::negate_mul_add(simd, odd, force_im, re);
+                        im = N::mul_add(simd, odd, force_re, im);
+                    }
+                }
+                (sums_re[v], sums_im[v]) = (re, im);
+            }
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! Waves of a ring shorter than the tyre, between cells and waves behind the march.
+//!
+//! Short waves are damped out within a few elements, so they are seen from a part of the window that goes with the
+//! contact. What the last forces do, all that the march has to wait for, it takes from a product between cells
+//! ([`NextInstant`]); what earlier forces do is brought to cells behind it ([`ShortRing`]).
+
+use num_complex::Complex;
+
+use super::product::CellProduct;
+use super::ring_waves::RingWaves;
+use super::wave_transform::{WaveNumber, WaveTransform};
+use crate::counters::Work;
+use crate::storage::state::{StateError, fill};
+use crate::tyre::influence::CellInfluence;
+
+/// Numbers of cells seen from an element on.
+pub struct Seen {
+    /// Element that they begin with.
+    pub first: i64,
+    /// Column by column.
+    pub cells: Vec<f64>,
+}
+
+impl Seen {
+    /// So many zeros.
+    pub fn new(cells: usize) -> Self {
+        Self { first: 0, cells: vec![0.0; cells] }
+    }
+
+    /// Takes over as many.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.first = other.first;
+        self.cells.copy_from_slice(&other.cells);
+    }
+
+    /// Goes on from as many, with the element that they begin with.
+    ///
+    /// # Errors
+    /// [`StateError`].
+    pub fn restore(&mut self, (first, cells): &(i64, Vec<f64>)) -> Result<(), StateError> {
+        self.first = *first;
+        fill(&mut self.cells, cells)
+    }
+
+    /// Adds them to the cells of a window that begins with `first_element`.
+    pub fn add_to(&self, first_element: i64, across: usize, out: &mut [f64]) {
+        let moved = |later: i64, earlier: i64| {
+            usize::try_from(later.saturating_sub(earlier)).unwrap_or(0).saturating_mul(across)
+        };
+        let own = self.cells.iter().skip(moved(first_element, self.first));
+        let out = out.iter_mut().skip(moved(self.first, first_element));
+        out.zip(own).for_each(|(out, own)| *out += own);
+    }
+}
+
+/// Displacements by the forces of an instant at the next one, in a part of the window that goes with the contact.
+pub struct NextInstant<N> {
+    across: usize,
+    /// By stage of the forces.
+    products: Vec<CellProduct<N>>,
+    forces: Vec<N>,
+    displacement: Vec<N>,
+    /// Forces of the last instant \[N\].
+    pub last: Seen,
+    /// Displacements by them \[m\].
+    next: Seen,
+}
+
+impl<N: WaveNumber> NextInstant<N> {
+    /// From the influence of each stage's forces, of windows as long as the part.
+    pub fn new(influences: &[CellInfluence]) -> Self {
+        let (columns, across) = influences.first().map_or((0, 0), |first| (first.columns, first.across));
+        let products = influences.iter().map(|influence| CellProduct::whole(columns, influence)).collect();
+        let zeros = || vec![N::default(); columns * across];
+        let seen = || Seen::new(columns * across);
+        Self { across, products, forces: zeros(), displacement: zeros(), last: seen(), next: seen() }
+    }
+
+    /// Cells across.
+    pub fn across(&self) -> usize {
+        self.across
+    }
+
+    /// Returns the work of a step.
+    pub fn work(&self) -> Work {
+        self.products.iter().fold(Work::default(), |mut work, product| {
+            work += product.work();
+            work
+        })
+    }
+
+    /// Takes the forces of the window that begins with `first_element`, contact in the middle of what is seen; tells
+    /// whether there is room for all of them.
+    pub fn push(&mut self, first_element: i64, forces: &[f64]) -> bool {
+        let Self { across, last, .. } = self;
+        let is_touched = |force: &f64| *force > 0.0;
+        let columns = |cells: usize| cells / *across;
+        let (seen, most) = (columns(last.cells.len()), columns(forces.len()).saturating_sub(columns(last.cells.len())));
+        let (mut first, mut has_room) = (most / 2, true);
+        if let (Some(start), Some(end)) = (forces.iter().position(is_touched), forces.iter().rposition(is_touched)) {
+            let free = seen.checked_sub(columns(end) - columns(start) + 1);
+            has_room = free.is_some();
+            first = columns(start).saturating_sub(free.unwrap_or(0) / 2).min(most);
+        }
+        last.first = first_element + first as i64;
+        last.cells.iter_mut().zip(&forces[first * *across..]).for_each(|(own, force)| *own = *force);
+        has_room
+    }
+
+    /// Adds what the forces of a stage displace at the next instant to the window that begins with `first_element`.
+    pub fn add_displacement(&mut self, stage: usize, first_element: i64, out: &mut [f64]) {
+        let Self { across, products, forces, displacement, last, next } = self;
+        forces.iter_mut().zip(&last.cells).for_each(|(own, force)| *own = N::rounded(*force));
+        products[stage].displacement(forces, displacement);
+        next.first = last.first;
+        next.cells.iter_mut().zip(displacement).for_each(|(next, own)| *next = own.double());
+        next.add_to(first_element, *across, out);
+    }
+}
+
+/// The ring behind the march.
+pub struct ShortRing<N: WaveNumber> {
+    transform: WaveTransform<N>,
+    spectrum: Vec<Complex<N>>,
+    /// Forces of the last instant \[N\].
+    pub last: Seen,
+    /// Displacements at the coming instant by all forces but those \[m\].
+    pub field: Seen,
+}
+
+impl<N: WaveNumber> ShortRing<N> {
+    /// At rest.
+    pub fn new(transform: WaveTransform<N>) -> Self {
+        let seen = || Seen::new(transform.cells());
+        let spectrum = vec![Complex::new(N::default(), N::default()); transform.waves()];
+        Self { last: seen(), field: seen(), spectrum, transform }
+    }
+
+    /// Takes the forces of the last instant, of such a number in its block, to their waves.
+    pub fn take_forces(&mut self, instant: usize, waves: &mut RingWaves<N>) {
+        self.transform.forward(self.last.first, &self.last.cells, &mut self.spectrum);
+        waves.take_forces(instant, &self.spectrum);
+    }
+
+    /// Brings what waves displace at the coming instant to the cells about the last forces.
+    pub fn find_field(&mut self, waves: &RingWaves<N>) {
+        waves.displacement(&mut self.spectrum);
+        self.field.first = self.last.first;
+        self.field.cells.fill(0.0);
+        self.transform.add_inverse(&self.spectrum, self.field.first, &mut self.field.cells);
+    }
+}

@@ -190,7 +190,7 @@ impl<N: WaveNumber> WavePast<N> {
     pub fn save(&self) -> WavePastState<N> {
         let waves = self.behind.take();
         let kept = |seen: &Seen| (seen.first, seen.cells.clone());
-        let state = |(ring, (waves, short)): (&Option<Ring<N>>, &(RingWaves<N>, Option<ShortRing<N>>))| RingState {
+        let rings = self.rings.iter().zip(&waves.rings).map(|(ring, (waves, short))| RingState {
             latest: ring.as_ref().map_or_else(Vec::new, |ring| ring.forces.clone()),
             field: short.as_ref().map(|short| kept(&short.field)),
             fields: waves.fields().map(Vec::clone).to_vec(),
@@ -199,8 +199,8 @@ impl<N: WaveNumber> WavePast<N> {
             earliest: waves.earliest,
             poles: waves.states().map(<[N]>::to_vec).collect(),
             slow_poles: waves.precise_states().map(<[f64]>::to_vec).collect(),
-        };
-        let rings = self.rings.iter().zip(&waves.rings).map(state).collect();
+        });
+        let rings = rings.collect();
         self.behind.give_back(waves);
         let seen = self.next.as_ref().map(|next| kept(&next.last));
         WavePastState { instant: self.instant, begun: self.begun, rings, seen }

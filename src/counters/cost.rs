@@ -18,6 +18,14 @@ amounts! {
     }
 }
 
+impl std::ops::Mul<u64> for Work {
+    type Output = Self;
+
+    fn mul(self, times: u64) -> Self {
+        Self { multiply_adds: times * self.multiply_adds, bytes: times * self.bytes }
+    }
+}
+
 amounts! {
     /// Memory asked for so far, or within a stage.
     pub struct Allocations {

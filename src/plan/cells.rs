@@ -64,9 +64,9 @@ impl Plan {
     pub fn wave_bands(&self, columns: usize) -> Vec<WaveBand> {
         let numerics = &self.scene.numerics;
         let finite = numerics.lateral_terms.is_some() || numerics.wavenumber_aliases.is_some();
-        let Some(tread) = self.scene.tyre.layers.last().filter(|_| !finite) else { return vec![WaveBand::WHOLE] };
         let band = |part, fades_in, fades_out| WaveBand { part, fades_in, fades_out, folded: false };
-        let [longer, shorter] = [HANDED_OVER, FOLDED].map(|border| border.map(|kh| kh / tread.thickness));
+        let borders = self.border(HANDED_OVER).zip(self.border(FOLDED)).filter(|_| !finite);
+        let Some((longer, shorter)) = borders else { return vec![WaveBand::WHOLE] };
         let least = (PATCH * columns as f64).ceil() as usize;
         let whole_rings = (1..=numerics.elements).filter(|part| numerics.elements.is_multiple_of(2 * part));
         let has_room = |part: &usize| self.longest_patch(numerics.elements / part, longer[0]) >= least;
@@ -86,6 +86,11 @@ impl Plan {
         bands
     }
 
+    /// Wavenumbers of a border that is told times the tread's thickness; `None` without layers.
+    fn border(&self, times_thickness: [f64; 2]) -> Option<[f64; 2]> {
+        self.scene.tyre.layers.last().map(|tread| times_thickness.map(|kh| kh / tread.thickness))
+    }
+
     /// Cells that a window stays away from what it has left behind, in waves of this wavenumber and shorter ones.
     fn creeping(&self, wavenumber: f64) -> usize {
         (CREEPING / wavenumber / self.element).ceil() as usize
@@ -99,8 +104,7 @@ impl Plan {
 
     /// Columns about the contact in which a band is seen, of a window of so many: short waves are gone elsewhere.
     pub fn seen_columns(&self, band: WaveBand, columns: usize) -> usize {
-        let tread = self.scene.tyre.layers.last().filter(|_| band.part > 1);
-        let Some(longest) = tread.map(|tread| HANDED_OVER[0] / tread.thickness) else { return columns };
+        let Some([longest, _]) = self.border(HANDED_OVER).filter(|_| band.part > 1) else { return columns };
         let patch = self.longest_patch(self.scene.numerics.elements / band.part, longest);
         columns.min(patch + 2 * self.creeping(longest))
     }

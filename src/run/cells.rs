@@ -150,7 +150,7 @@ impl<'a> CellContact<'a> {
         let rate = scene.numerics.time_rule.first_rate(*time_step).ok_or(ContactError::NoSuchField)?;
         let values: Vec<WaveValues> = carried.iter().map(|waves| waves.model.values(rate)).collect();
         let known = carried.iter().zip(&values).map(|(waves, values)| (waves.part, waves.rows.as_slice(), values));
-        all -= &self.sums.instant_of_waves(all.columns, known);
+        all -= &CellInfluence::of_waves(self.sums.grid(), all.columns, known);
         Ok(all)
     }
 

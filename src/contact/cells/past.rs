@@ -118,7 +118,7 @@ impl<N: WaveNumber> WavePast<N> {
             let ring = RingWaves::new(&parts, rule, time_step, steps);
             let RingParts { model, transform, next_instant, .. } = parts;
             work += ring.work();
-            (0..2 * steps * rule.stages()).for_each(|_| work += transform.work());
+            work += transform.work() * (2 * steps * rule.stages()) as u64;
             let zeros = || vec![Complex::new(N::default(), N::default()); model.len()];
             if let Some(own) = next_instant {
                 match &mut influences {
@@ -134,7 +134,7 @@ impl<N: WaveNumber> WavePast<N> {
         }
         let next = influences.map(|influences| NextInstant::new(&influences));
         if let Some(next) = &next {
-            (0..steps).for_each(|_| work += next.work());
+            work += next.work() * steps as u64;
         }
         let behind = Behind::new(Waves::new(waves, rule), rayon::current_num_threads() > 1);
         let stages = rule.stages();

@@ -11,12 +11,13 @@ use rayon::prelude::*;
 
 use super::fewer_poles::{FewerPoles, fewer_poles};
 use super::wave_transform::{WaveNumber, WaveTransform};
+use crate::contact::history::add_responses;
 use crate::contact::history::block_pass::pass;
 use crate::contact::history::wavenumber_group::WavenumberGroup;
 use crate::counters::Work;
 use crate::numeric::Element;
 use crate::time_rule::TimeRule;
-use crate::time_rule::recursion::Recursion;
+use crate::time_rule::recursion::{MOST_STAGES, Recursion};
 use crate::tyre::influence::{CellInfluence, WaveValues};
 use crate::tyre::poles::Modes;
 use crate::tyre::poles::cells::CellModel;
@@ -364,17 +365,18 @@ const fn kinds(turns: bool) -> usize {
 
 /// Response of all waves an instant after a force at a stage \[m/N\].
 pub fn first_responses(model: &CellModel, rule: TimeRule, time_step: f64, stage: usize) -> WaveValues {
-    let response = |modes: &Modes<'_>, residues: &[Complex64]| {
-        let mut response = [0.0];
-        for (index, (&pole, &residue)) in modes.poles.iter().zip(residues).enumerate() {
-            let weights = rule.coefficients(pole, modes.multiplicity(index) * residue, time_step);
-            rule.impulse_response(weights.into(), stage, &mut response);
-        }
-        response[0]
+    let all = |residues: for<'m> fn(&Modes<'m>) -> &'m [Complex64]| -> Vec<f64> {
+        let of_wave = |wave: usize| {
+            let (modes, mut stages) = (model.modes(wave), [0.0; MOST_STAGES]);
+            add_responses(&modes, residues(&modes), rule, time_step, 1, &mut stages[..rule.stages()]);
+            stages[stage]
+        };
+        (0..model.len()).map(of_wave).collect()
     };
-    let even = (0..model.len()).map(|wave| response(&model.modes(wave), model.modes(wave).residues)).collect();
-    let odd = (0..model.len()).map(|wave| response(&model.modes(wave), model.modes(wave).odd));
-    WaveValues { even, odd: if model.turns() { odd.collect() } else { Vec::new() } }
+    WaveValues {
+        even: all(|modes| modes.residues),
+        odd: if model.turns() { all(|modes| modes.odd) } else { Vec::new() },
+    }
 }
 
 /// Response of all waves one, two, ... instants after a force at a stage, as they are summed; see [`RingWaves`].
@@ -388,7 +390,7 @@ fn responses<N: Element>(
     let (stages, lags, size) = (rule.stages(), 2 * instants - 1, tile::<N>());
     let of_tile = |turns: &bool| stages * lags * kinds(*turns) * size;
     let mut within = vec![N::default(); turning.iter().map(of_tile).sum()];
-    let mut response = vec![0.0; lags];
+    let mut responses = vec![0.0; stages * lags];
     let mut rest = within.as_mut_slice();
     for (tile, turns) in turning.iter().enumerate() {
         let (own, others) = rest.split_at_mut(of_tile(turns));
@@ -396,15 +398,10 @@ fn responses<N: Element>(
         for wave in waves_of::<N>(tile, model.len()) {
             let modes = model.modes(wave);
             for (kind, residues) in [modes.residues, modes.odd].into_iter().enumerate().take(kinds(*turns)) {
-                for stage in 0..stages {
-                    response.fill(0.0);
-                    for (index, (&pole, &residue)) in modes.poles.iter().zip(residues).enumerate() {
-                        let weights = rule.coefficients(pole, modes.multiplicity(index) * residue, time_step);
-                        rule.impulse_response(weights.into(), stage, &mut response);
-                    }
-                    for (lag, value) in response.iter().enumerate() {
-                        own[((stage * lags + lag) * kinds(*turns) + kind) * size + wave % size] = N::rounded(*value);
-                    }
+                responses.fill(0.0);
+                add_responses(&modes, residues, rule, time_step, lags, &mut responses);
+                for (row, value) in responses.iter().enumerate() {
+                    own[(row * kinds(*turns) + kind) * size + wave % size] = N::rounded(*value);
                 }
             }
         }

@@ -10,6 +10,7 @@ use super::product::CellProduct;
 use super::ring_waves::RingWaves;
 use super::wave_transform::{WaveNumber, WaveTransform};
 use crate::counters::Work;
+use crate::numeric::Element;
 use crate::storage::state::{StateError, fill};
 use crate::tyre::influence::CellInfluence;
 
@@ -44,13 +45,15 @@ impl Seen {
 
     /// Adds them to the cells of a window that begins with `first_element`.
     pub fn add_to(&self, first_element: i64, across: usize, out: &mut [f64]) {
-        let moved = |later: i64, earlier: i64| {
-            usize::try_from(later.saturating_sub(earlier)).unwrap_or(0).saturating_mul(across)
-        };
-        let own = self.cells.iter().skip(moved(first_element, self.first));
-        let out = out.iter_mut().skip(moved(self.first, first_element));
-        out.zip(own).for_each(|(out, own)| *out += own);
+        add_moved(&self.cells, first_element.saturating_sub(self.first).saturating_mul(across as i64), out);
     }
+}
+
+/// Adds numbers to others that begin so many places later.
+fn add_moved<N: Element>(numbers: &[N], later: i64, out: &mut [f64]) {
+    let skipped = |places: i64| usize::try_from(places).unwrap_or(0);
+    let out = out.iter_mut().skip(skipped(later.saturating_neg()));
+    out.zip(numbers.iter().skip(skipped(later))).for_each(|(out, number)| *out += number.double());
 }
 
 /// Displacements by the forces of an instant at the next one, in a part of the window that goes with the contact.
@@ -62,8 +65,6 @@ pub struct NextInstant<N> {
     displacement: Vec<N>,
     /// Forces of the last instant \[N\].
     pub last: Seen,
-    /// Displacements by them \[m\].
-    next: Seen,
 }
 
 impl<N: WaveNumber> NextInstant<N> {
@@ -72,8 +73,7 @@ impl<N: WaveNumber> NextInstant<N> {
         let (columns, across) = influences.first().map_or((0, 0), |first| (first.columns, first.across));
         let products = influences.iter().map(|influence| CellProduct::whole(columns, influence)).collect();
         let zeros = || vec![N::default(); columns * across];
-        let seen = || Seen::new(columns * across);
-        Self { across, products, forces: zeros(), displacement: zeros(), last: seen(), next: seen() }
+        Self { across, products, forces: zeros(), displacement: zeros(), last: Seen::new(columns * across) }
     }
 
     /// Cells across.
@@ -83,10 +83,9 @@ impl<N: WaveNumber> NextInstant<N> {
 
     /// Returns the work of a step.
     pub fn work(&self) -> Work {
-        self.products.iter().fold(Work::default(), |mut work, product| {
-            work += product.work();
-            work
-        })
+        let mut work = Work::default();
+        self.products.iter().for_each(|product| work += product.work());
+        work
     }
 
     /// Takes the forces of the window that begins with `first_element`, contact in the middle of what is seen; tells
@@ -109,12 +108,10 @@ impl<N: WaveNumber> NextInstant<N> {
 
     /// Adds what the forces of a stage displace at the next instant to the window that begins with `first_element`.
     pub fn add_displacement(&mut self, stage: usize, first_element: i64, out: &mut [f64]) {
-        let Self { across, products, forces, displacement, last, next } = self;
+        let Self { across, products, forces, displacement, last } = self;
         forces.iter_mut().zip(&last.cells).for_each(|(own, force)| *own = N::rounded(*force));
         products[stage].displacement(forces, displacement);
-        next.first = last.first;
-        next.cells.iter_mut().zip(displacement).for_each(|(next, own)| *next = own.double());
-        next.add_to(first_element, *across, out);
+        add_moved(displacement, first_element.saturating_sub(last.first).saturating_mul(*across as i64), out);
     }
 }
 

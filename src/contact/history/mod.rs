@@ -28,6 +28,7 @@ mod turning_tests;
 pub(super) mod wavenumber_group;
 
 pub use direct::{DirectHistory, LagKernel};
+pub(crate) use modes::add_responses;
 pub use modes::{INSTANTS, ModalHistory};
 pub use state::HistoryState;
 pub use wavenumber_group::expected_multiply_adds;

@@ -198,7 +198,7 @@ fn first_influences(
 
 /// Adds what poles with these residues displace 1, 2, ... instants after a unit force at a stage, all of one stage
 /// together.
-fn add_responses(
+pub(crate) fn add_responses(
     modes: &Modes<'_>,
     residues: &[Complex64],
     rule: TimeRule,

@@ -2,7 +2,8 @@
 
 use std::convert::Infallible;
 
-use super::cell_sums::{CellInfluence, CellSums};
+use super::cell_influence::CellInfluence;
+use super::cell_sums::CellSums;
 use crate::storage::cache::key;
 use crate::storage::{Cache, Cached, Format, Kind};
 

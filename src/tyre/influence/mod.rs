@@ -11,11 +11,13 @@
 //! - [`folded_sum`]: the sums Ht_n(s), `bounded_sum`: without a tail, the reference, `lane_sum`: for many s at once;
 //! - [`convolution_quadrature`]: from the sums to weights in the time domain;
 //! - [`mobility`]: the driving-point mobility of patches;
-//! - [`CellGrid`], [`CellSums`]: the same between cells of the contact strip, wave by wave and for an instant;
+//! - [`CellGrid`], [`CellSums`]: the same between cells of the contact strip, wave by wave and for an instant, and
+//!   [`CellInfluence`], their table;
 //! - [`SurfaceWaves`]: the surface wave by wave, not summed; `flank_waves`: what the sidewalls sweep with it.
 
 mod bounded_sum;
 mod cell_grid;
+mod cell_influence;
 mod cell_sums;
 mod cell_waves;
 pub mod convolution_quadrature;
@@ -38,7 +40,8 @@ mod wave_compliance;
 mod waves;
 
 pub use cell_grid::CellGrid;
-pub use cell_sums::{CellInfluence, CellSums, CellSumsAt, OddInfluence, WaveValues};
+pub use cell_influence::{CellInfluence, OddInfluence, WaveValues};
+pub use cell_sums::{CellSums, CellSumsAt};
 pub use cell_waves::{CellRow, CellTruncation, CellWave, WaveBand};
 pub use curved_waves::{steep_bytes, wave_bytes, wave_count};
 pub use folded_sum::{InfluenceSum, InfluenceValue, SumAt, Truncation};

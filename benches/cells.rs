@@ -2,7 +2,7 @@
 //! proportioning behind them, and the dense factorisation of the cells in contact beside it, with its error; rolling to
 //! the finest tolerance and to that of `preset = "standard"`. The past by poles in blocks, in single precision, by
 //! fewer poles, by the plain recursion and by direct sums of some lags, and with short waves on a ring of their own,
-//! with their errors.
+//! with their errors. Rows of cells to waves, side by side and one by one.
 //!
 //! `cargo bench --bench cells`.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
@@ -13,6 +13,8 @@ use std::hint::black_box;
 use criterion::{BatchSize, BenchmarkId, Criterion, criterion_group, criterion_main};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
+use num_complex::Complex;
+use realfft::RealFftPlanner;
 use tyrewave::contact::cells::direct::DirectPast;
 use tyrewave::contact::cells::past::{RingParts, WavePast, first_influences};
 use tyrewave::contact::cells::wave_transform::{WaveNumber, WaveTransform};
@@ -261,5 +263,46 @@ fn rings(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, cells, past, rings);
+/// Cells of a ring, cells across, columns of the window.
+const ROWS: [usize; 3] = [256, 60, 70];
+
+/// Forces to the waves of a ring, rows side by side in vectors, and one real transform after the other, which leaves
+/// out the products across.
+fn rows(criterion: &mut Criterion) {
+    let [ring, across, columns] = ROWS;
+    let tyre = plate_tyre();
+    let sums = CellSums::new(&tyre, CellGrid::new(&tyre, ring, across), CellTruncation::default(), 1e-8, 1e5);
+    let rows = sums.waves(WaveBand::WHOLE);
+    let mut transform = WaveTransform::<f32>::new(sums.grid(), ring, columns, &rows);
+    let mut exact = WaveTransform::<f64>::new(sums.grid(), ring, columns, &rows);
+    let forces: Vec<f64> = (0..columns * across).map(|cell| (0.7 * (cell * cell) as f64).sin().max(0.0)).collect();
+    let mut spectrum = vec![Complex::default(); transform.waves()];
+    let mut exact_spectrum = vec![Complex::default(); transform.waves()];
+    transform.forward(3, &forces, &mut spectrum);
+    exact.forward(3, &forces, &mut exact_spectrum);
+    let of_wave = |(a, b): (&Complex<f32>, &Complex<f64>)| (f64::from(a.re) - b.re).hypot(f64::from(a.im) - b.im);
+    let error = spectrum.iter().zip(&exact_spectrum).map(of_wave).fold(0.0, f64::max);
+    let largest = exact_spectrum.iter().map(|wave| wave.norm()).fold(0.0, f64::max);
+    println!("{} rows to waves: error {:.1e}", rows.len(), error / largest);
+    let one_by_one = RealFftPlanner::<f32>::new().plan_fft_forward(ring);
+    let (mut field, mut waves) = (one_by_one.make_input_vec(), one_by_one.make_output_vec());
+    let mut scratch = one_by_one.make_scratch_vec();
+    let mut group = criterion.benchmark_group("rows of cells");
+    group.bench_function("side by side, products across too", |bench| {
+        bench.iter(|| transform.forward(3, black_box(&forces), &mut spectrum));
+    });
+    group.bench_function("one by one", |bench| {
+        bench.iter(|| {
+            for (row, forces) in forces.chunks_exact(columns).cycle().take(rows.len()).enumerate() {
+                field.fill(0.0);
+                field[..columns].iter_mut().zip(forces).for_each(|(own, force)| *own = *force as f32);
+                one_by_one.process_with_scratch(&mut field, &mut waves, &mut scratch).expect("planned lengths");
+                black_box(row);
+            }
+        });
+    });
+    group.finish();
+}
+
+criterion_group!(benches, cells, past, rings, rows);
 criterion_main!(benches);

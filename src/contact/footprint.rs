@@ -48,7 +48,8 @@ pub struct Footprint {
 pub(crate) struct StageMut<'a> {
     /// Forces by point \[N\].
     pub force: &'a mut [f64],
-    /// Displacements by point, springs included: u = G0 F + u_old \[m\].
+    /// Displacements by point, springs included: u = G0 F + u_old \[m\]. Over cells G0 F may be left out a few columns
+    /// away from those that touch.
     pub displacement: &'a mut [f64],
     /// Required displacements by point \[m\]; -infinity where there is no road.
     pub required: &'a mut [f64],

@@ -23,7 +23,7 @@ pub(super) const TEMPORARY_FILE: &str = "checkpoint.tmp";
 /// Name of the effective scene in the folder of an unfinished run.
 pub const SCENE_FILE: &str = "scene.toml";
 /// Its version is to be raised whenever a state means something else.
-const FORMAT: Format = Format { magic: b"TWAVECHK", version: 12, name: "a checkpoint" };
+const FORMAT: Format = Format { magic: b"TWAVECHK", version: 13, name: "a checkpoint" };
 
 /// Why a run cannot be gone on with.
 #[derive(Debug, Error)]

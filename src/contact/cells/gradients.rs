@@ -29,6 +29,8 @@ pub struct Progress {
     pub products: u64,
     /// Forces that were cut.
     pub cuts: u64,
+    /// How far the conditions are missed, as far as single precision can tell \[m\].
+    pub left: f32,
 }
 
 /// The method's room; whole vectors of cells, zeros behind the last one.
@@ -263,6 +265,13 @@ impl Gradients {
         }
     }
 
+    /// Tells u to single precision, of the forces that the last run has found.
+    pub fn displacement(&self, required: &[f64], out: &mut [f64]) {
+        for ((u, &miss), d) in out.iter_mut().zip(&self.miss).zip(required) {
+            *u = d + f64::from(miss);
+        }
+    }
+
     /// Makes room for so many cells, with zeros behind them, and forgets the last direction.
     fn hold(&mut self, count: usize) {
         let behind = count..count.next_multiple_of(LANES);
@@ -285,7 +294,11 @@ impl Gradients {
         let mut progress = Progress::default();
         let (count, across) = (forces.len(), cells.across());
         self.forces[..count].copy_from_slice(forces);
-        while progress.iterations < most && self.pass(Pass::Residual)[0] > goal {
+        loop {
+            progress.left = self.pass(Pass::Residual)[0];
+            if progress.iterations == most || progress.left <= goal {
+                break;
+            }
             progress.iterations += 1;
             self.precondition(count, across);
             let [mut product, mut change] = self.pass(Pass::Precondition);

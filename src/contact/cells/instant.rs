@@ -26,6 +26,8 @@ pub struct InstantCells {
     single: Vec<CellProduct<f32>>,
     /// Work of all products so far.
     work: Work,
+    /// Most that a unit force lowers a cell so many columns away, whichever it is.
+    lowered: Vec<f64>,
     /// For cells at and behind a force's column, with i >= i'; of a tyre that turns then for those before it.
     tables: Vec<SingleTables>,
 }
@@ -65,6 +67,21 @@ fn lengths(columns: usize) -> impl Iterator<Item = usize> {
     std::iter::successors(Some(columns), move |length| shorter(*length).filter(|part| 4 * part >= columns))
 }
 
+/// Most that a unit force lowers a cell by distance along.
+fn lowered(CellInfluence { columns, across, toeplitz, hankel, odd }: &CellInfluence) -> Vec<f64> {
+    let most =
+        |values: &[f64], size: fn(f64) -> f64| values.iter().fold(f64::NEG_INFINITY, |most, &v| most.max(size(v)));
+    let of_column = |column: usize| {
+        let (free, images) =
+            (column * across..(column + 1) * across, column * (2 * across - 1)..(column + 1) * (2 * across - 1));
+        let even = most(&toeplitz[free.clone()], |value| -value) + most(&hankel[images.clone()], |value| -value);
+        let odd =
+            odd.as_ref().map_or(0.0, |odd| most(&odd.toeplitz[free], f64::abs) + most(&odd.hankel[images], f64::abs));
+        (even + odd).max(0.0)
+    };
+    (0..*columns).map(of_column).collect()
+}
+
 impl InstantCells {
     /// Makes the product with an influence, for its window.
     pub fn new(influence: CellInfluence) -> Self {
@@ -77,6 +94,7 @@ impl InstantCells {
             symmetric: odd.is_some().then(symmetric),
             single: lengths(*columns).map(|part| CellProduct::whole(part, &influence)).collect(),
             work: Work::default(),
+            lowered: lowered(&influence),
             tables: signs.iter().map(|sign| SingleTables::new(&influence, *sign)).collect(),
             influence,
         }
@@ -133,6 +151,11 @@ impl InstantCells {
         product.displacement(forces, out);
     }
 
+    /// Tells whether products in single precision are taken for parts of the window of such a length.
+    pub fn has_part(&self, columns: usize) -> bool {
+        self.single.iter().any(|product| product.columns() == columns)
+    }
+
     /// The least length of a part of the window that products in single precision are taken for, at least this.
     pub fn part(&self, columns: usize) -> usize {
         self.single.iter().map(CellProduct::columns).rfind(|part| *part >= columns).unwrap_or(self.columns())
@@ -145,6 +168,11 @@ impl InstantCells {
             self.work += product.work();
             product.displacement(forces, out);
         }
+    }
+
+    /// Returns the most that forces of so much by column lower a cell of a column.
+    pub fn lowering(&self, column: usize, forces: impl Iterator<Item = (usize, f64)>) -> f64 {
+        forces.map(|(other, force)| self.lowered[column.abs_diff(other)] * force).sum()
     }
 
     /// Adds to u what one force does, to single precision, on the first cells of the window.

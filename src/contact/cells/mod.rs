@@ -16,6 +16,7 @@
 //! and weight whatever component of C they are asked for, a [`WavePast`](past::WavePast) is a component's, and poles
 //! shared by several have one more list of residues, as those of slices have.
 
+mod along_ring;
 pub mod direct;
 mod fewer_poles;
 mod gradients;

@@ -17,7 +17,7 @@ use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::transform::{Transform, Wave, product, times, unit, waves};
+use super::transform::{Transform, Wave, lanes, product, times, unit, waves};
 use crate::counters::Work;
 use crate::numeric::{Aligned, Element, transform_length, transform_multiply_adds};
 use crate::tyre::influence::CellInfluence;
@@ -54,18 +54,6 @@ pub struct CellProduct<R> {
     norm_bound: f64,
 }
 
-/// Numbers to a vector on this machine.
-struct Width<R>(std::marker::PhantomData<R>);
-
-impl<R: Element> WithSimd for Width<R> {
-    type Output = usize;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> usize {
-        R::lanes::<S>()
-    }
-}
-
 impl<R: Element> CellProduct<R> {
     /// From T, columns x across, and H, columns x (2 across - 1).
     pub fn new(columns: usize, across: usize, toeplitz: &[f64], hankel: &[f64]) -> Self {
@@ -83,7 +71,7 @@ impl<R: Element> CellProduct<R> {
         let half_length = |cells: usize| transform_length(2 * cells) / 2;
         let (p, q) = (half_length(columns), half_length(across));
         let arch = Arch::new();
-        let width = arch.dispatch(Width::<R>(std::marker::PhantomData));
+        let width = lanes::<R>(arch);
         let (p_padded, padded) = (p.next_multiple_of(MOST), across.next_multiple_of(MOST));
         let room = |numbers: usize| Aligned::<R>::new(numbers);
         let (whole_t, whole_h) = (2 * q * p_padded, 4 * q * p_padded);
@@ -305,14 +293,16 @@ impl<R: Element> WithSimd for Multiply<'_, R> {
             if j >= across {
                 break;
             }
-            let from = waves::<R, S>(first);
+            // The transform ends where the waves are kept.
+            let (own, room) = (&mut spectrum[..2 * p * width], &mut first[..2 * p * width]);
+            let [begin, end] = if this.along.ends_where_it_begins() { [own, room] } else { [room, own] };
+            let from = waves::<R, S>(begin);
             for ((row, &[re, im]), from) in forces.chunks_exact(across).zip(&this.shift_along).zip(&mut *from) {
                 let force = R::load(simd, &row[j..]);
                 *from = [R::mul(simd, R::splat(simd, re), force), R::mul(simd, R::splat(simd, im), force)];
             }
             from[columns..p].fill([zero; 2]);
-            let [result, _] = this.along.run(simd, first, second);
-            waves::<R, S>(spectrum)[..p].copy_from_slice(&waves::<R, S>(result)[..p]);
+            this.along.run(simd, begin, end);
         }
         let turned = this.turned.part(0, 2 * p_padded * padded);
         turn_by(width, spectrum, p_padded, turned, padded);

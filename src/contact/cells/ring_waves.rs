@@ -23,8 +23,8 @@ use crate::tyre::poles::Modes;
 use crate::tyre::poles::cells::CellModel;
 
 /// Widest vectors of a tile: its rows are long enough for the processor to read ahead, and some fit into its nearest
-/// memory together.
-const TOGETHER: usize = 32;
+/// memory together. Odd: rows a power of two apart would take each other's places there.
+const TOGETHER: usize = 31;
 
 /// One ring: the waves that it carries.
 pub struct RingParts<'m, N: WaveNumber = f64> {
@@ -331,8 +331,10 @@ impl<N: Element, R: Recursion> Block<'_, N, R> {
 fn copy<A: Copy, B: Copy>(from: &[A], to: &mut [B], number: impl Fn(A) -> B) {
     const PIECE: usize = 8;
     for (from, to) in from.as_chunks::<PIECE>().0.iter().zip(to.as_chunks_mut::<PIECE>().0) {
-        for (from, to) in from.iter().zip(to) {
-            *to = number(*from);
+        // Read before any is written, so that the compiler may take them together.
+        let from = *from;
+        for place in 0..PIECE {
+            to[place] = number(from[place]);
         }
     }
 }

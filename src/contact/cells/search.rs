@@ -6,7 +6,9 @@
 //!    on the part of the window that the forces and all d > 0 are in;
 //! 2. u = G F in double precision, everywhere; the end, if the conditions are met, else again from there, on a longer
 //!    part if they are missed beyond it;
-//!    Where the tolerance is at least [`SINGLE`], single precision is exact enough for that;
+//!    Where the tolerance is at least [`SINGLE`], single precision is exact enough: the end is where 1. ends, if a bound
+//!    of what all forces may lower the cells beyond the part keeps these off the road. u = G F is looked at where the
+//!    part is another than that of the instant before, some columns later;
 //! 3. where that does not at least halve what is missing, not even in a direction begun anew, proportioning in double
 //!    precision takes over (module `proportioning`), which always ends. Uses are counted.
 //!
@@ -26,6 +28,7 @@ use super::instant::InstantCells;
 use super::proportioning::Proportioning;
 use crate::counters::Work;
 use crate::numeric::largest_or_zero;
+use crate::storage::state::{StateError, fill};
 
 /// How far the contact conditions are missed, at worst, relative to the largest required displacement and force.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
@@ -57,12 +60,22 @@ pub struct CellCounts {
     pub work: Work,
 }
 
+/// State of a [`CellSearch`].
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct CellSearchState {
+    counts: CellCounts,
+    found: Range<usize>,
+    displacement: Vec<f64>,
+}
+
 /// Cells that are looked at side by side.
 const LANES: usize = 8;
 /// Tolerance from which on all of a search is in single precision, its looks at u = G F too.
 pub const SINGLE: f64 = 1e-6;
 /// Part of such a tolerance that is gone for: rounding has the rest.
 const SINGLE_BELOW: f64 = 0.7;
+/// Columns on either side of the cells that may touch for which u is found, too. The next of them touch first.
+pub const MARGIN: usize = 4;
 /// Digits that single precision is trusted with at a time.
 const DIGITS: f64 = 1e-5;
 /// Part of the tolerance that single precision goes for.
@@ -87,10 +100,14 @@ pub struct CellSearch {
     proportioning: Proportioning,
     required: Vec<f64>,
     displacement: Vec<f64>,
+    /// Forces by column.
+    of_columns: Vec<f64>,
     /// Forces and displacements to single precision; unused below [`SINGLE`].
     single: [Vec<f32>; 2],
-    /// Cells from the first on whose `displacement` is that of the forces that come in as the next guess.
-    known: usize,
+    /// Cells whose `displacement` is that of the last forces; 0 elsewhere.
+    found: Range<usize>,
+    /// Cells whose `displacement` is that of the forces that come in as the next guess.
+    known: Range<usize>,
     /// True if the last search has ended without the forces.
     is_unsettled: bool,
 }
@@ -108,8 +125,10 @@ impl CellSearch {
             proportioning: Proportioning::new(cells.cells()),
             required: zeros(),
             displacement: zeros(),
+            of_columns: vec![0.0; cells.columns()],
             single: [single(), single()],
-            known: 0,
+            found: 0..cells.cells(),
+            known: 0..0,
             is_unsettled: false,
             cells,
         }
@@ -125,7 +144,8 @@ impl CellSearch {
         &mut self.cells
     }
 
-    /// u = G F of the last solution.
+    /// u = G F of the last solution, where cells touch and [`MARGIN`] columns on either side at least; where it is not
+    /// looked for it is 0.
     pub fn displacement(&self) -> &[f64] {
         &self.displacement
     }
@@ -140,18 +160,34 @@ impl CellSearch {
         CellCounts { work: self.cells.work(), ..self.counts }
     }
 
-    /// Goes on from the counters and the last solution of an equal search.
-    pub fn restore(&mut self, counts: CellCounts, forces: &[f64]) {
-        self.counts = counts;
-        self.look(forces);
+    /// Takes down what the next search begins with beside the forces.
+    pub fn save(&self) -> CellSearchState {
+        CellSearchState { counts: self.counts(), found: self.found.clone(), displacement: self.displacement.clone() }
+    }
+
+    /// Goes on from the state of an equal search.
+    ///
+    /// # Errors
+    /// [`StateError`].
+    pub fn restore(&mut self, state: &CellSearchState) -> Result<(), StateError> {
+        let CellSearchState { counts, found, displacement } = state;
+        if found.start > found.end || found.end > displacement.len() {
+            return Err(StateError::Value);
+        }
+        fill(&mut self.displacement, displacement)?;
+        (self.counts, self.found) = (*counts, found.clone());
         self.cells.set_work(counts.work);
+        Ok(())
     }
 
     /// The window has moved on by so many cells, and the last solution, which has moved with it and has lost no force,
     /// is the next guess: what it displaces need not be found again.
     pub fn go_on(&mut self, cells: usize) {
-        self.displacement.copy_within(cells.., 0);
-        self.known = self.displacement.len() - cells;
+        if cells > 0 {
+            self.displacement.copy_within(cells.., 0);
+        }
+        let moved = |place: usize| place.saturating_sub(cells);
+        self.known = moved(self.found.start)..moved(self.found.end);
     }
 
     /// Tells whether all is done in single precision.
@@ -178,6 +214,7 @@ impl CellSearch {
         // Side by side and without branches, which every other cell would take the other way.
         let [mut below, mut held] = [[0.0_f64; LANES]; 2];
         let larger = |a: f64, b: f64| if b > a { b } else { a };
+        self.found = 0..forces.len();
         let rows = self.displacement.chunks(LANES).zip(self.required.chunks(LANES));
         for (forces, (u, d)) in forces.chunks(LANES).zip(rows) {
             for (lane, ((&force, &u), &d)) in forces.iter().zip(u).zip(d).enumerate() {
@@ -195,7 +232,8 @@ impl CellSearch {
     pub fn solve(&mut self, required: &[f64], forces: &mut [f64]) -> CellResiduals {
         self.counts.solves += 1;
         self.is_unsettled = false;
-        let known = std::mem::take(&mut self.known);
+        let known = std::mem::replace(&mut self.known, 0..0);
+        self.found = 0..forces.len();
         let largest = largest_or_zero(required);
         if largest.is_infinite() || required.iter().any(|d| d.is_nan()) {
             forces.fill(0.0);
@@ -215,9 +253,13 @@ impl CellSearch {
             *force = kept;
             *own = if d > NOWHERE { d } else { NOWHERE };
         }
-        let required = &self.required;
-        let mut part = self.part(0..0, |cell| forces[cell] > 0.0 || required[cell] > 0.0);
-        if is_kept && part.end <= known {
+        let (margin, d) = (if self.is_single() { MARGIN } else { 0 }, &self.required);
+        let needed = self.columns_of(|cell| forces[cell] > 0.0 || d[cell] > 0.0, margin);
+        let mut part = match self.is_single() && self.holds(&known, &needed) {
+            true => known.clone(),
+            false => self.part(&needed),
+        };
+        if is_kept && known.start <= part.start && part.end <= known.end {
             self.gradients.go_on(&self.required[part.clone()], &self.displacement[part.clone()], true);
         } else {
             // The first look need not be exact.
@@ -233,15 +275,21 @@ impl CellSearch {
             self.counts.iterations += done.iterations;
             self.counts.single_products += done.products;
             self.counts.cuts += done.cuts;
+            if self.is_single() && done.left <= goal_now && self.is_clear_beyond(&part, forces) {
+                return self.end_on(part, f64::from(done.left) / largest);
+            }
             let residuals = self.displace(forces, largest);
             let left = residuals.penetration.max(residuals.complementarity);
             if left <= self.tolerance {
                 return residuals;
             }
-            let before = part.clone();
             let (d, u) = (&self.required, &self.displacement);
-            part = self.part(part, |cell| forces[cell] > 0.0 || u[cell] < d[cell]);
-            let is_same = part == before;
+            let needed = self.columns_of(|cell| forces[cell] > 0.0 || u[cell] < d[cell], 0);
+            let is_same = self.holds(&part, &needed);
+            if !is_same {
+                let across = self.cells.across();
+                part = self.part(&(needed.start.min(part.start / across)..needed.end.max(part.end / across)));
+            }
             let is_slow = left > 0.5 * missing;
             if is_same && is_slow && is_fresh || left.is_nan() {
                 return self.prove(forces, largest);
@@ -254,21 +302,54 @@ impl CellSearch {
         }
     }
 
-    /// The cells of a part of the window, as long as there are products for, that holds those before and all that
-    /// belong to it.
-    fn part(&self, before: Range<usize>, belongs: impl Fn(usize) -> bool) -> Range<usize> {
-        let (across, columns) = (self.cells.across(), self.cells.columns());
-        let mut cells = 0..self.required.len();
-        let (Some(first), Some(last)) = (cells.clone().find(|&cell| belongs(cell)), cells.rfind(|&cell| belongs(cell)))
-        else {
-            return before;
-        };
-        let (mut first, mut end) = (first / across, last / across + 1);
-        if !before.is_empty() {
-            (first, end) = (first.min(before.start / across), end.max(before.end / across));
+    /// Ends a search on a part of the window, conditions missed by so much at most.
+    fn end_on(&mut self, part: Range<usize>, missed: f64) -> CellResiduals {
+        self.displacement[..part.start].fill(0.0);
+        self.displacement[part.end..].fill(0.0);
+        self.gradients.displacement(&self.required[part.clone()], &mut self.displacement[part.clone()]);
+        self.found = part;
+        CellResiduals { tension: 0.0, penetration: missed, complementarity: missed }
+    }
+
+    /// Tells whether no cell beyond a part of the window can touch, whatever forces within it do there.
+    fn is_clear_beyond(&mut self, part: &Range<usize>, forces: &[f64]) -> bool {
+        let Self { cells, required, of_columns, .. } = self;
+        let across = cells.across();
+        let inside = part.start / across..part.end / across;
+        let sums = forces[part.clone()].chunks_exact(across).map(|cells| cells.iter().sum::<f64>());
+        of_columns[inside.clone()].iter_mut().zip(sums).for_each(|(own, sum)| *own = sum);
+        let (of_columns, first) = (&of_columns[inside.clone()], inside.start);
+        let mut columns = required.chunks_exact(across).enumerate();
+        columns.all(|(column, d)| {
+            inside.contains(&column) || largest(d) <= -cells.lowering(column, (first..).zip(of_columns.iter().copied()))
+        })
+    }
+
+    /// The columns with cells that belong, and so many more at either end.
+    fn columns_of(&self, belongs: impl Fn(usize) -> bool, margin: usize) -> Range<usize> {
+        let (across, mut cells) = (self.cells.across(), 0..self.required.len());
+        match (cells.clone().find(|&cell| belongs(cell)), cells.rfind(|&cell| belongs(cell))) {
+            (Some(first), Some(last)) => {
+                (first / across).saturating_sub(margin)..(last / across + 1 + margin).min(self.cells.columns())
+            }
+            _ => 0..0,
         }
-        let length = self.cells.part(end - first);
-        let start = first.saturating_sub((length - (end - first)) / 2).min(columns - length);
+    }
+
+    /// Tells whether a part of the window is one that there are products for, and holds some columns.
+    fn holds(&self, part: &Range<usize>, columns: &Range<usize>) -> bool {
+        let across = self.cells.across();
+        let is_held = part.start <= columns.start * across && columns.end * across <= part.end;
+        (is_held || columns.is_empty()) && self.cells.has_part(part.len() / across)
+    }
+
+    /// The cells of a part of the window, as long as there are products for, that holds some columns: in its middle,
+    /// or, in single precision, at its beginning, since the tyre rolls on.
+    fn part(&self, needed: &Range<usize>) -> Range<usize> {
+        let (across, columns) = (self.cells.across(), self.cells.columns());
+        let length = self.cells.part(needed.len());
+        let before = if self.is_single() { 0 } else { (length - needed.len()) / 2 };
+        let start = needed.start.saturating_sub(before).min(columns - length);
         start * across..(start + length) * across
     }
 
@@ -311,6 +392,16 @@ impl CellSearch {
         self.is_unsettled = residuals.penetration.max(residuals.complementarity) > self.tolerance;
         residuals
     }
+}
+
+/// The largest of some required displacements.
+fn largest(required: &[f64]) -> f64 {
+    let larger = |a: f64, b: f64| if b > a { b } else { a };
+    let mut lanes = [NOWHERE; LANES];
+    for values in required.chunks(LANES) {
+        lanes.iter_mut().zip(values).for_each(|(lane, &value)| *lane = larger(*lane, value));
+    }
+    lanes.into_iter().fold(NOWHERE, larger)
 }
 
 #[cfg(test)]

@@ -218,9 +218,8 @@ fn equal_guesses_give_equal_bits_whatever_was_before() {
     one.solve(&required, &mut a);
     other.solve(&required, &mut b);
     assert!(a.iter().zip(&b).all(|(a, b)| a.to_bits() == b.to_bits()));
-    let counts = one.counts();
-    other.restore(counts, &b);
-    assert_eq!(other.counts(), counts);
+    other.restore(&one.save()).unwrap();
+    assert_eq!(other.counts(), one.counts());
 }
 
 #[test]
@@ -243,14 +242,14 @@ fn time_of_rolling() {
                 let guess = forces.clone();
                 before = search.counts();
                 search.solve(&required, &mut forces);
-                let counts = search.counts();
+                let state = search.save();
                 for _ in 0..100 {
                     forces.copy_from_slice(&guess);
                     let begin = std::time::Instant::now();
                     search.solve(&required, &mut forces);
                     *best = best.min(begin.elapsed().as_secs_f64());
                 }
-                search.restore(counts, &forces);
+                search.restore(&state).unwrap();
             }
             let counts = search.counts();
             println!(
@@ -278,8 +277,23 @@ fn a_coarse_tolerance_is_met_in_single_precision_in_half_of_the_iterations() {
             assert!(forces[..across].iter().all(|force| *force <= 0.0), "the window is too short");
             forces.copy_within(across.., 0);
             forces[(columns - 1) * across..].fill(0.0);
-            let residuals = search.solve(&road.required(columns, across, 1024, step), &mut forces);
+            let required = road.required(columns, across, 1024, step);
+            let residuals = search.solve(&required, &mut forces);
             assert!(residuals.penetration.max(residuals.complementarity) <= tolerance, "{step}: {residuals:?}");
+            // Looked at anew, in double precision: u of the forces, and the conditions that they are said to meet.
+            let mut u = vec![0.0; forces.len()];
+            search.cells_mut().displacement(&forces, &mut u);
+            let found = search.found.clone();
+            assert!(found.len() == u.len() || search.is_single());
+            assert!(
+                difference(&u[found.clone()], &search.displacement()[found])
+                    < 0.2 * tolerance * largest_or_zero(&required)
+            );
+            let touches = |cell: usize| forces[cell] > 0.0;
+            let missed =
+                |cell: usize| if touches(cell) { (u[cell] - required[cell]).abs() } else { required[cell] - u[cell] };
+            let missed = (0..u.len()).map(missed).fold(0.0, f64::max);
+            assert!(missed <= 1.2 * tolerance * largest_or_zero(&required), "{step}: {missed:e}");
             all.push(forces.clone());
         }
         (all, search.counts())
@@ -292,6 +306,6 @@ fn a_coarse_tolerance_is_met_in_single_precision_in_half_of_the_iterations() {
     println!("forces {error:.1e}");
     assert!(error > 1e-9 && error < 1e-4, "{error:e}");
     assert!(2 * counts.iterations < fine.iterations && counts.fallbacks == 0);
-    // One exact look at an instant, but for few.
-    assert!(counts.products < 28 && fine.products > 45, "{} {}", counts.products, fine.products);
+    // No look at all of the window, but for few.
+    assert!(counts.products < 3 && fine.products > 45, "{} {}", counts.products, fine.products);
 }

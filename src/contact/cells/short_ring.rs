@@ -51,9 +51,10 @@ impl Seen {
 
 /// Adds numbers to others that begin so many places later.
 fn add_moved<N: Element>(numbers: &[N], later: i64, out: &mut [f64]) {
-    let skipped = |places: i64| usize::try_from(places).unwrap_or(0);
-    let out = out.iter_mut().skip(skipped(later.saturating_neg()));
-    out.zip(numbers.iter().skip(skipped(later))).for_each(|(out, number)| *out += number.double());
+    let skipped = |places: i64, of: usize| usize::try_from(places).unwrap_or(0).min(of);
+    let (first, skipped) = (skipped(later.saturating_neg(), out.len()), skipped(later, numbers.len()));
+    let (out, numbers) = (&mut out[first..], &numbers[skipped..]);
+    out.iter_mut().zip(numbers).for_each(|(out, number)| *out += number.double());
 }
 
 /// Displacements by the forces of an instant at the next one, in a part of the window that goes with the contact.

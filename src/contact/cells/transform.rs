@@ -1,11 +1,11 @@
 //! Complex Fourier transforms of several sequences side by side, one to a lane of the processor's vectors.
 //!
-//! Stockham's form: passes of radix 8, 4, 2, 3 and 5 between two arrays, each of which leaves its part of the order
+//! Stockham's form: passes of radix 8, 4, 2, 3 and 5, and of what is left of other lengths, between two arrays, each of which leaves its part of the order
 //! right, so that nothing is permuted at the end. All lanes take the same factors; nothing is moved between lanes.
 
 use std::f64::consts::TAU;
 
-use pulp::{Simd, WithSimd};
+use pulp::{Arch, Simd, WithSimd};
 
 use crate::numeric::Element;
 
@@ -18,6 +18,25 @@ pub fn waves<R: Element, S: Simd>(values: &mut [R]) -> &mut [Wave<R, S>] {
     R::vectors_mut::<S>(values).as_chunks_mut().0
 }
 
+/// Numbers to a vector on this machine.
+pub fn lanes<R: Element>(arch: Arch) -> usize {
+    arch.dispatch(Width::<R>(std::marker::PhantomData))
+}
+
+struct Width<R>(std::marker::PhantomData<R>);
+
+impl<R: Element> WithSimd for Width<R> {
+    type Output = usize;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> usize {
+        R::lanes::<S>()
+    }
+}
+
+/// Numbers of which there are butterflies.
+const RADICES: [usize; 5] = [8, 4, 2, 3, 5];
+
 /// One pass.
 struct Pass<R> {
     radix: usize,
@@ -25,7 +44,8 @@ struct Pass<R> {
     factors: usize,
     /// Neighbours that share them.
     stride: usize,
-    /// exp(-2 pi i p k / n) for p = 1, ..., factors - 1 and k = 1, ..., radix - 1.
+    /// exp(-2 pi i p k / n) for p = 1, ..., factors - 1 and k = 1, ..., radix - 1; exp(-2 pi i k / radix) of a radix
+    /// without a butterfly.
     twiddles: Vec<[R; 2]>,
 }
 
@@ -187,14 +207,35 @@ impl<R: Element> Pass<R> {
     }
 }
 
+impl<R: Element> Pass<R> {
+    /// The last pass of a length with other prime factors: by definition.
+    #[inline(always)]
+    fn run_by_definition<S: Simd>(&self, simd: S, from: &[Wave<R, S>], to: &mut [Wave<R, S>]) {
+        let Self { radix, stride, twiddles, .. } = self;
+        for (k, to) in to.chunks_exact_mut(*stride).enumerate().take(*radix) {
+            to.copy_from_slice(&from[..*stride]);
+            for (t, from) in from.chunks_exact(*stride).enumerate().take(*radix).skip(1) {
+                let factor = twiddles[k * t % radix];
+                for (sum, value) in to.iter_mut().zip(from) {
+                    *sum = add::<R, S>(simd, *sum, times::<R, S>(simd, *value, factor));
+                }
+            }
+        }
+    }
+}
+
 impl<R: Element> Transform<R> {
-    /// Plans a length without prime factors above 5.
+    /// Plans a length. What is left of it without its factors 2, 3 and 5 is one pass, whose work grows with its square.
     pub fn new(length: usize) -> Self {
         let (mut left, mut stride, mut passes) = (length, 1, Vec::new());
         while left > 1 {
-            let radix = [8, 4, 2, 3, 5].into_iter().find(|radix| left.is_multiple_of(*radix)).unwrap_or(left);
+            let planned = RADICES.into_iter().find(|radix| left.is_multiple_of(*radix));
+            let radix = planned.unwrap_or(left);
             let factors = left / radix;
-            let twiddles = (1..factors).flat_map(|p| (1..radix).map(move |k| unit(p * k, left))).collect();
+            let twiddles = match planned {
+                Some(radix) => (1..factors).flat_map(|p| (1..radix).map(move |k| unit(p * k, left))).collect(),
+                None => (0..radix).map(|k| unit(k, radix)).collect(),
+            };
             passes.push(Pass { radix, factors, stride, twiddles });
             left = factors;
             stride *= radix;
@@ -212,7 +253,12 @@ impl<R: Element> Transform<R> {
     #[inline(always)]
     pub fn run<'a, S: Simd>(&self, simd: S, from: &'a mut [R], to: &'a mut [R]) -> [&'a mut [R]; 2] {
         simd.vectorize(Run { passes: &self.passes, from, to });
-        if self.passes.len().is_multiple_of(2) { [from, to] } else { [to, from] }
+        if self.ends_where_it_begins() { [from, to] } else { [to, from] }
+    }
+
+    /// Tells whether the result is where the numbers were, not in the other array.
+    pub fn ends_where_it_begins(&self) -> bool {
+        self.passes.len().is_multiple_of(2)
     }
 }
 
@@ -235,7 +281,8 @@ impl<R: Element> WithSimd for Run<'_, R> {
                 4 => pass.run::<S, 4>(simd, from, to),
                 2 => pass.run::<S, 2>(simd, from, to),
                 3 => pass.run::<S, 3>(simd, from, to),
-                _ => pass.run::<S, 5>(simd, from, to),
+                5 => pass.run::<S, 5>(simd, from, to),
+                _ => pass.run_by_definition(simd, from, to),
             }
             (from, to) = (to, from);
         }

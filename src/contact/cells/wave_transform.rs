@@ -5,14 +5,14 @@
 //! waves, by a product with these. Cells are material: a cell keeps its place on the ring.
 
 use std::f64::consts::TAU;
-use std::sync::Arc;
 
 use faer::linalg::matmul::matmul;
 use faer::traits::{ComplexField, Conjugate};
 use faer::{Accum, MatMut, MatRef, Par};
 use num_complex::{Complex, Complex64};
-use realfft::{ComplexToReal, FftNum, RealFftPlanner, RealToComplex};
+use realfft::FftNum;
 
+use super::along_ring::AlongRing;
 use crate::counters::Work;
 use crate::numeric::{Element, transform_multiply_adds};
 use crate::tyre::influence::{CellGrid, CellRow};
@@ -26,10 +26,12 @@ impl WaveNumber for f64 {}
 /// Lateral numbers whose shapes are all even, or all odd, about the middle.
 struct Side<R> {
     /// Their rows.
-    rows: Vec<Row<R>>,
-    /// s_m(y_j), m by m, j below the middle; the wave itself where numbers are taken together.
+    rows: Vec<Row>,
+    /// Rows of all fields: twice as many as there are pairs, see [`AlongRing`]. Those behind the last are zeros.
+    height: usize,
+    /// s_m(y_j), row by row, j below the middle; the wave itself where numbers are taken together.
     shapes: Vec<R>,
-    /// Fields across \[rows or half of the cells\] x columns.
+    /// Fields across \[half of the cells, or rows\], column by column.
     cells: Vec<R>,
     waves: Vec<R>,
     /// Rows x real and imaginary parts of the ring's first waves, where they are found by a product.
@@ -37,15 +39,14 @@ struct Side<R> {
 }
 
 /// One lateral number.
-struct Row<R> {
-    /// Where its waves are in the list of all.
-    start: usize,
+#[derive(Clone, Copy)]
+pub(super) struct Row {
+    /// Place of its waves in the list of all.
+    pub start: usize,
     /// Number of the first one on the ring.
-    first: usize,
-    count: usize,
-    field: Vec<R>,
-    spectrum: Vec<Complex<R>>,
-    scratch: Vec<Complex<R>>,
+    pub first: usize,
+    /// Number of waves.
+    pub count: usize,
 }
 
 /// The first waves of a ring on the columns of a window.
@@ -82,7 +83,7 @@ impl<R: WaveNumber> Basis<R> {
     }
 
     /// exp(-2 pi i n first/R) of a row's waves.
-    fn turns<'a>(&'a self, row: &Row<R>, first: usize) -> impl Iterator<Item = Complex<R>> + use<'a, R> {
+    fn turns<'a>(&'a self, row: &Row, first: usize) -> impl Iterator<Item = Complex<R>> + use<'a, R> {
         let ring = self.turns.len();
         (row.first..row.first + row.count).map(move |n| self.turns[n * first % ring])
     }
@@ -94,27 +95,31 @@ impl<R: WaveNumber> Basis<R> {
 }
 
 /// The transforms of one ring.
-pub struct WaveTransform<R: FftNum = f64> {
+pub struct WaveTransform<R = f64> {
     ring: usize,
     columns: usize,
     across: usize,
     waves: usize,
     even: Side<R>,
     odd: Side<R>,
-    basis: Option<Basis<R>>,
-    forward: Arc<dyn RealToComplex<R>>,
-    inverse: Arc<dyn ComplexToReal<R>>,
+    along: Along<R>,
+}
+
+/// Way between the columns of a window and the waves of a ring.
+enum Along<R> {
+    /// By products with the few that it carries.
+    Basis(Basis<R>),
+    /// By transforms.
+    Ring(AlongRing<R>),
 }
 
 impl<R: WaveNumber> WaveTransform<R> {
     /// Between windows of so many columns and the waves of rows on a ring of so many cells.
     pub fn new(grid: &CellGrid, ring: usize, columns: usize, rows: &[CellRow]) -> Self {
-        let mut planner = RealFftPlanner::<R>::new();
-        let (forward, inverse) = (planner.plan_fft_forward(ring), planner.plan_fft_inverse(ring));
-        let scratch = forward.get_scratch_len().max(inverse.get_scratch_len());
         let half = grid.across.div_ceil(2);
         let empty = Vec::new;
-        let side = || Side { rows: Vec::new(), shapes: empty(), cells: empty(), waves: empty(), spectra: empty() };
+        let side =
+            || Side { rows: Vec::new(), height: 0, shapes: empty(), cells: empty(), waves: empty(), spectra: empty() };
         let (mut even, mut odd, zero) = (side(), side(), R::default());
         let mut start = 0;
         for CellRow { m, folded, first, waves } in rows {
@@ -123,24 +128,27 @@ impl<R: WaveNumber> WaveTransform<R> {
             let is_even = (m % 2 == 0) == (grid.waves().first_lateral_number() == 0);
             let side = if is_even { &mut even } else { &mut odd };
             side.shapes.extend((0..half).map(shape));
-            side.rows.push(Row {
-                start,
-                first: *first,
-                count: waves.len(),
-                field: forward.make_input_vec(),
-                spectrum: forward.make_output_vec(),
-                scratch: vec![Complex::new(zero, zero); scratch],
-            });
+            side.rows.push(Row { start, first: *first, count: waves.len() });
             start += waves.len();
         }
         let bins = rows.iter().map(|row| row.first + row.waves.len()).max().unwrap_or(0);
-        let basis = Basis::new(ring, columns, bins);
+        let along = match Basis::new(ring, columns, bins) {
+            Some(basis) => Along::Basis(basis),
+            None => Along::Ring(AlongRing::new(ring)),
+        };
         for side in [&mut even, &mut odd] {
+            let rows = side.rows.len();
+            let (height, bins) = match &along {
+                Along::Basis(basis) => (rows, basis.bins),
+                Along::Ring(along) => (along.height(rows), 0),
+            };
+            side.height = height;
+            side.shapes.resize(height * half, zero);
             side.cells = vec![zero; half * columns];
-            side.waves = vec![zero; side.rows.len() * columns];
-            side.spectra = vec![zero; basis.as_ref().map_or(0, |basis| side.rows.len() * 2 * basis.bins)];
+            side.waves = vec![zero; height * columns];
+            side.spectra = vec![zero; rows * 2 * bins];
         }
-        Self { ring, columns, across: grid.across, waves: start, even, odd, basis, forward, inverse }
+        Self { ring, columns, across: grid.across, waves: start, even, odd, along }
     }
 
     /// Cells of the window.
@@ -156,16 +164,18 @@ impl<R: WaveNumber> WaveTransform<R> {
     /// Returns the work of one way: products across, and transforms or products along.
     pub fn work(&self) -> Work {
         let (mut multiply_adds, mut numbers) = (0.0, self.cells() + 2 * self.waves);
-        for side in [&self.even, &self.odd] {
-            let (rows, bins) = (side.rows.len(), self.basis.as_ref().map_or(0, |basis| basis.bins));
-            multiply_adds += (rows * self.across.div_ceil(2) * self.columns + rows * 2 * bins * self.columns) as f64;
-            if self.basis.is_none() {
-                multiply_adds += 0.5 * rows as f64 * transform_multiply_adds(self.ring);
-            }
-            numbers += side.shapes.len() + 2 * side.cells.len() + 2 * side.waves.len() + 2 * side.spectra.len();
+        for Side { rows, height, shapes, cells, waves, spectra } in [&self.even, &self.odd] {
+            multiply_adds += (height * self.across.div_ceil(2) * self.columns) as f64;
+            multiply_adds += match &self.along {
+                Along::Basis(basis) => (rows.len() * 2 * basis.bins * self.columns) as f64,
+                Along::Ring(_) => 0.5 * *height as f64 * transform_multiply_adds(self.ring),
+            };
+            numbers += shapes.len() + 2 * cells.len() + 2 * waves.len() + 2 * spectra.len();
         }
-        let basis = self.basis.as_ref().map_or(0, |basis| basis.values.len());
-        Work { multiply_adds: multiply_adds as u64, bytes: ((numbers + basis) * size_of::<R>()) as u64 }
+        if let Along::Basis(basis) = &self.along {
+            numbers += basis.values.len();
+        }
+        Work { multiply_adds: multiply_adds as u64, bytes: (numbers * size_of::<R>()) as u64 }
     }
 
     /// Phase of each wave from one element to the next.
@@ -181,101 +191,80 @@ impl<R: WaveNumber> WaveTransform<R> {
 
     /// Forces on the cells of the window that begins with element `first_element`, column by column, to their waves.
     pub fn forward(&mut self, first_element: i64, forces: &[f64], spectrum: &mut [Complex<R>]) {
-        let Self { ring, columns, across, even, odd, basis, forward, .. } = self;
+        let Self { ring, columns, across, even, odd, along, .. } = self;
         let (half, one) = (across.div_ceil(2), R::rounded(1.0));
-        for (column, cells) in forces.chunks_exact(*across).enumerate() {
-            for j in 0..half {
-                let (near, far) = (R::rounded(cells[j]), R::rounded(cells[*across - 1 - j]));
-                let middle = 2 * j + 1 == *across;
-                even.cells[column * half + j] = if middle { near } else { near + far };
-                odd.cells[column * half + j] = if middle { R::default() } else { near - far };
+        let sides = even.cells.chunks_exact_mut(half).zip(odd.cells.chunks_exact_mut(half));
+        for (cells, (even, odd)) in forces.chunks_exact(*across).zip(sides) {
+            let pairs = cells.iter().zip(cells.iter().rev());
+            for ((even, odd), (near, far)) in even.iter_mut().zip(odd).zip(pairs) {
+                let (near, far) = (R::rounded(*near), R::rounded(*far));
+                (*even, *odd) = (near + far, near - far);
+            }
+            if !across.is_multiple_of(2) {
+                even[half - 1] = R::rounded(cells[half - 1]);
             }
         }
         let first = first_element.rem_euclid(*ring as i64) as usize;
-        let before = (*ring - first).min(*columns);
-        for side in [even, odd] {
-            let rows = side.rows.len();
-            let waves = MatMut::from_row_major_slice_mut(&mut side.waves, rows, *columns);
-            let shapes = MatRef::from_row_major_slice(&side.shapes, rows, half);
-            let cells = MatRef::from_column_major_slice(&side.cells, half, *columns);
-            matmul(waves, Accum::Replace, shapes, cells, one, Par::Seq);
-            if let Some(basis) = basis {
-                let waves = MatRef::from_row_major_slice(&side.waves, rows, *columns);
-                let spectra = MatMut::from_row_major_slice_mut(&mut side.spectra, rows, 2 * basis.bins);
-                matmul(spectra, Accum::Replace, waves, basis.matrix().transpose(), one, Par::Seq);
-                for (row, values) in side.rows.iter().zip(side.spectra.chunks_exact(2 * basis.bins)) {
-                    let (values, _) = values[2 * row.first..].as_chunks::<2>();
-                    let out = spectrum[row.start..row.start + row.count].iter_mut();
-                    for ((out, &[re, im]), turn) in out.zip(values).zip(basis.turns(row, first)) {
-                        *out = Complex::new(re, im) * turn;
-                    }
+        for Side { rows, height, shapes, cells, waves, spectra } in [even, odd] {
+            let across_waves = MatMut::from_column_major_slice_mut(waves, *height, *columns);
+            let shapes = MatRef::from_row_major_slice(shapes, *height, half);
+            let cells = MatRef::from_column_major_slice(cells, half, *columns);
+            matmul(across_waves, Accum::Replace, shapes, cells, one, Par::Seq);
+            let basis = match along {
+                Along::Basis(basis) => basis,
+                Along::Ring(along) => {
+                    along.forward(first, rows, waves, spectrum);
+                    continue;
                 }
-                continue;
-            }
-            let waves = &side.waves;
-            side.rows.iter_mut().enumerate().for_each(|(index, row)| {
-                row.field.fill(R::default());
-                let (before_seam, behind_seam) = waves[index * *columns..][..*columns].split_at(before);
-                row.field[first..first + before].copy_from_slice(before_seam);
-                row.field[..behind_seam.len()].copy_from_slice(behind_seam);
-                // Planned lengths: nothing to refuse.
-                let _ = forward.process_with_scratch(&mut row.field, &mut row.spectrum, &mut row.scratch);
-            });
-            for row in &side.rows {
-                spectrum[row.start..row.start + row.count].copy_from_slice(&row.spectrum[row.first..][..row.count]);
+            };
+            let waves = MatRef::from_column_major_slice(waves, *height, *columns);
+            let of_bins = MatMut::from_row_major_slice_mut(spectra, rows.len(), 2 * basis.bins);
+            matmul(of_bins, Accum::Replace, waves, basis.matrix().transpose(), one, Par::Seq);
+            for (row, values) in rows.iter().zip(spectra.chunks_exact(2 * basis.bins)) {
+                let (values, _) = values[2 * row.first..].as_chunks::<2>();
+                let out = spectrum[row.start..row.start + row.count].iter_mut();
+                for ((out, &[re, im]), turn) in out.zip(values).zip(basis.turns(row, first)) {
+                    *out = Complex::new(re, im) * turn;
+                }
             }
         }
     }
 
     /// Adds what waves displace to the cells of the window.
     pub fn add_inverse(&mut self, spectrum: &[Complex<R>], first_element: i64, out: &mut [f64]) {
-        let Self { ring, columns, across, even, odd, basis, inverse, .. } = self;
+        let Self { ring, columns, across, even, odd, along, .. } = self;
         let (half, one) = (across.div_ceil(2), R::rounded(1.0));
         let first = first_element.rem_euclid(*ring as i64) as usize;
-        let before = (*ring - first).min(*columns);
-        for side in [&mut *even, &mut *odd] {
-            let rows = side.rows.len();
-            if let Some(basis) = basis {
-                side.spectra.fill(R::default());
-                for (row, values) in side.rows.iter().zip(side.spectra.chunks_exact_mut(2 * basis.bins)) {
-                    let (values, _) = values[2 * row.first..].as_chunks_mut::<2>();
-                    let waves = spectrum[row.start..row.start + row.count].iter().zip(basis.turns(row, first));
-                    for ((number, value), (wave, turn)) in (row.first..).zip(values).zip(waves) {
-                        let turned = wave * basis.times(number) * turn.conj();
-                        *value = [turned.re, turned.im];
+        for Side { rows, height, shapes, cells, waves, spectra } in [&mut *even, &mut *odd] {
+            match along {
+                Along::Ring(along) => along.inverse(first, rows, spectrum, waves, *height),
+                Along::Basis(basis) => {
+                    spectra.fill(R::default());
+                    for (row, values) in rows.iter().zip(spectra.chunks_exact_mut(2 * basis.bins)) {
+                        let (values, _) = values[2 * row.first..].as_chunks_mut::<2>();
+                        let waves = spectrum[row.start..row.start + row.count].iter().zip(basis.turns(row, first));
+                        for ((number, value), (wave, turn)) in (row.first..).zip(values).zip(waves) {
+                            let turned = wave * basis.times(number) * turn.conj();
+                            *value = [turned.re, turned.im];
+                        }
                     }
+                    let waves = MatMut::from_column_major_slice_mut(waves, *height, *columns);
+                    let spectra = MatRef::from_row_major_slice(spectra, rows.len(), 2 * basis.bins);
+                    matmul(waves, Accum::Replace, spectra, basis.matrix(), one, Par::Seq);
                 }
-                let waves = MatMut::from_row_major_slice_mut(&mut side.waves, rows, *columns);
-                let spectra = MatRef::from_row_major_slice(&side.spectra, rows, 2 * basis.bins);
-                matmul(waves, Accum::Replace, spectra, basis.matrix(), one, Par::Seq);
             }
-            for row in side.rows.iter_mut().filter(|_| basis.is_none()) {
-                row.spectrum.fill(Complex::new(R::default(), R::default()));
-                row.spectrum[row.first..][..row.count].copy_from_slice(&spectrum[row.start..][..row.count]);
-                // The ends of the spectrum of a real field are real.
-                let last = row.spectrum.len() - 1;
-                (row.spectrum[0].im, row.spectrum[last].im) = (R::default(), R::default());
-                let _ = inverse.process_with_scratch(&mut row.spectrum, &mut row.field, &mut row.scratch);
-            }
-            let transformed = side.rows.iter().zip(side.waves.chunks_exact_mut(*columns));
-            for (row, waves) in transformed.filter(|_| basis.is_none()) {
-                let (before_seam, behind_seam) = waves.split_at_mut(before);
-                before_seam.copy_from_slice(&row.field[first..first + before]);
-                behind_seam.copy_from_slice(&row.field[..behind_seam.len()]);
-            }
-            let cells = MatMut::from_column_major_slice_mut(&mut side.cells, half, *columns);
-            let shapes = MatRef::from_row_major_slice(&side.shapes, rows, half);
-            let waves = MatRef::from_row_major_slice(&side.waves, rows, *columns);
+            let cells = MatMut::from_column_major_slice_mut(cells, half, *columns);
+            let shapes = MatRef::from_row_major_slice(shapes, *height, half);
+            let waves = MatRef::from_column_major_slice(waves, *height, *columns);
             matmul(cells, Accum::Replace, shapes.transpose(), waves, one, Par::Seq);
         }
-        for (column, cells) in out.chunks_exact_mut(*across).enumerate() {
-            for j in 0..half {
-                let (symmetric, skew) = (even.cells[column * half + j], odd.cells[column * half + j]);
-                cells[j] += (symmetric + skew).double();
-                if 2 * j + 1 < *across {
-                    cells[*across - 1 - j] += (symmetric - skew).double();
-                }
-            }
+        let sides = even.cells.chunks_exact(half).zip(odd.cells.chunks_exact(half));
+        for (cells, (even, odd)) in out.chunks_exact_mut(*across).zip(sides) {
+            // The middle one of an odd number of cells belongs to the near half.
+            let (near, far) = cells.split_at_mut(half);
+            near.iter_mut().zip(even.iter().zip(odd)).for_each(|(out, (even, odd))| *out += (*even + *odd).double());
+            let mirrored = far.iter_mut().rev().zip(even.iter().zip(odd));
+            mirrored.for_each(|(out, (even, odd))| *out += (*even - *odd).double());
         }
     }
 }

@@ -191,8 +191,10 @@ impl Zone for CellZone {
         if self.forces[..moved].iter().all(|force| *force <= 0.0) {
             self.search.go_on(moved);
         }
-        self.forces.copy_within(moved.., 0);
-        self.forces[cells - moved..].fill(0.0);
+        if moved > 0 {
+            self.forces.copy_within(moved.., 0);
+            self.forces[cells - moved..].fill(0.0);
+        }
         self.first_element = first_element;
         let relative = self.search.solve(&self.required, &mut self.forces);
         if self.search.is_unsettled() {
@@ -240,17 +242,16 @@ impl Zone for CellZone {
 
     fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
         state.put(&self.past.save())?;
-        state.put(&self.search.counts())?;
+        state.put(&self.search.save())?;
         state.put(&self.forces)?;
         state.put(&self.first_element)
     }
 
     fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
         self.past.restore(&state.take()?)?;
-        let counts: CellCounts = state.take()?;
+        let search = state.take()?;
         fill(&mut self.forces, &state.take::<Vec<f64>>()?)?;
         self.first_element = state.take()?;
-        self.search.restore(counts, &self.forces);
-        Ok(())
+        self.search.restore(&search)
     }
 }

@@ -10,8 +10,9 @@ use crate::road::Lattice;
 
 /// Products with the influence between a block's cells that its approaches take, with what goes with them (measured).
 const PRODUCTS: f64 = 300.0;
-/// Bytes of a block for each of its cells: tables of products of many lengths, forces, displacements (measured).
-const CELL_BYTES: f64 = 1800.0;
+/// Bytes of a block for each of its cells: tables of products of many lengths, forces, displacements (measured, N = 256
+/// to 1024).
+const CELL_BYTES: f64 = 1200.0;
 
 impl Plan {
     /// Elements of a block's own, and all that it presses.

@@ -13,7 +13,7 @@ use tyrewave::road::maker::StripCurves;
 use tyrewave::road::slices::{SliceBuilder, StiffnessCurve};
 use tyrewave::road::{Limits, RoadSurface};
 use tyrewave::scene::{DEFAULT, Law, LoadedScene, Scene, Tyre};
-use tyrewave::test_models::{CHIP_SEAL, edit, reference, scene, scene_text, with_road};
+use tyrewave::test_models::{CHIP_SEAL, reference, scene, scene_text, with_road};
 use tyrewave::tyre::influence::{CellGrid, CellSums, CellTruncation};
 
 use crate::common::run;
@@ -209,8 +209,9 @@ fn pressed_curves_are_nearer_to_cells_than_springs_are() {
     let seal =
         "kind = \"made\"\nseed = 3\npower_law = { rms = 0.0012, exponent = 2.0, longest = 0.1, shortest = 0.005 }";
     for (name, road) in [("default", "kind = \"made\"\nseed = 1"), ("seal", seal), ("station", &chip)] {
-        let changes = [("numerics.elements", "512"), ("contact.cells_along", "2"), ("contact.cells_across", "57")];
-        let loaded = scene(&edit(&with_road(DEFAULT, road), &changes));
+        let mut loaded = scene(&with_road(DEFAULT, road));
+        let contact = &mut loaded.scene.contact;
+        (contact.cells_along, contact.cells_across) = (Some(ALONG), Some(ACROSS));
         for indentation in [0.0145, 0.005] {
             for crowned in [true, false] {
                 let [springs, pressed] = compared(name, &loaded, indentation, crowned, 3.0);

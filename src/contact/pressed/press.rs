@@ -20,14 +20,15 @@ use super::yielding::Yielding;
 use crate::contact::cells::{CellSearch, InstantCells};
 use crate::road::Lattice;
 
-/// Approaches at which a block is pressed; twice as many change levels by less than 0.1 dB.
+/// Approaches at which a block is pressed. Twice as many change third octaves of the force on a chip seal by up to 0.3
+/// dB, that of 25 mm by 0.7 dB, and what they miss of cells by 0.01 dB on average.
 pub const APPROACHES: usize = 20;
 /// Mean pressure at the last of them \[Pa\]: some three times a tyre's, for single slices carry more than the mean.
 pub const TOP_PRESSURE: f64 = 1e6;
 /// Power of the depths' spacing.
 const CLOSER: f64 = 1.3;
-/// How far cells may be from where they are required to be, relative to the depth; a hundredth of it changes no level
-/// by 0.01 dB.
+/// How far cells may be from where they are required to be, relative to the depth; a thirtieth of it changes no third
+/// octave by 0.1 dB.
 const TOLERANCE: f64 = 3e-4;
 /// First depth that is tried, in thicknesses of the tread, and its growth.
 const FIRST_DEPTH: f64 = 0.015;

@@ -21,7 +21,8 @@ use crate::scene::Tyre;
 use crate::storage::cache::key;
 use crate::storage::{Cache, Cached, Format, Kind};
 
-/// Road that is pressed beyond either end of a block's own slices, in thicknesses of the tread.
+/// Road that is pressed beyond either end of a block's own slices, in thicknesses of the tread: an end is felt four of
+/// them away (p of two blocks then differs by some 0.01 mm, as their approaches do).
 pub const BEYOND: f64 = 10.0;
 /// A block's own slices, in circumferences of the tyre.
 const OWN: f64 = 0.4;

@@ -121,7 +121,8 @@ fn texture(scene: &Scene, decisions: &mut Decisions) -> Decided {
         Slices::Pressed => "the road pressed in three dimensions by the flat tread",
     };
     if scene.contact.slices == Slices::Pressed {
-        let note = "the road is pressed as the tyre comes near, some 0.1 s for each metre, and kept on disk";
+        let note =
+            "the road is pressed as the tyre comes near, half a second for each metre on a slow core, and kept on disk";
         decisions.notes.push(note.to_owned());
     }
     let reason =

@@ -216,7 +216,7 @@ fn table_of_metres() {
         let mut metres = Metres::new(elements);
         // The tables of the press are made once.
         metres.press();
-        let laws: [(&str, fn(&mut Metres) -> f64); 2] = [("winkler", Metres::spring), ("pressed", Metres::press)];
+        let laws = [("winkler", Metres::spring as fn(&mut Metres) -> f64), ("pressed", Metres::press)];
         for (law, make) in laws {
             let begin = thread_seconds();
             let error = (0..METRES).map(|_| make(&mut metres)).fold(0.0, f64::max);

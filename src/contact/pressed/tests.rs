@@ -207,10 +207,7 @@ fn neither_chunks_nor_threads_nor_the_cache_change_a_bit() {
 #[test]
 fn a_road_that_ends_has_curves_to_its_ends() {
     let file = crate::test_models::reference(crate::test_models::CHIP_SEAL);
-    let text = format!(
-        "kind = \"profile\"\nfile = '{}'\nlateral = \"isotropic\"\nat_end = \"refuse\"\nseed = 1",
-        file.display()
-    );
+    let text = format!("kind = \"profile\"\nfile = '{}'\nlateral = \"extruded\"\nat_end = \"refuse\"", file.display());
     let loaded = crate::test_models::scene(&crate::test_models::with_road(crate::scene::PLATE, &text));
     let mut surface = RoadSurface::open(&loaded.scene.road, COARSE, Limits::default()).unwrap();
     let (first, last) = surface.elements().unwrap();

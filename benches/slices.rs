@@ -1,5 +1,5 @@
 //! Stiffness curves of road slices: growing factor against one search per level, curves of springs against sums over
-//! them, scaling in slices and points, threads.
+//! them, scaling in slices and points, threads; a metre of pressed road beside one of springs.
 //!
 //! `cargo bench --bench slices` measures; `-- --table` prints the tables.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]
@@ -11,8 +11,12 @@ use std::time::Instant;
 use criterion::{BenchmarkId, Criterion, Throughput};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use tyrewave::contact::pressed::PressedRoad;
 use tyrewave::half_space::{GrowingContact, LineInfluence};
+use tyrewave::road::maker::StripCurves;
 use tyrewave::road::slices::SliceBuilder;
+use tyrewave::road::{Lattice, Limits, RoadSurface};
+use tyrewave::scene::{DEFAULT, Scene};
 
 mod common;
 #[path = "../tests/suite/line_contact/line_search.rs"]
@@ -156,12 +160,87 @@ fn tables() {
     }
 }
 
+/// The default tyre on its road, metre by metre: pressed curves, and those of springs.
+struct Metres {
+    surface: RoadSurface,
+    pressed: PressedRoad,
+    springs: SliceBuilder,
+    lattice: Lattice,
+    /// Elements of a metre, and the first that was not looked at.
+    elements: usize,
+    next: i64,
+}
+
+impl Metres {
+    /// With so many elements round the tyre, of 2 mm cells.
+    fn new(elements: usize) -> Self {
+        let scene = Scene::from_str(DEFAULT, "scene").expect("the default scene").scene;
+        let (dx, width) = (scene.tyre.circumference / elements as f64, scene.tyre.contact_width);
+        let columns = Lattice::across(width, 2e-3);
+        let lattice = Lattice { dx, along: (dx / 2e-3).round() as usize, dy: width / columns as f64, columns };
+        let radius = scene.tyre.crown_radius.expect("a crown");
+        let crown = (0..columns).map(|column| lattice.y(column).powi(2) / (2.0 * radius)).collect();
+        Self {
+            surface: RoadSurface::open(&scene.road, lattice, Limits::default()).expect("the default road"),
+            pressed: PressedRoad::new(&scene.tyre, lattice, crown).expect("a tread").unkept(),
+            springs: SliceBuilder::winkler(columns).and_then(|law| law.with_lines(lattice.along)).expect("a lattice"),
+            lattice,
+            elements: (1.0 / dx) as usize,
+            next: 0,
+        }
+    }
+
+    /// Largest error of the next metre's pressed curves \[m\].
+    fn press(&mut self) -> f64 {
+        let from = self.next;
+        self.next += self.elements as i64;
+        let curves = self.pressed.curves(&mut self.surface, from..self.next).expect("curves");
+        curves.iter().fold(0.0, |error, curve| error.max(curve.error))
+    }
+
+    /// The same of springs.
+    fn spring(&mut self) -> f64 {
+        let mut heights = vec![0.0; self.elements * self.lattice.cells()];
+        self.surface.heights(self.next, self.elements, &mut heights).expect("heights");
+        self.next += self.elements as i64;
+        let curves = self.springs.build_rows(&heights).expect("curves");
+        curves.iter().fold(0.0, |error, curve| error.max(curve.error))
+    }
+}
+
+fn table_of_metres() {
+    /// Metres that are timed.
+    const METRES: usize = 20;
+    println!("\n| elements | law | ms a metre | largest error, um |\n|---|---|---|---|");
+    for elements in [256, 512, 1024] {
+        let mut metres = Metres::new(elements);
+        // The tables of the press are made once.
+        metres.press();
+        let laws = [("winkler", Metres::spring as fn(&mut Metres) -> f64), ("pressed", Metres::press)];
+        for (law, make) in laws {
+            let begin = thread_seconds();
+            let error = (0..METRES).map(|_| make(&mut metres)).fold(0.0, f64::max);
+            let time = 1e3 * (thread_seconds() - begin) / METRES as f64;
+            println!("| {elements} | {law} | {time:.1} | {:.2} |", 1e6 * error);
+        }
+    }
+}
+
 /// S(y) of independent springs, summed over them.
 fn summed_springs(depths: &[f64], y: f64) -> f64 {
     depths.iter().map(|depth| (y - depth).max(0.0)).sum::<f64>() / depths.len() as f64
 }
 
 fn measure(criterion: &mut Criterion) {
+    for elements in [256, 512] {
+        let mut metres = Metres::new(elements);
+        metres.press();
+        let mut group = criterion.benchmark_group(format!("a metre of road, N = {elements}"));
+        group.sample_size(10).throughput(Throughput::Elements(1));
+        group.bench_function("springs", |bencher| bencher.iter(|| metres.spring()));
+        group.bench_function("pressed", |bencher| bencher.iter(|| metres.press()));
+        group.finish();
+    }
     const ROWS: usize = 100;
     for points in [20, 40, 80, 160] {
         let line = LineInfluence::love(points, LENGTH, WIDTH / points as f64);
@@ -214,6 +293,7 @@ fn measure(criterion: &mut Criterion) {
 fn main() {
     if std::env::args().any(|argument| argument == "--table") {
         tables();
+        table_of_metres();
         return;
     }
     let mut criterion = Criterion::default().configure_from_args();

@@ -1,6 +1,7 @@
 //! `tyrewave cache`: what is kept on disk for the next run.
 
 use clap::{Args, Subcommand};
+use tyrewave::contact::pressed::KeptBlock;
 use tyrewave::effects::sound::KeptReceiver;
 use tyrewave::results::table::{Report, row, words};
 use tyrewave::storage::{Cache, Cached};
@@ -13,8 +14,9 @@ use super::error::CliError;
 
 const EXAMPLES: &str = "\
 A fitted tyre serves every time step and road at its speed, the waves that are heard of it every road, its transfers \
-to a receiver every road and speed whose patch is as long; all are kept in TYREWAVE_CACHE_DIR, or the platform's cache \
-folder, up to 2 GiB. An entry that is damaged or of another version is rebuilt when it is needed.
+to a receiver every road and speed whose patch is as long, a block of pressed road every run with that tread and those \
+cells; all are kept in TYREWAVE_CACHE_DIR, or the platform's cache folder, up to 2 GiB. An entry that is damaged or of \
+another version is rebuilt when it is needed.
 
 Examples:
   tyrewave cache list
@@ -60,6 +62,7 @@ impl CacheArguments {
                     RationalModel::KIND,
                     CellModel::KIND,
                     CellInfluence::KIND,
+                    KeptBlock::KIND,
                     KeptReceiver::KIND,
                     SurfaceWaves::KIND,
                 ])?;

@@ -6,6 +6,7 @@
 //! - [`complementarity`]: which points touch, and their forces;
 //! - [`cells`]: the same for cells of a zone in three dimensions;
 //! - [`local_compliance`]: how much the tread yields to the texture, by formula and by pressing patches of a road;
+//! - [`pressed`]: curves of slices from pressing the road in three dimensions;
 //! - [`static_contact`]: contact at rest on a smooth road;
 //! - [`axle`]: the axle's height, fixed, held to a load or moving;
 //! - [`march`]: one time step after the other, [`footprint`] what each of them gives;
@@ -21,6 +22,7 @@ pub mod history;
 pub mod kernel;
 pub mod local_compliance;
 pub mod march;
+pub mod pressed;
 mod slices;
 pub mod stability;
 pub mod static_contact;

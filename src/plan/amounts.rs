@@ -231,11 +231,14 @@ impl Amounts {
         }
         let piece = rows.min(CHUNK_ROWS as f64);
         self.hold("cells of a piece of road", 8.0 * piece * lattice.along as f64 * across);
-        let (unit, cells) = match plan.decisions.slices {
-            Slices::HalfSpace => (Unit::HalfSpacePair, rows * lattice.cells() as f64 * across),
-            Slices::Winkler | Slices::None => (Unit::SpringCell, rows * lattice.cells() as f64),
-        };
-        self.add(Stage::Slices, unit, cells, Place::Behind);
+        let cells = rows * lattice.cells() as f64;
+        match plan.decisions.slices {
+            Slices::Pressed if lattice.cells() > 1 => self.pressed(plan, lattice, rows),
+            Slices::HalfSpace => self.add(Stage::Slices, Unit::HalfSpacePair, cells * across, Place::Behind),
+            Slices::Winkler | Slices::Pressed | Slices::None => {
+                self.add(Stage::Slices, Unit::SpringCell, cells, Place::Behind);
+            }
+        }
         self.count(Counter::Slices, rows);
     }
 

@@ -19,6 +19,7 @@ mod foreseen;
 pub mod front;
 pub(crate) mod inflation;
 pub mod models;
+mod pressed;
 pub mod resolution;
 pub mod settle;
 mod smooth_contact;

@@ -16,7 +16,7 @@ use rayon::Yield;
 use thiserror::Error;
 
 use super::error::RoadError;
-use super::slices::{SliceBuilder, SliceError};
+use super::slices::{SliceBuilder, SliceError, StiffnessCurve};
 use super::strip::RoadSlice;
 use super::surface::RoadSurface;
 use crate::counters::{Meter, Stage};
@@ -56,8 +56,19 @@ struct Bench {
 pub enum SliceForm {
     /// A curve.
     Curves(SliceBuilder),
+    /// A curve that takes more of the road than the slice itself.
+    Strips(Box<dyn StripCurves>),
     /// They stay as they are.
     Cells,
+}
+
+/// Maker of curves that depend on the road beside a slice, too.
+pub trait StripCurves: Send + Sync {
+    /// The curves of some elements' slices: the same for an element whatever is asked before, after and with it.
+    ///
+    /// # Errors
+    /// Errors of the road and of its slices.
+    fn curves(&mut self, surface: &mut RoadSurface, elements: Range<i64>) -> Result<Vec<StiffnessCurve>, MakingError>;
 }
 
 /// Where the bench is.
@@ -176,6 +187,11 @@ fn come_back(made: &Receiver<Made>) -> Option<Made> {
 impl Bench {
     fn make(&mut self, rows: Range<i64>) -> Chunk {
         let begin = Instant::now();
+        if let SliceForm::Strips(strips) = &mut self.form {
+            let slices = strips.curves(&mut self.surface, rows);
+            let slices = slices.map(|curves| curves.into_iter().map(RoadSlice::Curve).collect());
+            return Chunk { slices, times: [begin, begin, Instant::now()] };
+        }
         let heights = self.heights(rows);
         let made = Instant::now();
         let slices = heights.map_err(MakingError::from).and_then(|()| self.slices());
@@ -187,6 +203,7 @@ impl Bench {
             SliceForm::Curves(builder) => {
                 Ok(builder.build_rows(&self.heights)?.into_iter().map(RoadSlice::Curve).collect())
             }
+            SliceForm::Strips(_) => Ok(Vec::new()),
             SliceForm::Cells => {
                 let rows = self.heights.chunks_exact(self.surface.lattice().cells());
                 Ok(rows.map(|row| RoadSlice::Heights(row.into())).collect())

@@ -134,6 +134,14 @@ impl RoadSurface {
         }
     }
 
+    /// First and last element that there is road under; `None` when it is endless.
+    pub fn elements(&self) -> Option<(i64, i64)> {
+        match &self.heights {
+            Heights::Measured(road) => road.elements(),
+            _ => None,
+        }
+    }
+
     /// Elements after which the road is the same again, bit for bit; `None` where that is not so.
     pub fn period(&self) -> Option<i64> {
         match &self.heights {

@@ -7,6 +7,7 @@ use crate::contact::complementarity::SliceLaw;
 use crate::contact::kernel::{ContactKernel, EqualBedding, equal_bedding};
 use crate::contact::local_compliance::local_compliance;
 use crate::contact::march::March;
+use crate::contact::pressed::PressedRoad;
 use crate::contact::static_contact::{StaticContact, StaticTyre};
 use crate::counters::{Meter, Stage};
 use crate::effects::{RunError, TyreModels};
@@ -57,9 +58,17 @@ impl ZoneMaker for SliceContact<'_> {
         let Plan { scene, field, .. } = plan;
         let Window { told, columns, surface, at_rest, .. } = window;
         let (numerics, tyre) = (&scene.numerics, &plan.decisions.tyre);
-        let builder = slice_builder(plan.decisions.slices, surface.lattice())?;
-        let builder = builder.with_tolerance(scene.contact.slice_tolerance)?;
+        let pressed = pressed_road(plan, surface.lattice());
+        let spring = pressed.as_ref().map(PressedRoad::spring);
+        let form = match pressed {
+            Some(pressed) => SliceForm::Strips(Box::new(pressed)),
+            None => {
+                let builder = slice_builder(plan.decisions.slices, surface.lattice())?;
+                SliceForm::Curves(builder.with_tolerance(scene.contact.slice_tolerance)?)
+            }
+        };
         let local_compliance = match plan.decisions.slice_coupling {
+            SliceCoupling::Local if spring.is_some() => None,
             SliceCoupling::Local => scene.contact.local_compliance.or_else(|| local_compliance(tyre, surface)),
             SliceCoupling::Explicit | SliceCoupling::Implicit => None,
         };
@@ -79,15 +88,24 @@ impl ZoneMaker for SliceContact<'_> {
             }
             _ => None,
         };
-        let law = slice_law(plan, local_compliance);
+        let law = spring.map_or_else(|| slice_law(plan, local_compliance), SliceLaw::Local);
         Ok(Made {
             march: March::new(told, kernel, law, history, numerics, plan.time_step),
-            form: SliceForm::Curves(builder),
+            form,
             moving,
             local_compliance,
             models: TyreModels { poles: model.filter(|_| plan.decisions.takes_models), waves: None },
         })
     }
+}
+
+/// The pressed curves of a plan's road, where its slices have such ones; a single cell presses flat, by every law.
+fn pressed_road(plan: &Plan, lattice: Lattice) -> Option<PressedRoad> {
+    if plan.decisions.slices != Slices::Pressed || lattice.cells() == 1 {
+        return None;
+    }
+    let crown = (0..lattice.columns).map(|column| plan.crown(lattice.y(column))).collect();
+    PressedRoad::new(&plan.decisions.tyre, lattice, crown)
 }
 
 /// By how much slices yield, given the compliance of the local law \[m/Pa\].
@@ -104,7 +122,7 @@ fn slice_law(plan: &Plan, kappa: Option<f64>) -> SliceLaw {
 /// The maker of a law's stiffness curves on a lattice.
 ///
 /// # Errors
-/// As [`SliceBuilder`]'s constructors.
+/// As [`SliceBuilder`]'s constructors; [`SliceError::Together`] for the law of a pressed road.
 pub fn slice_builder(law: Slices, lattice: Lattice) -> Result<SliceBuilder, SliceError> {
     match law {
         // A single cell presses flat, by every law.
@@ -112,6 +130,7 @@ pub fn slice_builder(law: Slices, lattice: Lattice) -> Result<SliceBuilder, Slic
         Slices::None => SliceBuilder::flat(lattice.columns),
         Slices::Winkler => SliceBuilder::winkler(lattice.columns),
         Slices::HalfSpace => SliceBuilder::half_space(lattice.columns, CELL_LENGTH, lattice.dy),
+        Slices::Pressed => return Err(SliceError::Together),
     }?
     .with_lines(lattice.along)
 }

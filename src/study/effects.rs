@@ -19,7 +19,7 @@ use crate::response::BandLevel;
 use crate::results::summary::RollingResistance;
 use crate::results::table::{csv, optional, row};
 use crate::run::RunError;
-use crate::scene::{AirMotion, LoadedScene, Scene, SliceCoupling, Zone};
+use crate::scene::{AirMotion, LoadedScene, Scene, SliceCoupling, Slices, Zone};
 use crate::study::trial::{Trial, Trials};
 
 /// Longest time rolled for each variant unless asked for \[s\].
@@ -122,7 +122,7 @@ pub fn compare(
     let count = possible.iter().filter(|(_, refusal)| refusal.is_none()).count() as f64;
     let complete = with(&|_| true);
     let kappa = match complete.contact.slice_coupling {
-        _ if complete.contact.zone == Zone::Cells => None,
+        _ if complete.contact.zone == Zone::Cells || complete.contact.slices == Slices::Pressed => None,
         SliceCoupling::Local => complete.contact.local_compliance.or_else(|| formula_for(&complete)),
         SliceCoupling::Explicit | SliceCoupling::Implicit => None,
     };

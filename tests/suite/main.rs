@@ -40,6 +40,7 @@ mod mobility;
 mod performance;
 mod plans;
 mod presets;
+mod pressed;
 mod profile;
 mod readme;
 mod report;

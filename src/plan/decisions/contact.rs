@@ -44,6 +44,7 @@ pub(super) const SLICE_COUPLING: Row = Row {
         scene.contact.slice_coupling = if on { SliceCoupling::Local } else { SliceCoupling::Explicit };
         if !on {
             scene.contact.local_compliance = None;
+            scene.contact.slices = scene.contact.slices.alone();
         }
     }),
     of_cells: false,
@@ -117,7 +118,13 @@ fn texture(scene: &Scene, decisions: &mut Decisions) -> Decided {
         Slices::None => "highest point of each slice",
         Slices::Winkler => "springs all over each slice",
         Slices::HalfSpace => "each line across on an elastic half-space",
+        Slices::Pressed => "the road pressed in three dimensions by the flat tread",
     };
+    if scene.contact.slices == Slices::Pressed {
+        let note =
+            "the road is pressed as the tyre comes near, half a second for each metre on a slow core, and kept on disk";
+        decisions.notes.push(note.to_owned());
+    }
     let reason =
         given(switch, "texture").unwrap_or_else(|| "auto: the road varies across the contact width".to_owned());
     (decisions.slices, decisions.cells_across) = (scene.contact.slices, scene.contact.cells_across);
@@ -148,6 +155,7 @@ fn slice_coupling(scene: &Scene, decisions: &mut Decisions) -> Decided {
     match coupling {
         SliceCoupling::Local => {
             let reason = match scene.contact.local_compliance {
+                _ if decisions.slices == Slices::Pressed => "what pressing the road has shown".to_owned(),
                 Some(kappa) => format!("contact.local_compliance = {kappa:e} m/Pa"),
                 None => "its compliance from the tread's modulus and the road's texture".to_owned(),
             };

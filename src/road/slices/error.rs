@@ -24,6 +24,9 @@ pub enum SliceError {
         /// Value found.
         value: f64,
     },
+    /// A law that takes more of the road than a slice.
+    #[error("the curves of a pressed road are made of the strip as a whole, not slice by slice")]
+    Together,
     /// A grid on which contact cannot be shown to grow only; the curve follower needs that.
     #[error(
         "{columns} cells of {length} m by {pitch} m: rounding hides that contact on the half-space only grows; \

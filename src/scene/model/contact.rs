@@ -109,6 +109,19 @@ fn contact(table: &mut Table<'_>) -> Option<Contact> {
         let owner = "the paper's slice couplings, whose compliance is G0_ii";
         table.refuse(&["local_compliance"], owner, "remove it, or choose slice_coupling = \"local\"");
     }
+    let slices = table.peek("slices", &OneOf::<Slices>::new()).flatten();
+    if slices == Some(Slices::Pressed) {
+        let owner = "slices = \"pressed\", whose curves say all that a slice yields";
+        let right = "remove it, or choose slices = \"winkler\"";
+        table.refuse(&["local_compliance"], owner, right);
+        if matches!(coupling, Some(SliceCoupling::Explicit | SliceCoupling::Implicit)) {
+            return table.complain("slice_coupling", Problem::does_not_belong(owner, right));
+        }
+        if tread == Some(Tread::Bedding) {
+            let wrong = "springs on the carcass do not feel each other, and a road is pressed by a tread that does";
+            return table.complain("tread", Problem::new(wrong, "an elastic tread, or slices = \"winkler\""));
+        }
+    }
     let (elastic, bedding) = ("tread = \"elastic\"", "remove it, or choose tread = \"bedding\"");
     match tread {
         Some(Tread::Elastic) => {
@@ -166,6 +179,16 @@ pub enum Slices {
     Winkler,
     /// Each line of cells across on an elastic half-space.
     HalfSpace,
+    /// The road pressed in three dimensions by the flat tread.
+    Pressed,
+}
+
+impl Slices {
+    /// The law itself, or that of springs for one that other forms of slice coupling and of the tread do not take.
+    #[must_use]
+    pub fn alone(self) -> Self {
+        if self == Self::Pressed { Self::Winkler } else { self }
+    }
 }
 
 /// By how much a slice yields more than the element as a whole.

@@ -33,8 +33,8 @@ keys! {
         width: f64 => LENGTH,
         /// Width b of the contact strip, centred \[m\].
         contact_width: f64 => LENGTH,
-        /// Radius of the tread's crown across \[m\], which spreads the pressure of `zone = "cells"` over the strip;
-        /// level without.
+        /// Radius of the tread's crown across \[m\], which spreads the pressure of `zone = "cells"` and of pressed
+        /// slices over the strip; level without.
         #[serde(skip_serializing_if = "Option::is_none")]
         crown_radius: Option<f64> = None => Optional(CROWN),
         /// Support of the sides.

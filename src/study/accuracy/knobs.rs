@@ -305,7 +305,9 @@ fn laws(scene: &Scene, own: &Settings, reference: &Settings) -> Vec<Knob> {
         };
         Ok(others(&couplings, law.slice_coupling, with))
     };
-    let compliance = if law.slice_coupling == SliceCoupling::Local {
+    let compliance = if law.slices == Slices::Pressed {
+        Err("the curves of a pressed road have none".to_owned())
+    } else if law.slice_coupling == SliceCoupling::Local {
         let kappa = law.local_compliance.or_else(|| formula_for(scene)).ok_or_else(level);
         let with = |kappa: f64| anchor.with(|settings| settings.contact.local_compliance = Some(kappa));
         kappa.map(|kappa| DOUBTS.map(|(name, factor)| (name.to_owned(), with(factor * kappa))).into())

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::plan::decisions::cells_across;
 use crate::road::Lattice;
-use crate::scene::{Contact, History, Numerics, Road, Scene, SliceCoupling, Tread, Zone};
+use crate::scene::{Contact, History, Numerics, Road, Scene, SliceCoupling, Slices, Tread, Zone};
 
 /// The settings of one run of a study; everything else is the scene's.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -51,7 +51,11 @@ impl Settings {
         if contact.zone == Zone::Slices {
             contact.cells_along = Some(Road::cells(scene.tyre.circumference / numerics.elements as f64, cell_length));
         }
-        contact.local_compliance = contact.local_compliance.filter(|_| contact.slice_coupling == SliceCoupling::Local);
+        if contact.tread == Tread::Bedding || contact.slice_coupling != SliceCoupling::Local {
+            contact.slices = contact.slices.alone();
+        }
+        let has_one = contact.slice_coupling == SliceCoupling::Local && contact.slices != Slices::Pressed;
+        contact.local_compliance = contact.local_compliance.filter(|_| has_one);
         if contact.tread != scene.contact.tread {
             // Laws are compared at equal static stiffness.
             (contact.bedding_stiffness, contact.equal_stiffness) = (None, contact.tread == Tread::Uncoupled);

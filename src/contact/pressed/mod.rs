@@ -1,0 +1,18 @@
+//! Slice curves of a road that is pressed as a whole, in three dimensions, by the flat tread: docs/theory.md 7.3.
+//!
+//! - [`flat_tread`]: the tyre's outermost layer on a rigid base, and what forces on its cells and lines displace;
+//! - [`yielding`]: by how much a slice yields under its force, as a concave curve, and as a curve of stiffness;
+//! - [`press`]: a block of road pressed deeper and deeper;
+//! - [`strip`]: the blocks of a road, slice by slice as the tyre reaches them, kept on disk.
+
+pub mod flat_tread;
+pub mod press;
+pub mod strip;
+#[cfg(test)]
+mod tests;
+pub mod yielding;
+
+pub use flat_tread::FlatTread;
+pub use press::Press;
+pub use strip::{KeptBlock, PressedRoad};
+pub use yielding::Yielding;

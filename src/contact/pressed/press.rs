@@ -1,0 +1,160 @@
+//! A block of road pressed by the flat tread, deeper and deeper: forces and yielding of its slices.
+//!
+//! At each approach F >= 0, G F >= d over all cells, d = depth + z - crown, depth counted from where the highest cell
+//! touches: the search for cells in contact. With F_i the sum over a slice, and its highest point z_i less the crown,
+//!
+//! ```text
+//! p_i = depth + z_i - (G_line F)_i,
+//! ```
+//!
+//! G_line the influence of lines ([`line_influence`]) by the same G.
+//!
+//! 1. The depth at which the mean pressure is [`TOP_PRESSURE`], by growing and halving it.
+//! 2. [`APPROACHES`] depths up to there, closer at first, each search from the forces of the one before.
+//! 3. The points of each slice as a concave curve ([`Yielding`]).
+
+use std::ops::Range;
+
+use super::flat_tread::{FlatTread, line_influence};
+use super::yielding::Yielding;
+use crate::contact::cells::{CellSearch, InstantCells};
+use crate::road::Lattice;
+
+/// Approaches at which a block is pressed. Twice as many change third octaves of the force on a chip seal by up to 0.3
+/// dB, that of 25 mm by 0.7 dB, and what they miss of cells by 0.01 dB on average.
+pub const APPROACHES: usize = 20;
+/// Mean pressure at the last of them \[Pa\]: some three times a tyre's, for single slices carry more than the mean.
+pub const TOP_PRESSURE: f64 = 1e6;
+/// Power of the depths' spacing.
+const CLOSER: f64 = 1.3;
+/// How far cells may be from where they are required to be, relative to the depth; a thirtieth of it changes no third
+/// octave by 0.1 dB.
+const TOLERANCE: f64 = 3e-4;
+/// First depth that is tried, in thicknesses of the tread, and its growth.
+const FIRST_DEPTH: f64 = 0.015;
+const GROWTH: f64 = 1.5;
+/// Growths and halvings of the depth.
+const GROWTHS: usize = 40;
+const HALVINGS: usize = 6;
+
+/// A press for blocks of one size.
+pub struct Press {
+    search: CellSearch,
+    lattice: Lattice,
+    /// Height of the tread above its middle by cell across \[m\].
+    crown: Vec<f64>,
+    line: Vec<f64>,
+    first_depth: f64,
+    spring: f64,
+    /// z - crown less the highest of them \[m\]; -infinity without road.
+    relief: Vec<f64>,
+    required: Vec<f64>,
+    forces: Vec<f64>,
+    /// By slice.
+    sums: Vec<f64>,
+}
+
+impl Press {
+    /// A press for blocks of so many elements. `crown`: height of the tread above its middle by cell across \[m\].
+    pub fn new(tread: &FlatTread, lattice: Lattice, crown: Vec<f64>, elements: usize) -> Self {
+        let influence = tread.influence(lattice, elements);
+        let zeros = vec![0.0; elements * lattice.cells()];
+        Self {
+            line: line_influence(&influence, lattice),
+            search: CellSearch::new(InstantCells::new(influence), TOLERANCE),
+            lattice,
+            crown,
+            first_depth: FIRST_DEPTH * tread.thickness(),
+            spring: tread.spring(lattice),
+            relief: zeros.clone(),
+            required: zeros.clone(),
+            forces: zeros,
+            sums: vec![0.0; elements],
+        }
+    }
+
+    /// The work of the searches so far.
+    pub fn counts(&self) -> crate::contact::cells::CellCounts {
+        self.search.counts()
+    }
+
+    /// Presses a block whose cells have these heights \[m\], element by element, -infinity where there is no road, and
+    /// tells how the slices `own` of it yield. No result depends on what was pressed before.
+    pub fn press(&mut self, heights: &[f64], own: Range<usize>) -> Vec<Yielding> {
+        let cells = self.lattice.cells();
+        for (relief, row) in self.relief.chunks_mut(self.lattice.columns).zip(heights.chunks(self.lattice.columns)) {
+            relief.iter_mut().zip(row).zip(&self.crown).for_each(|((relief, z), crown)| *relief = z - crown);
+        }
+        let highest_of = |cells: &[f64]| cells.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let peaks: Vec<f64> = self.relief.chunks(cells).map(highest_of).collect();
+        let highest = highest_of(&peaks);
+        if !highest.is_finite() {
+            return Vec::new();
+        }
+        self.relief.iter_mut().for_each(|relief| *relief -= highest);
+        let top = self.top_depth();
+        let mut points: Vec<Vec<[f64; 2]>> = vec![Vec::with_capacity(APPROACHES); own.len()];
+        let mut held = vec![0.0; own.len()];
+        self.forces.fill(0.0);
+        for approach in 1..=APPROACHES {
+            let depth = top * (approach as f64 / APPROACHES as f64).powf(CLOSER);
+            self.at(depth);
+            for (sum, forces) in self.sums.iter_mut().zip(self.forces.chunks(cells)) {
+                *sum = forces.iter().sum();
+            }
+            for ((place, points), held) in own.clone().zip(&mut points).zip(&mut held) {
+                *held = depth - highest + peaks[place] - self.line_displacement(place);
+                if self.sums[place] > 0.0 {
+                    points.push([self.sums[place], *held]);
+                }
+            }
+        }
+        let curve = |((place, points), held): ((usize, Vec<[f64; 2]>), f64)| {
+            if points.is_empty() {
+                Yielding::held_off(peaks[place], held, self.spring)
+            } else {
+                Yielding::above(peaks[place], &points, self.spring)
+            }
+        };
+        own.zip(points).zip(held).map(curve).collect()
+    }
+
+    /// Presses to a depth \[m\], from the forces that there are; returns their sum \[N\].
+    fn at(&mut self, depth: f64) -> f64 {
+        self.required.iter_mut().zip(&self.relief).for_each(|(required, relief)| *required = depth + relief);
+        self.search.solve(&self.required, &mut self.forces);
+        self.forces.iter().sum()
+    }
+
+    /// Forces \[N\] on the cells of what was pressed last, at a depth \[m\], and their sum.
+    #[cfg(test)]
+    pub(super) fn at_depth(&mut self, depth: f64) -> (&[f64], f64) {
+        let load = self.at(depth);
+        (&self.forces, load)
+    }
+
+    /// The depth at which the mean pressure on what there is of road is the highest that is pressed with \[m\].
+    fn top_depth(&mut self) -> f64 {
+        let there = self.relief.iter().filter(|relief| relief.is_finite()).count();
+        let wanted = TOP_PRESSURE * there as f64 * self.lattice.cell() * self.lattice.dy;
+        let (mut low, mut high) = (0.0, self.first_depth);
+        self.forces.fill(0.0);
+        for _ in 0..GROWTHS {
+            if self.at(high) >= wanted {
+                break;
+            }
+            (low, high) = (high, GROWTH * high);
+        }
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            self.forces.fill(0.0);
+            if self.at(middle) < wanted { low = middle } else { high = middle }
+        }
+        high
+    }
+
+    /// (G_line F) of a slice \[m\].
+    fn line_displacement(&self, place: usize) -> f64 {
+        self.sums.iter().enumerate().map(|(other, force)| self.line[other.abs_diff(place)] * force).sum()
+    }
+}

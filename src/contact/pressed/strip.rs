@@ -1,0 +1,152 @@
+//! The curves of a road's slices as the tyre reaches them: block by block, each block the same whatever is asked
+//! before, after and with it.
+//!
+//! A block presses more road than the slices it is asked for: [`BEYOND`] thicknesses of the tread on either side, so
+//! that each slice is taken from the block in which it is farthest from an end. Blocks stand at fixed places of the
+//! road; one that repeats is pressed in its first period, and beyond its end with its beginning. Where the road ends,
+//! the block has a void.
+
+use std::convert::Infallible;
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+use super::flat_tread::FlatTread;
+use super::press::{APPROACHES, Press, TOP_PRESSURE};
+use super::yielding::Yielding;
+use crate::road::maker::{MakingError, StripCurves};
+use crate::road::slices::{SliceError, StiffnessCurve};
+use crate::road::{Lattice, RoadSurface};
+use crate::scene::Tyre;
+use crate::storage::cache::key;
+use crate::storage::{Cache, Cached, Format, Kind};
+
+/// Road that is pressed beyond either end of a block's own slices, in thicknesses of the tread: an end is felt four of
+/// them away (p of two blocks then differs by some 0.01 mm, as their approaches do).
+pub const BEYOND: f64 = 10.0;
+/// A block's own slices, in circumferences of the tyre.
+const OWN: f64 = 0.4;
+
+/// Elements of a block's own, and beyond them on either side, for a tyre's circumference, its tread's thickness, and
+/// elements of a length \[m\].
+pub fn block_elements(circumference: f64, thickness: f64, element: f64) -> [i64; 2] {
+    let own = OWN * circumference;
+    [own, (BEYOND * thickness).min(0.5 * own)].map(|length| (length / element).round().max(1.0) as i64)
+}
+
+/// How the slices of a block yield, as it is kept on disk.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct KeptBlock(Vec<Yielding>);
+
+impl Cached for KeptBlock {
+    const KIND: Kind =
+        Kind { extension: "pressed", format: Format { magic: b"TWAVEPRS", version: 1, name: "a pressed road" } };
+
+    fn is_sound(&self) -> bool {
+        self.0.iter().all(Yielding::is_sound)
+    }
+}
+
+/// The pressed curves of a road.
+pub struct PressedRoad {
+    tread: FlatTread,
+    lattice: Lattice,
+    crown: Vec<f64>,
+    /// Elements of a block's own.
+    own: i64,
+    /// Elements beyond them on either side.
+    beyond: i64,
+    /// Made when a block is not on disk.
+    press: Option<Press>,
+    is_kept: bool,
+    /// The last block: its first element, and the curves from there on.
+    block: Option<(i64, Vec<StiffnessCurve>)>,
+    heights: Vec<f64>,
+}
+
+impl PressedRoad {
+    /// The road under a tyre's tread; `crown`: height of the tread above its middle by cell across \[m\]. `None` for a
+    /// tyre without layers.
+    pub fn new(tyre: &Tyre, lattice: Lattice, crown: Vec<f64>) -> Option<Self> {
+        let tread = FlatTread::of(tyre)?;
+        let [own, beyond] = block_elements(tyre.circumference, tread.thickness(), lattice.dx);
+        let heights = vec![0.0; (own + 2 * beyond) as usize * lattice.cells()];
+        Some(Self { tread, lattice, crown, own, beyond, press: None, is_kept: true, block: None, heights })
+    }
+
+    /// The same without the cache on disk.
+    #[must_use]
+    pub fn unkept(self) -> Self {
+        Self { is_kept: false, ..self }
+    }
+
+    /// Returns the compliance c \[m/N\] that the curves are told with.
+    pub fn spring(&self) -> f64 {
+        self.tread.spring(self.lattice)
+    }
+
+    /// How the slices of a block yield, `first` its first element, and `count` of them its own.
+    fn yielding(&mut self, surface: &mut RoadSurface, first: i64, count: usize) -> Result<KeptBlock, MakingError> {
+        self.look(surface, first)?;
+        let own = self.beyond as usize..self.beyond as usize + count;
+        let Self { tread, lattice, crown, press, heights, own: all, beyond, .. } = self;
+        let elements = (*all + 2 * *beyond) as usize;
+        let key = key::<KeptBlock>(&(&*tread, &*lattice, &*crown, APPROACHES, TOP_PRESSURE, own.clone(), &*heights));
+        let make = || {
+            let press = press.get_or_insert_with(|| Press::new(tread, *lattice, crown.clone(), elements));
+            Ok::<_, Infallible>(KeptBlock(press.press(heights, own)))
+        };
+        let cache = if self.is_kept { Cache::open().ok() } else { None };
+        let Ok(block) = match (cache, key) {
+            (Some(cache), Ok(key)) => cache.fetch(&key, &mut Vec::new(), make),
+            _ => make(),
+        };
+        Ok(block)
+    }
+
+    /// Reads the heights of a block, -infinity where there is no road.
+    fn look(&mut self, surface: &mut RoadSurface, first: i64) -> Result<(), MakingError> {
+        let cells = self.lattice.cells();
+        let window = first - self.beyond..first + self.own + self.beyond;
+        let (lowest, highest) = surface.elements().unwrap_or((i64::MIN, i64::MAX - 1));
+        let there = window.start.max(lowest)..window.end.min(highest + 1);
+        self.heights.fill(f64::NEG_INFINITY);
+        if there.is_empty() {
+            return Ok(());
+        }
+        let start = (there.start - window.start) as usize * cells;
+        let count = (there.end - there.start) as usize;
+        let heights = &mut self.heights[start..start + count * cells];
+        surface.heights(there.start, count, heights)?;
+        match heights.iter().position(|height| !height.is_finite()) {
+            None => Ok(()),
+            Some(place) => {
+                let (slice, cell) = (place / cells, place % cells);
+                Err(SliceError::Hole { slice, cell, value: heights[place] }.into())
+            }
+        }
+    }
+
+    /// The curve of an element.
+    fn curve(&mut self, surface: &mut RoadSurface, element: i64) -> Result<StiffnessCurve, MakingError> {
+        let period = surface.period();
+        let element = period.map_or(element, |period| element.rem_euclid(period));
+        let first = element.div_euclid(self.own) * self.own;
+        if self.block.as_ref().is_none_or(|(of, _)| *of != first) {
+            // A block at the end of a period has fewer of its own.
+            let end = period.map_or(first + self.own, |period| (first + self.own).min(period));
+            let KeptBlock(slices) = self.yielding(surface, first, (end - first) as usize)?;
+            let spring = self.spring();
+            self.block = Some((first, slices.iter().map(|slice| slice.curve(spring)).collect()));
+        }
+        let place = (element - first) as usize;
+        let curve = self.block.as_ref().and_then(|(_, curves)| curves.get(place)).cloned();
+        curve.ok_or(MakingError::Slices(SliceError::Empty))
+    }
+}
+
+impl StripCurves for PressedRoad {
+    fn curves(&mut self, surface: &mut RoadSurface, elements: Range<i64>) -> Result<Vec<StiffnessCurve>, MakingError> {
+        elements.map(|element| self.curve(surface, element)).collect()
+    }
+}

@@ -1,0 +1,37 @@
+//! Numbers of a road that is pressed.
+
+use super::Plan;
+use super::amounts::{Amounts, Place};
+use super::unit::Unit;
+use crate::contact::pressed::strip::block_elements;
+use crate::counters::Stage;
+use crate::numeric::transform_multiply_adds;
+use crate::road::Lattice;
+
+/// Products with the influence between a block's cells that its approaches take, with what goes with them (measured).
+const PRODUCTS: f64 = 300.0;
+/// Bytes of a block for each of its cells: tables of products of many lengths, forces, displacements (measured, N = 256
+/// to 1024).
+const CELL_BYTES: f64 = 1200.0;
+
+impl Plan {
+    /// Elements of a block's own, and all that it presses.
+    fn block_elements(&self) -> [f64; 2] {
+        let tyre = &self.decisions.tyre;
+        let thickness = tyre.layers.last().map_or(0.0, |tread| tread.thickness);
+        let [own, beyond] = block_elements(tyre.circumference, thickness, self.element);
+        [own as f64, (own + 2 * beyond) as f64]
+    }
+}
+
+impl Amounts {
+    /// The curves of so many elements of a road that is pressed.
+    pub(super) fn pressed(&mut self, plan: &Plan, lattice: Lattice, elements: f64) {
+        let [own, all] = plan.block_elements();
+        let cells = all * lattice.cells() as f64;
+        let product = transform_multiply_adds(4 * cells as usize);
+        let blocks = (elements / own).ceil() + 1.0;
+        self.add(Stage::Slices, Unit::TransformMultiplyAdd, blocks * PRODUCTS * product, Place::Behind);
+        self.hold("a block of road that is pressed", CELL_BYTES * cells);
+    }
+}

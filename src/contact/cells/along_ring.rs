@@ -10,8 +10,18 @@ use num_complex::Complex;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::transform::{Transform, lanes, waves};
-use super::wave_transform::Row;
 use crate::numeric::{Aligned, Element};
+
+/// One lateral number: a row, and its waves.
+#[derive(Clone, Copy)]
+pub(super) struct Row {
+    /// Place of its waves in the list of all.
+    pub start: usize,
+    /// Number of the first one on the ring.
+    pub first: usize,
+    /// Number of waves.
+    pub count: usize,
+}
 
 /// Transforms of one length, with room for one vector of pairs.
 pub(super) struct AlongRing<R> {

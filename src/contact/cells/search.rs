@@ -6,9 +6,9 @@
 //!    on the part of the window that the forces and all d > 0 are in;
 //! 2. u = G F in double precision, everywhere; the end, if the conditions are met, else again from there, on a longer
 //!    part if they are missed beyond it;
-//!    Where the tolerance is at least [`SINGLE`], single precision is exact enough: the end is where 1. ends, if a bound
-//!    of what all forces may lower the cells beyond the part keeps these off the road. u = G F is looked at where the
-//!    part is another than that of the instant before, some columns later;
+//!    Where the tolerance is at least [`SINGLE`], single precision is exact enough: the end is where 1. ends, if a
+//!    bound of what all forces may lower the cells beyond the part keeps these off the road. u = G F is looked at
+//!    where the part is another than that of the instant before, some columns later;
 //! 3. where that does not at least halve what is missing, not even in a direction begun anew, proportioning in double
 //!    precision takes over (module `proportioning`), which always ends. Uses are counted.
 //!

@@ -1,7 +1,8 @@
 //! Complex Fourier transforms of several sequences side by side, one to a lane of the processor's vectors.
 //!
-//! Stockham's form: passes of radix 8, 4, 2, 3 and 5, and of what is left of other lengths, between two arrays, each of which leaves its part of the order
-//! right, so that nothing is permuted at the end. All lanes take the same factors; nothing is moved between lanes.
+//! Stockham's form: passes of radix 8, 4, 2, 3 and 5, and of what is left of other lengths, between two arrays, each of
+//! which leaves its part of the order right, so that nothing is permuted at the end. All lanes take the same factors;
+//! nothing is moved between lanes.
 
 use std::f64::consts::TAU;
 

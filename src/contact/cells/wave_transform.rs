@@ -12,7 +12,7 @@ use faer::{Accum, MatMut, MatRef, Par};
 use num_complex::{Complex, Complex64};
 use realfft::FftNum;
 
-use super::along_ring::AlongRing;
+use super::along_ring::{AlongRing, Row};
 use crate::counters::Work;
 use crate::numeric::{Element, transform_multiply_adds};
 use crate::tyre::influence::{CellGrid, CellRow};
@@ -36,17 +36,6 @@ struct Side<R> {
     waves: Vec<R>,
     /// Rows x real and imaginary parts of the ring's first waves, where they are found by a product.
     spectra: Vec<R>,
-}
-
-/// One lateral number.
-#[derive(Clone, Copy)]
-pub(super) struct Row {
-    /// Place of its waves in the list of all.
-    pub start: usize,
-    /// Number of the first one on the ring.
-    pub first: usize,
-    /// Number of waves.
-    pub count: usize,
 }
 
 /// The first waves of a ring on the columns of a window.

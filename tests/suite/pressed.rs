@@ -65,6 +65,25 @@ fn mistakes_about_pressed_slices_are_answered_with_their_keys() {
 }
 
 #[test]
+fn roads_are_pressed_in_cells_of_two_millimetres_unless_asked_otherwise() {
+    let seal = reference(CHIP_SEAL).display().to_string();
+    let road = format!("kind = \"profile\"\nfile = '{seal}'\nlateral = \"isotropic\"");
+    let of = |contact: &str| {
+        let text = scene_text(256, &road, ROLLING, NUMERICS, &format!("[contact]\n{contact}"));
+        let plan = Plan::of(&scene(&text)).unwrap();
+        (plan.decisions.cells_across.unwrap_or(0), plan.decisions.cells_along.unwrap_or(0), plan)
+    };
+    let (across, along, plan) = of("slices = \"pressed\"");
+    let width = plan.scene.tyre.contact_width;
+    assert!((width / across as f64) <= 2e-3 && (width / across as f64) > 1.9e-3);
+    assert!((plan.element / along as f64) <= 2e-3 && (plan.element / along as f64) > 1e-3);
+    let (across, along, _) = of("slices = \"pressed\"\ncells_across = 20\ncells_along = 3");
+    assert_eq!((across, along), (20, 3));
+    let (across, along, _) = of("slices = \"winkler\"");
+    assert_eq!((across, along), (0, 0));
+}
+
+#[test]
 fn plans_of_a_pressed_road_know_its_work() {
     let plan = Plan::of(&scene(&scene_text(128, MADE, ROLLING, NUMERICS, PRESSED))).unwrap();
     let texture = plan.decisions.rows.iter().find(|row| row.form.contains("pressed")).unwrap();

@@ -128,6 +128,14 @@ fn texture(scene: &Scene, decisions: &mut Decisions) -> Decided {
     let reason =
         given(switch, "texture").unwrap_or_else(|| "auto: the road varies across the contact width".to_owned());
     (decisions.slices, decisions.cells_across) = (scene.contact.slices, scene.contact.cells_across);
+    if scene.contact.slices == Slices::Pressed {
+        // Half of the size takes four times as long, and what is known of files' waves would ask for a fourth.
+        let tyre = &scene.tyre;
+        let element = tyre.circumference / scene.numerics.elements as f64;
+        let default = |cells: Option<usize>, length: f64| cells.or_else(|| Some(Road::cells(length, Road::CELL)));
+        decisions.cells_across = default(decisions.cells_across, tyre.contact_width);
+        decisions.cells_along = default(decisions.cells_along, element);
+    }
     Decided { on: true, form: law.to_owned(), reason }
 }
 

@@ -187,28 +187,23 @@ fn come_back(made: &Receiver<Made>) -> Option<Made> {
 impl Bench {
     fn make(&mut self, rows: Range<i64>) -> Chunk {
         let begin = Instant::now();
-        if let SliceForm::Strips(strips) = &mut self.form {
-            let slices = strips.curves(&mut self.surface, rows);
-            let slices = slices.map(|curves| curves.into_iter().map(RoadSlice::Curve).collect());
-            return Chunk { slices, times: [begin, begin, Instant::now()] };
-        }
-        let heights = self.heights(rows);
+        // Strips read heights by themselves.
+        let heights = if let SliceForm::Strips(_) = self.form { Ok(()) } else { self.heights(rows.clone()) };
         let made = Instant::now();
-        let slices = heights.map_err(MakingError::from).and_then(|()| self.slices());
+        let slices = heights.map_err(MakingError::from).and_then(|()| self.slices(rows));
         Chunk { slices, times: [begin, made, Instant::now()] }
     }
 
-    fn slices(&self) -> Result<Vec<RoadSlice>, MakingError> {
-        match &self.form {
-            SliceForm::Curves(builder) => {
-                Ok(builder.build_rows(&self.heights)?.into_iter().map(RoadSlice::Curve).collect())
-            }
-            SliceForm::Strips(_) => Ok(Vec::new()),
+    fn slices(&mut self, rows: Range<i64>) -> Result<Vec<RoadSlice>, MakingError> {
+        let curves = match &mut self.form {
+            SliceForm::Curves(builder) => builder.build_rows(&self.heights)?,
+            SliceForm::Strips(strips) => strips.curves(&mut self.surface, rows)?,
             SliceForm::Cells => {
                 let rows = self.heights.chunks_exact(self.surface.lattice().cells());
-                Ok(rows.map(|row| RoadSlice::Heights(row.into())).collect())
+                return Ok(rows.map(|row| RoadSlice::Heights(row.into())).collect());
             }
-        }
+        };
+        Ok(curves.into_iter().map(RoadSlice::Curve).collect())
     }
 
     fn heights(&mut self, rows: Range<i64>) -> Result<(), RoadError> {

@@ -48,14 +48,13 @@ impl<R: Element> AlongRing<R> {
 
     /// Brings rows, column by column from place `first` of the ring on, to their waves.
     pub fn forward(&mut self, first: usize, rows: &[Row], field: &[R], spectrum: &mut [Complex<R>]) {
-        let height = self.height(rows.len());
-        let arch = self.arch;
+        let (arch, height) = (self.arch, self.height(rows.len()));
         arch.dispatch(Forward { along: self, first, rows, field, height, spectrum });
     }
 
     /// Brings waves to rows, likewise; of a wave that is its own mirror the real part counts.
-    pub fn inverse(&mut self, first: usize, rows: &[Row], spectrum: &[Complex<R>], field: &mut [R], height: usize) {
-        let arch = self.arch;
+    pub fn inverse(&mut self, first: usize, rows: &[Row], spectrum: &[Complex<R>], field: &mut [R]) {
+        let (arch, height) = (self.arch, self.height(rows.len()));
         arch.dispatch(Inverse { along: self, first, rows, spectrum, field, height });
     }
 }
@@ -205,7 +204,7 @@ mod tests {
             let place = 5 % ring;
             let wave = |n: usize, c: usize| -> [f64; 2] { unit(n * c, ring) };
             along.forward(place, &rows, &field, &mut spectrum);
-            along.inverse(place, &rows, &spectrum, &mut back, height);
+            along.inverse(place, &rows, &spectrum, &mut back);
             for (index, row) in rows.iter().enumerate() {
                 let mut displaced = vec![0.0; columns];
                 for (n, found) in (row.first..).zip(&spectrum[row.start..row.start + row.count]) {

@@ -151,11 +151,6 @@ impl InstantCells {
         product.displacement(forces, out);
     }
 
-    /// Tells whether products in single precision are taken for parts of the window of such a length.
-    pub fn has_part(&self, columns: usize) -> bool {
-        self.single.iter().any(|product| product.columns() == columns)
-    }
-
     /// The least length of a part of the window that products in single precision are taken for, at least this.
     pub fn part(&self, columns: usize) -> usize {
         self.single.iter().map(CellProduct::columns).rfind(|part| *part >= columns).unwrap_or(self.columns())

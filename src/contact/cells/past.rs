@@ -91,11 +91,8 @@ pub fn first_influences(
     rule: TimeRule,
     time_step: f64,
 ) -> Vec<CellInfluence> {
-    let of_stage = |stage: usize| {
-        let values = first_responses(model, rule, time_step, stage);
-        CellInfluence::of_waves(grid, columns, [(part, rows, &values)])
-    };
-    (0..rule.stages()).map(of_stage).collect()
+    let of_stages = first_responses(model, rule, time_step);
+    of_stages.iter().map(|values| CellInfluence::of_waves(grid, columns, [(part, rows, values)])).collect()
 }
 
 impl<N: WaveNumber> WavePast<N> {

@@ -17,7 +17,7 @@ use crate::contact::history::wavenumber_group::WavenumberGroup;
 use crate::counters::Work;
 use crate::numeric::Element;
 use crate::time_rule::TimeRule;
-use crate::time_rule::recursion::{MOST_STAGES, Recursion};
+use crate::time_rule::recursion::Recursion;
 use crate::tyre::influence::{CellInfluence, WaveValues};
 use crate::tyre::poles::Modes;
 use crate::tyre::poles::cells::CellModel;
@@ -365,20 +365,21 @@ const fn kinds(turns: bool) -> usize {
     if turns { 2 } else { 1 }
 }
 
-/// Response of all waves an instant after a force at a stage \[m/N\].
-pub fn first_responses(model: &CellModel, rule: TimeRule, time_step: f64, stage: usize) -> WaveValues {
-    let all = |residues: for<'m> fn(&Modes<'m>) -> &'m [Complex64]| -> Vec<f64> {
-        let of_wave = |wave: usize| {
-            let (modes, mut stages) = (model.modes(wave), [0.0; MOST_STAGES]);
-            add_responses(&modes, residues(&modes), rule, time_step, 1, &mut stages[..rule.stages()]);
-            stages[stage]
-        };
-        (0..model.len()).map(of_wave).collect()
-    };
-    WaveValues {
-        even: all(|modes| modes.residues),
-        odd: if model.turns() { all(|modes| modes.odd) } else { Vec::new() },
+/// Response of all waves an instant after a force, stage by stage \[m/N\].
+pub fn first_responses(model: &CellModel, rule: TimeRule, time_step: f64) -> Vec<WaveValues> {
+    let mut all = vec![WaveValues { even: Vec::new(), odd: Vec::new() }; rule.stages()];
+    let mut responses = vec![0.0; rule.stages()];
+    for modes in (0..model.len()).map(|wave| model.modes(wave)) {
+        for (kind, residues) in [modes.residues, modes.odd].into_iter().enumerate().take(kinds(model.turns())) {
+            responses.fill(0.0);
+            add_responses(&modes, residues, rule, time_step, 1, &mut responses);
+            for (values, &response) in all.iter_mut().zip(&responses) {
+                let of_kind = if kind == 0 { &mut values.even } else { &mut values.odd };
+                of_kind.push(response);
+            }
+        }
     }
+    all
 }
 
 /// Response of all waves one, two, ... instants after a force at a stage, as they are summed; see [`RingWaves`].

@@ -255,10 +255,8 @@ impl CellSearch {
         }
         let (margin, d) = (if self.is_single() { MARGIN } else { 0 }, &self.required);
         let needed = self.columns_of(|cell| forces[cell] > 0.0 || d[cell] > 0.0, margin);
-        let mut part = match self.is_single() && self.holds(&known, &needed) {
-            true => known.clone(),
-            false => self.part(&needed),
-        };
+        let is_held = self.is_single() && self.holds(&known, &needed);
+        let mut part = if is_held { known.clone() } else { self.part(&needed) };
         if is_kept && known.start <= part.start && part.end <= known.end {
             self.gradients.go_on(&self.required[part.clone()], &self.displacement[part.clone()], true);
         } else {
@@ -338,9 +336,9 @@ impl CellSearch {
 
     /// Tells whether a part of the window is one that there are products for, and holds some columns.
     fn holds(&self, part: &Range<usize>, columns: &Range<usize>) -> bool {
-        let across = self.cells.across();
+        let (across, length) = (self.cells.across(), part.len() / self.cells.across());
         let is_held = part.start <= columns.start * across && columns.end * across <= part.end;
-        (is_held || columns.is_empty()) && self.cells.has_part(part.len() / across)
+        (is_held || columns.is_empty()) && self.cells.part(length) == length
     }
 
     /// The cells of a part of the window, as long as there are products for, that holds some columns: in its middle,

@@ -226,7 +226,7 @@ impl<R: WaveNumber> WaveTransform<R> {
         let first = first_element.rem_euclid(*ring as i64) as usize;
         for Side { rows, height, shapes, cells, waves, spectra } in [&mut *even, &mut *odd] {
             match along {
-                Along::Ring(along) => along.inverse(first, rows, spectrum, waves, *height),
+                Along::Ring(along) => along.inverse(first, rows, spectrum, waves),
                 Along::Basis(basis) => {
                     spectra.fill(R::default());
                     for (row, values) in rows.iter().zip(spectra.chunks_exact_mut(2 * basis.bins)) {

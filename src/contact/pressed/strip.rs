@@ -118,13 +118,7 @@ impl PressedRoad {
         let count = (there.end - there.start) as usize;
         let heights = &mut self.heights[start..start + count * cells];
         surface.heights(there.start, count, heights)?;
-        match heights.iter().position(|height| !height.is_finite()) {
-            None => Ok(()),
-            Some(place) => {
-                let (slice, cell) = (place / cells, place % cells);
-                Err(SliceError::Hole { slice, cell, value: heights[place] }.into())
-            }
-        }
+        Ok(SliceError::refuse_holes(heights, cells)?)
     }
 
     /// The curve of an element.

@@ -127,9 +127,7 @@ impl SliceBuilder {
         if heights.len() != self.cells() {
             return Err(SliceError::Cells { cells: self.cells(), found: heights.len() });
         }
-        if let Some(cell) = heights.iter().position(|height| !height.is_finite()) {
-            return Err(SliceError::Hole { slice: 0, cell, value: heights[cell] });
-        }
+        SliceError::refuse_holes(heights, self.cells())?;
         Ok(self.curve(heights, scratch))
     }
 
@@ -208,22 +206,10 @@ impl SliceBuilder {
             return Err(SliceError::Cells { cells, found: heights.len() });
         }
         // Looked for beforehand, so that the first hole is named whichever thread meets one first.
-        if let Some(place) = first_hole(heights) {
-            return Err(SliceError::Hole { slice: place / cells, cell: place % cells, value: heights[place] });
-        }
+        SliceError::refuse_holes(heights, cells)?;
         let slices = heights.par_chunks_exact(cells).with_min_len(LEAST_SLICES);
         Ok(slices.map_init(SliceScratch::default, |scratch, slice| self.curve(slice, scratch)).collect())
     }
-}
-
-/// Place of the first height that is not finite.
-fn first_hole(heights: &[f64]) -> Option<usize> {
-    /// Heights that are looked at together.
-    const BLOCK: usize = 64;
-    let sound = |heights: &[f64]| heights.iter().fold(true, |sound, height| sound & height.is_finite());
-    let block = heights.chunks(BLOCK).position(|heights| !sound(heights))?;
-    let place = heights[block * BLOCK..].iter().position(|height| !height.is_finite())?;
-    Some(block * BLOCK + place)
 }
 
 #[cfg(test)]

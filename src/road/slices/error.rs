@@ -49,3 +49,25 @@ pub enum SliceError {
         value: f64,
     },
 }
+
+impl SliceError {
+    /// Refuses heights, so many cells to a slice, of which one is not finite.
+    ///
+    /// # Errors
+    /// [`SliceError::Hole`] for the first of them.
+    pub fn refuse_holes(heights: &[f64], cells: usize) -> Result<(), Self> {
+        first_hole(heights).map_or(Ok(()), |place| {
+            Err(Self::Hole { slice: place / cells, cell: place % cells, value: heights[place] })
+        })
+    }
+}
+
+/// Place of the first height that is not finite.
+fn first_hole(heights: &[f64]) -> Option<usize> {
+    /// Heights that are looked at together.
+    const BLOCK: usize = 64;
+    let sound = |heights: &[f64]| heights.iter().fold(true, |sound, height| sound & height.is_finite());
+    let block = heights.chunks(BLOCK).position(|heights| !sound(heights))?;
+    let place = heights[block * BLOCK..].iter().position(|height| !height.is_finite())?;
+    Some(block * BLOCK + place)
+}

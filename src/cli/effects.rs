@@ -2,11 +2,12 @@
 
 use clap::Args;
 use tyrewave::counters::Stage;
-use tyrewave::plan::bytes;
+use tyrewave::plan::{Plan, bytes, process_memory};
 use tyrewave::response::BandLevel;
 use tyrewave::results::plots::{Axis, LinePlot, Series};
 use tyrewave::results::table::{Report, Table, aligned};
 use tyrewave::sound::SoundLevels;
+use tyrewave::study::calibration::calibrated;
 use tyrewave::study::effects::{self, Comparison, Effect, LONGEST, Way};
 use tyrewave::study::trial::{LOWEST_BAND, Trial, level_changes};
 
@@ -19,7 +20,8 @@ const EXAMPLES: &str = "\
 Rolls the scene without any effect that can be taken away, with all of them, with each one alone, and with all but \
 one; then tabulates what each effect changes: third-octave levels of the contact force, mean force, length of the \
 patch, rolling resistance, time of the steps, planned memory; where the scene has receivers, radiation is one of the \
-effects, and the levels that are heard with all effects but one stand beside those with all. The largest change and \
+effects, and the levels that are heard with all effects but one stand beside those with all. For slices it tells what \
+contact over cells instead would take. The largest change and \
 the plots are of bands that the scene's settings vouch for.
 
 Results: effects.csv, effects.txt, and the changes of the levels as plots, effects_added.svg and \
@@ -49,6 +51,9 @@ impl EffectsArguments {
         let comparison = effects::compare(&side.loaded, duration, context.interrupt.flag(), &mut progress)?;
         drop(progress);
         let mut report = report(&comparison);
+        if let Some(cells) = effects::over_cells(&side.loaded, duration) {
+            report.text(cells_instead(&comparison.all.plan, &cells, context)?);
+        }
         side.file("effects.txt", report.to_string());
         side.file("effects.csv", comparison.csv());
         for (way, name) in [(Way::Added, "effects_added.svg"), (Way::TakenAway, "effects_taken_away.svg")] {
@@ -60,6 +65,18 @@ impl EffectsArguments {
         report.text("\n");
         side.finish(context, &report)
     }
+}
+
+/// Tells of contact over cells in the place of slices, and of its cost on this machine.
+fn cells_instead(slices: &Plan, cells: &Plan, context: &Context) -> Result<String, CliError> {
+    let costs = calibrated(context.interrupt.flag())?;
+    let [slices, cells] = [slices, cells].map(|plan| plan.forecast(&costs, context.threads, process_memory()));
+    Ok(format!(
+        "\ncells instead, contact.zone = \"cells\": about {:.0} s and {} as planned, {:.0} times the time of slices\n",
+        cells.wall_seconds,
+        bytes(cells.memory),
+        cells.wall_seconds / slices.wall_seconds
+    ))
 }
 
 /// Those that change any level by as much as is shown.

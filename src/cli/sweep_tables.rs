@@ -64,7 +64,10 @@ pub fn write_tables(
         let spectra = spectra(runs);
         if !spectra.is_empty() && (repeated.is_none() || spectra.len() <= MOST_SPECTRA) {
             let title = &format!("Contact force, third octaves: {title}");
-            write(LEVELS, &ThirdOctavePlot { title, quantity: FORCE_LEVEL, spectra, error: None }.to_svg()?)?;
+            write(
+                LEVELS,
+                &ThirdOctavePlot { title, quantity: FORCE_LEVEL, spectra, error: None, slices: vec![] }.to_svg()?,
+            )?;
         }
     }
     Ok(report)

@@ -13,6 +13,7 @@ use crate::contact::static_contact::StaticContact;
 use crate::counters::{Meter, Progress};
 use crate::plan::decisions::Row;
 use crate::plan::{Amounts, Choice, Plan};
+use crate::response::SliceErrors;
 use crate::response::vibration::CarriedWaves;
 use crate::scene::{LoadedScene, Scene, SceneError};
 use crate::tyre::influence::CellInfluence;
@@ -33,8 +34,23 @@ pub struct ContactFacts {
     pub scale: f64,
     /// Spring compliance per element \[m/N\]; 0 without springs.
     pub spring: f64,
-    /// Highest frequency that levels are vouched for \[Hz\]: the plan's, or the road's where that ends before.
+    /// Highest frequency that levels are vouched for \[Hz\], apart from slices: the plan's, or the road's where that
+    /// ends before.
     pub valid_to: f64,
+    /// Errors of contact over slices, where they are known.
+    pub slice_errors: Option<SliceErrors>,
+}
+
+impl ContactFacts {
+    /// Highest frequency that levels of force and vibration are vouched for \[Hz\].
+    pub fn force_valid_to(&self) -> f64 {
+        self.slice_errors.as_ref().map_or(f64::INFINITY, |errors| errors.force_valid_to).min(self.valid_to)
+    }
+
+    /// Highest frequency that levels of sound are vouched for as far as the contact goes \[Hz\].
+    pub fn sound_valid_to(&self) -> f64 {
+        self.slice_errors.as_ref().map_or(f64::INFINITY, |errors| errors.sound_valid_to).min(self.valid_to)
+    }
 }
 
 /// Models of the tyre that the contact has made, where an effect demands them.

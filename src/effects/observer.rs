@@ -7,6 +7,7 @@ use crate::contact::footprint::Footprint;
 use crate::contact::geometry::Geometry;
 use crate::counters::Meter;
 use crate::plan::Plan;
+use crate::response::SliceErrors;
 use crate::results::files::ResultFiles;
 use crate::results::sound::SoundSummary;
 use crate::results::summary::Outcome;
@@ -49,8 +50,10 @@ pub struct End<'a> {
     pub plan: &'a Plan,
     /// Steps recorded.
     pub steps: u64,
-    /// Highest frequency that levels are vouched for \[Hz\].
+    /// Highest frequency that levels of the force are vouched for \[Hz\].
     pub valid_to: f64,
+    /// Errors of contact over slices, where they are known.
+    pub slice_errors: Option<&'a SliceErrors>,
     /// Forces of the last step.
     pub footprint: &'a Footprint,
     /// Where its elements are.

@@ -3,6 +3,7 @@
 use thiserror::Error;
 
 use super::stored::{Spectrum, Stored, StoredError};
+use crate::response::slice_errors::Part;
 use crate::results::PlotError;
 use crate::results::plots::ThirdOctavePlot;
 use crate::results::table::{Table, aligned};
@@ -49,6 +50,8 @@ pub struct LevelTable {
     pub column: &'static str,
     /// Gives the frequency \[Hz\] from which on valid levels have a known error, and the error \[dB\].
     pub error: fn(&Stored) -> Option<(f64, f64)>,
+    /// Gives the error by slices.
+    pub slices: Part,
 }
 
 /// Section of a page; parts of several effects under one heading follow each other.
@@ -88,10 +91,21 @@ pub fn levels(stored: &Stored, quantity: &str, title: &str) -> Result<Vec<Block>
     let of: Vec<&Spectrum> = stored.spectra.iter().filter(|spectrum| spectrum.quantity == quantity).collect();
     let Some(first) = of.first() else { return Ok(Vec::new()) };
     let drawn = of.iter().map(|spectrum| (spectrum.name.as_str(), spectrum.levels.as_slice())).collect();
-    let plot = ThirdOctavePlot { title, quantity: first.quantity, spectra: drawn, error: first.error };
+    let plot = ThirdOctavePlot {
+        title,
+        quantity: first.quantity,
+        spectra: drawn,
+        error: first.error,
+        slices: first.slices.clone(),
+    };
     let error = first.error.map_or(String::new(), |(from, error)| {
         let from = if from > 0.0 { format!(" from {from:.0} Hz on") } else { String::new() };
         format!(" Levels are within {error:.1} dB{from}, as far as the numerical solution goes.")
+    });
+    let valid = |band| first.levels.iter().any(|level| level.band == band && level.valid);
+    let by_slices = first.slices.iter().filter(|(band, _)| valid(*band)).map(|(_, error)| *error).reduce(f64::max);
+    let by_slices = by_slices.map_or(String::new(), |error| {
+        format!(" Contact over slices adds up to {error:.1} dB, beside contact over cells.")
     });
     let rows = first.levels.iter().map(|level| {
         let cells = of.iter().map(|spectrum| {
@@ -105,7 +119,7 @@ pub fn levels(stored: &Stored, quantity: &str, title: &str) -> Result<Vec<Block>
     let header = std::iter::once("Hz".to_owned()).chain(
         of.iter().map(|spectrum| if spectrum.name.is_empty() { "dB".to_owned() } else { spectrum.name.clone() }),
     );
-    let picture = [plot.to_svg()?, format!("{title}. {GREY}{error}")];
+    let picture = [plot.to_svg()?, format!("{title}. {GREY}{error}{by_slices}")];
     Ok(vec![Block::Picture(picture), Block::Levels(aligned(header, rows))])
 }
 

@@ -6,18 +6,18 @@
 //! tests/suite/presets.rs).
 //! `tyrewave study SCENE --check-presets` measures them on any scene.
 
-use crate::scene::{Numerics, Preset, Road, Scene, Slices, TimeRule};
+use crate::scene::{Numerics, Preset, Road, Scene, TimeRule};
 
 /// Lowest third octave that a stated error is about \[Hz\].
 pub const STATED_FROM: f64 = 100.0;
 /// Cells in the shortest wave that is asked for: dense asphalt at 30 km/h, up to 1 kHz, is 5 dB wrong with four.
 const CELLS_IN_A_WAVE: f64 = 11.0;
 
-/// Size of cells of a scene's road for levels up to `highest` \[Hz\], in m: [`Road::cell`], [`Road::CELL`] where it is
-/// pressed, and eleven of them at least in the texture wave that excites it.
+/// Size of cells of a scene's road for levels up to `highest` \[Hz\], in m: that of the law, or [`Road::cell`] and
+/// eleven of them at least in the texture wave that excites it.
 pub fn cell_for(scene: &Scene, highest: f64) -> f64 {
-    let of_road = if scene.contact.slices == Slices::Pressed { Road::CELL } else { scene.road.cell() };
-    of_road.min(scene.rolling.speed() / highest / CELLS_IN_A_WAVE)
+    let resolved = || scene.road.cell().min(scene.rolling.speed() / highest / CELLS_IN_A_WAVE);
+    scene.contact.cell_of_law(&scene.road).unwrap_or_else(resolved)
 }
 
 /// Settings in terms that do not depend on tyre, speed and frequency, with what they are worth.
@@ -119,7 +119,8 @@ impl FrontRow {
 
     /// Widest and longest cell of a scene's road for levels up to `highest` \[Hz\], in m.
     pub fn cell_for(&self, scene: &Scene, highest: f64) -> f64 {
-        self.cell * (cell_for(scene, highest) / Road::CELL)
+        let of_law = scene.contact.cell_of_law(&scene.road);
+        of_law.unwrap_or_else(|| self.cell * (cell_for(scene, highest) / Road::CELL))
     }
 
     /// Relative error of the rule's rate at fmax, phase and damping together: what another rule has to keep.

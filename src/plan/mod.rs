@@ -22,6 +22,7 @@ pub mod models;
 mod pressed;
 pub mod resolution;
 pub mod settle;
+mod slice_error;
 mod smooth_contact;
 #[cfg(test)]
 mod tests;
@@ -36,6 +37,7 @@ pub use unit::{Unit, UnitCosts};
 use std::sync::OnceLock;
 
 use crate::contact::static_contact::StaticContact;
+use crate::response::SliceErrors;
 use crate::response::vibration::{Across, SegmentLayout};
 use crate::road::{Lattice, RoadError};
 use crate::scene::{Axle, History, Numerics, Scene, Tread, Zone};
@@ -86,6 +88,8 @@ pub struct Plan {
     pub fit: FitOptions,
     /// Poles of the model that a cache holds for it; `None`: it is still to be fitted, or none is needed.
     pub kept_poles: Option<usize>,
+    /// Errors of contact over slices on the scene's road, once that is open.
+    pub slice_errors: Option<SliceErrors>,
     /// Frequencies that a cache holds the radiation of \[Hz\].
     pub kept_frequencies: Vec<f64>,
     /// Length of the window whose forces are told over that of a rigid tyre's chord: 1, which no contact outgrows; a
@@ -142,6 +146,7 @@ impl Plan {
             field,
             fit: fit_options(scene, field),
             kept_poles: None,
+            slice_errors: None,
             kept_frequencies: Vec::new(),
             reach: 1.0,
             window: 1.0,

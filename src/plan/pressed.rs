@@ -8,10 +8,11 @@ use crate::counters::Stage;
 use crate::numeric::transform_multiply_adds;
 use crate::road::Lattice;
 
-/// Products with the influence between a block's cells that its approaches take, with what goes with them (measured).
+/// Products with the influence between a block's cells that its approaches take, with what goes with them: an
+/// estimate from the products of some blocks.
 const PRODUCTS: f64 = 300.0;
-/// Bytes of a block for each of its cells: tables of products of many lengths, forces, displacements (measured, N = 256
-/// to 1024).
+/// Bytes of a block for each of its cells: tables of products of many lengths, forces, displacements: an estimate
+/// from the memory of runs with N = 256 to 1024.
 const CELL_BYTES: f64 = 1200.0;
 
 impl Plan {

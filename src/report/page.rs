@@ -101,7 +101,13 @@ fn curves(all: &[Stored], of: &Comparison, spectrum: &SpectrumComparison) -> Res
     let signal = if spectrum.name.is_empty() { String::new() } else { format!(", {}", spectrum.name) };
     let what = spectrum.quantity.split(" [").next().unwrap_or_default();
     let title = format!("{what}{signal}, third octaves");
-    let plot = ThirdOctavePlot { title: &title, quantity: spectrum.quantity, spectra: named().collect(), error: None };
+    let plot = ThirdOctavePlot {
+        title: &title,
+        quantity: spectrum.quantity,
+        spectra: named().collect(),
+        error: None,
+        slices: vec![],
+    };
     let mut pictures = vec![(plot.to_svg()?, format!("{title}. {GREY}"))];
     let Some(first) = found.first().and_then(Option::as_deref) else { return Ok(pictures) };
     let changes = named().skip(1).map(|(name, levels)| {

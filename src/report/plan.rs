@@ -36,6 +36,7 @@ pub fn plan_record(
             "steps": plan.steps,
             "expected": amounts.expected,
         },
+        "slices": plan.slice_errors,
         "work": amounts.work,
         "counters": counters,
         "memory": memory,

@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::effects::stored::{Spectrum, Stored, StoredError, file, read_text};
 use crate::effects::{EFFECTS, Effect, LevelTable};
 use crate::plan::Plan;
-use crate::response::{BandLevel, ThirdOctaveBand};
+use crate::response::{BandLevel, SliceErrors, ThirdOctaveBand};
 use crate::results::read_table::Table;
 use crate::results::summary::{FORMAT, FORMAT_VERSION, SUMMARY_FILE, Summary};
 use crate::scene::LoadedScene;
@@ -51,14 +51,18 @@ impl Stored {
 
     fn read_spectra(&self) -> Result<Vec<Spectrum>, StoredError> {
         let mut all = Vec::new();
-        for LevelTable { file, quantity, column, error } in EFFECTS.into_iter().flat_map(Effect::levels) {
+        for LevelTable { file, quantity, column, error, slices } in EFFECTS.into_iter().flat_map(Effect::levels) {
             let Some(table) = self.table(file)? else { continue };
             let spectra = levels(&table, column).ok_or_else(|| StoredError::Content {
                 path: self.folder.join(file),
                 reason: format!("no table of third octaves with a column {column}"),
             })?;
             let error = error(self);
-            all.extend(spectra.into_iter().map(|(name, levels)| Spectrum { quantity, name, levels, error }));
+            let slices = SliceErrors::by_band(self.summary.contact.slices.as_ref(), *slices);
+            all.extend(spectra.into_iter().map(|(name, levels)| {
+                let slices = slices.clone();
+                Spectrum { quantity, name, levels, error, slices }
+            }));
         }
         Ok(all)
     }
@@ -99,7 +103,7 @@ mod tests {
     #[test]
     fn silence_is_read_as_it_is_written() {
         let band = BandLevel { band: ThirdOctaveBand(-10), mean_square: 0.0, level: f64::NEG_INFINITY, valid: true };
-        let table = Table::parse(&force_levels_csv(&[band])).unwrap();
+        let table = Table::parse(&force_levels_csv(&[band], |_| [None; 2])).unwrap();
         assert_eq!(levels(&table, "level_db_re_1n").unwrap(), [(String::new(), vec![band])]);
     }
 }

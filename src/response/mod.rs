@@ -5,6 +5,7 @@
 //! - [`accumulator`]: a record, sample by sample, to its averaged spectrum;
 //! - [`spectrum`]: powers by frequency that lose nothing, and levels of bands;
 //! - [`third_octave`]: the bands of the standard;
+//! - [`slice_errors`]: how far levels of contact over slices are off;
 //! - [`speed_exponent`]: how a level grows with the speed;
 //! - [`lateral_forces`]: forces on cells, resolved into lateral waves;
 //! - [`vibration`]: the tyre's velocities from the contact forces.
@@ -12,6 +13,7 @@
 pub mod accumulator;
 pub mod lateral_forces;
 pub mod pressure;
+pub mod slice_errors;
 pub mod spectrum;
 pub mod speed_exponent;
 pub mod third_octave;
@@ -19,6 +21,7 @@ pub mod vibration;
 
 pub use accumulator::{SpectrumAccumulator, SpectrumState};
 pub use lateral_forces::LateralForces;
+pub use slice_errors::SliceErrors;
 pub use spectrum::{BandLevel, PowerSpectrum, SpectrumError};
 pub use speed_exponent::SpeedExponent;
 pub use third_octave::ThirdOctaveBand;

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::table::{csv, optional, row};
 use crate::radiation::Body;
-use crate::response::PowerSpectrum;
+use crate::response::{PowerSpectrum, SliceErrors};
 use crate::scene::RadiationQuality;
 use crate::sound::{Air, CoveredBands, SoundLevels};
 
@@ -29,10 +29,10 @@ pub struct ReceiverSpectrum {
 }
 
 /// Third-octave levels: nominal and exact mid-frequency \[Hz\], level \[dB re 20 uPa\], A-weighted level \[dB(A)\], 1
-/// where the run vouches for it and 0 beyond, and how far off the level may be there, empty where that is not known
-/// \[dB\].
-pub fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64) -> String {
-    let header = ["receiver", "nominal_hz", "mid_frequency_hz", "level_db_re_20upa", "level_db_a", "valid", "error_db"];
+/// where the run vouches for it and 0 beyond, how far off the level may be there by the numerical solution and the
+/// sound's way, and by slices; empty where that is not known \[dB\].
+pub fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, slices: Option<&SliceErrors>) -> String {
+    let header = "receiver,nominal_hz,mid_frequency_hz,level_db_re_20upa,level_db_a,valid,error_db,slice_error_db";
     let rows = spectra.iter().flat_map(|ReceiverSpectrum { name, spectrum, error }| {
         let levels = SoundLevels::of(spectrum, lowest..f64::INFINITY);
         let bands = levels.third_octaves.into_iter().zip(levels.a_weighted);
@@ -41,10 +41,11 @@ pub fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64) -> String {
             let valid = f64::from(u8::from(plain.valid));
             let [nominal, middle] = [band.nominal_frequency(), band.mid_frequency()];
             let error = optional(error.of_band(middle).filter(|_| plain.valid));
-            row([name, &nominal, &middle, &plain.level, &weighted.level, &valid, &error])
+            let by_slices = optional(slices.and_then(|slices| slices.sound(band)));
+            row([name, &nominal, &middle, &plain.level, &weighted.level, &valid, &error, &by_slices])
         })
     });
-    csv(header, rows)
+    csv(header.split(','), rows)
 }
 
 /// Narrow-band spectra: frequency \[Hz\] and power spectral density \[Pa^2/Hz\].
@@ -155,7 +156,7 @@ pub struct ReceiverSummary {
     pub level: f64,
     /// The same, A-weighted \[dB(A)\].
     pub level_a: f64,
-    /// How far off that may be \[dB(A)\]: [`SoundError::level_a`].
+    /// How far off that may be \[dB(A)\]: [`SoundError::level_a`], and the largest error by slices of its bands.
     pub level_a_error: f64,
     /// The bands of both levels, of the pass-by and of the files to listen to; absent where the run vouches for none.
     #[serde(default, skip_serializing_if = "Option::is_none")]

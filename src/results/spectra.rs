@@ -15,14 +15,18 @@ pub const FORCE_LEVEL: &str = "Contact force level [dB re 1 N]";
 pub(crate) const LOWEST_FREQUENCY: f64 = 20.0;
 
 /// The file's text. Columns: nominal frequency, exact mid-frequency and edges \[Hz\], mean square \[N^2\], level \[dB
-/// re 1 N\], 1 where the run vouches for the level and 0 beyond. Numbers are written so that reading gives the same
-/// bits; silence has no level, and its cell is empty.
-pub fn force_levels_csv(levels: &[BandLevel]) -> String {
-    let header = "nominal_hz,mid_frequency_hz,lower_edge_hz,upper_edge_hz,mean_square_n2,level_db_re_1n,valid";
+/// re 1 N\], 1 where the run vouches for the level and 0 beyond, the numerical error of the level and that of slices
+/// \[dB\], both from `errors` of a band. Numbers are written so that reading gives the same bits; where there is none
+/// (the level of silence, an error that is not known) the cell is empty.
+pub fn force_levels_csv(levels: &[BandLevel], errors: impl Fn(ThirdOctaveBand) -> [Option<f64>; 2]) -> String {
+    let header = "nominal_hz,mid_frequency_hz,lower_edge_hz,upper_edge_hz,mean_square_n2,level_db_re_1n,valid,error_db,\
+                  slice_error_db";
     let rows = levels.iter().map(|&BandLevel { band, mean_square, level, valid }| {
         let valid = f64::from(u8::from(valid));
         let edges = [band.lower_edge(), band.upper_edge()];
-        [band.nominal_frequency(), band.mid_frequency(), edges[0], edges[1], mean_square, level, valid]
+        let [own, slices] = errors(band).map(|error| error.unwrap_or(f64::NAN));
+        let middle = band.mid_frequency();
+        [band.nominal_frequency(), middle, edges[0], edges[1], mean_square, level, valid, own, slices]
     });
     csv(header.split(','), rows)
 }
@@ -59,7 +63,7 @@ mod tests {
             valid: n < -14,
         };
         let levels = [level(-15, 1.0 / 3.0), level(-14, 0.0), level(-13, 1e-200)];
-        let text = force_levels_csv(&levels);
+        let text = force_levels_csv(&levels, |band| [Some(1.0 / 3.0), (band.0 == -14).then_some(2.0)]);
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         let rows: Vec<Vec<f64>> = reader
             .records()
@@ -67,6 +71,7 @@ mod tests {
             .collect();
         assert_eq!(rows.len(), 3);
         for (row, level) in rows.iter().zip(&levels) {
+            let slices = if level.band.0 == -14 { 2.0 } else { f64::NEG_INFINITY };
             let expected = [
                 level.band.nominal_frequency(),
                 level.band.mid_frequency(),
@@ -75,11 +80,13 @@ mod tests {
                 level.mean_square,
                 level.level,
                 f64::from(u8::from(level.valid)),
+                1.0 / 3.0,
+                slices,
             ];
             assert_eq!(row.iter().map(|x| x.to_bits()).collect::<Vec<_>>(), expected.map(f64::to_bits));
         }
         assert_eq!(read_force_levels(&text).unwrap(), levels);
         assert_eq!(read_force_levels("a,b\n1,2\n"), None);
-        assert!(text.starts_with("nominal_hz,") && text.contains("\n31.5,") && text.contains(",0,,0\n"), "{text}");
+        assert!(text.starts_with("nominal_hz,") && text.contains("\n31.5,") && text.contains(",0,,0,0.33"), "{text}");
     }
 }

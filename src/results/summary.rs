@@ -11,6 +11,7 @@ pub use super::cost::{Cost, Planned};
 use super::error::ResultsError;
 use super::sound::SoundSummary;
 use super::vibration::VibrationSummary;
+use crate::response::SliceErrors;
 use crate::scene::settings_hash;
 
 /// Name of the summary in a results folder.
@@ -167,6 +168,9 @@ pub struct ContactQuality {
     /// kappa \[m/Pa\] of the local law: a slice yields like a spring of compliance kappa/(dx b). `None` by the paper's
     /// laws.
     pub local_compliance: Option<f64>,
+    /// Errors of levels by slices beside those by cells; absent where they are not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slices: Option<SliceErrors>,
     /// Searches that were given up: always 0, or the run has failed.
     pub aborted_searches: u64,
     /// Steps by the number of linear solves that they took.

@@ -1,5 +1,7 @@
 //! The road as the run sees it: heights of the cells under elements, whatever their source.
 
+use std::ops::RangeInclusive;
+
 use super::error::RoadError;
 use super::lattice::Lattice;
 use super::report::{RoadNote, RoadReport};
@@ -12,6 +14,9 @@ use crate::scene::{AtEnd, Road};
 /// Deviation of a made road's level from the one asked for that is worth a note \[dB\]; all deviations are in the
 /// report.
 const WORTH_TELLING: f64 = 1.0;
+
+/// Waves of the macrotexture that slices of the usual cells resolve, third octaves of 4 to 50 mm \[m\].
+const MACROTEXTURE: RangeInclusive<f64> = 0.00355..=0.0562;
 
 /// Limits of opening a road.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -121,6 +126,11 @@ impl RoadSurface {
         matches!(self.heights, Heights::Plane)
     }
 
+    /// Tells whether it is made, of waves of known lengths.
+    pub fn is_made(&self) -> bool {
+        matches!(self.heights, Heights::Drawn { .. })
+    }
+
     /// Returns the findings and actions of opening the road.
     pub fn report(&self) -> &RoadReport {
         &self.report
@@ -176,6 +186,21 @@ impl RoadSurface {
                 Some(wavenumber::of_surface(along, road.is_level_across()))
             }
         }
+    }
+
+    /// Root-mean-square height of the surface's macrotexture \[m\], waves of 4 to 50 mm: of a made road by the bands
+    /// that it has, of a measured one from its heights. `None` for a road without texture. Costs as
+    /// [`Self::mean_wavenumber`].
+    pub fn macrotexture(&self) -> Option<f64> {
+        let mean_square = match &self.heights {
+            Heights::Plane => return None,
+            Heights::Drawn { .. } => {
+                let bands = self.report.bands.iter().filter(|band| MACROTEXTURE.contains(&band.wavelength));
+                bands.map(|band| texture::mean_square(band.fitted)).sum()
+            }
+            Heights::Measured(road) => road.spectrum().energy(1.0 / MACROTEXTURE.end(), 1.0 / MACROTEXTURE.start()),
+        };
+        (mean_square > 0.0).then(|| mean_square.sqrt())
     }
 
     /// Checks that road coordinates `from`..`to` \[m\] are there.

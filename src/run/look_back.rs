@@ -55,6 +55,7 @@ pub(crate) fn summary(
         complementarity: residuals.complementarity,
         slice_error: prepared.road.slice_error(),
         local_compliance: prepared.local_compliance,
+        slices: prepared.contact.slice_errors.clone(),
         aborted_searches: 0,
         solves_per_step: counts.solves_per_step(),
     };

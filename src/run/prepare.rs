@@ -63,6 +63,12 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     warnings.extend(zone.doubt(&surface));
     let excited = surface.report().highest_frequency(plan.speed);
     warnings.extend(excited.and_then(|highest| unexcited(plan, highest)));
+    let slice_errors = plan.slice_errors_on(&surface);
+    let mut notes: Vec<String> = plan.notes().collect();
+    if let Some(errors) = &slice_errors {
+        let (told, missed) = plan.end_of_slices(errors);
+        if missed { &mut warnings } else { &mut notes }.push(told);
+    }
 
     let reach = window_reach(&plan.decisions.axle, at_rest.indentation, surface.highest(), *radius, plan.element);
     let (numerics, around) = (&scene.numerics, plan.decisions.tyre.circumference);
@@ -94,9 +100,10 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
         scale,
         spring: march.spring(),
         valid_to: excited.map_or(plan.valid_to, |excited| plan.valid_to.min(excited)),
+        slice_errors,
     };
     let road = RoadAhead::new(surface, form, strip, elements, reached);
-    Ok(Prepared { march, road, axle, contact, models, local_compliance, notes: plan.notes().collect(), warnings })
+    Ok(Prepared { march, road, axle, contact, models, local_compliance, notes, warnings })
 }
 
 /// Tells of a road that excites nothing above a frequency \[Hz\], where more was wanted of it.
@@ -118,8 +125,12 @@ fn unexcited(plan: &Plan, highest: f64) -> Option<String> {
 /// Whatever can be known to be wrong without running.
 pub fn checked(loaded: &LoadedScene) -> Result<Plan, RunError> {
     loaded.check_time_domain()?;
-    let plan = Plan::of(loaded)?.with_kept_model();
+    let mut plan = Plan::of(loaded)?.with_kept_model();
     plan.check(loaded)?;
-    open_road(loaded, &plan, 0.5 * plan.expected().points * plan.element)?;
+    let (surface, _) = open_road(loaded, &plan, 0.5 * plan.expected().points * plan.element)?;
+    if let Some(errors) = plan.slice_errors_on(&surface) {
+        plan.decisions.notes.push(plan.end_of_slices(&errors).0);
+        plan.slice_errors = Some(errors);
+    }
     Ok(plan)
 }

@@ -266,6 +266,7 @@ impl Simulation {
         let (sound, spectrum) =
             (sound.and_then(|sound| sound.heard().ok()), spectrum.and_then(ForceObserver::spectrum));
         let Self { prepared, meter, .. } = self;
+        let spectrum = spectrum.map(|spectrum| spectrum.valid_to(prepared.contact.force_valid_to()));
         Results {
             steps: self.next_step,
             mean_force: found.outcome.mean_force,
@@ -289,7 +290,8 @@ impl Simulation {
             loaded: &self.loaded,
             plan: &self.plan,
             steps: self.next_step,
-            valid_to: contact.valid_to,
+            valid_to: contact.force_valid_to(),
+            slice_errors: contact.slice_errors.as_ref(),
             footprint: march.footprint(),
             geometry: march.geometry(),
             road: road.slices(),

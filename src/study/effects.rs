@@ -13,6 +13,7 @@ use std::sync::atomic::AtomicBool;
 use crate::contact::ContactError;
 use crate::contact::local_compliance::{DOUBTS, formula_for};
 use crate::counters::Progress;
+use crate::plan::Plan;
 use crate::plan::decisions::Row;
 use crate::planning::rows;
 use crate::response::BandLevel;
@@ -53,6 +54,19 @@ fn set(effect: Effect, scene: &mut Scene, on: bool) {
     if let Some(switch) = effect.switch {
         switch(scene, on);
     }
+}
+
+/// Plans a scene of slices over cells instead, rolled for `duration` \[s\]; `None` of a scene of cells, and of one that
+/// cells cannot have.
+pub fn over_cells(loaded: &LoadedScene, duration: f64) -> Option<Plan> {
+    let mut scene = loaded.scene.clone();
+    let cells = effects().into_iter().find(|effect| is_cells(effect) && scene.contact.zone == Zone::Slices)?;
+    set(cells, &mut scene, true);
+    scene.contact.slices = Slices::default();
+    (scene.contact.cells_along, scene.contact.local_compliance) = (None, None);
+    scene.rolling.duration = duration;
+    let loaded = LoadedScene::from_scene(&scene, "cells").ok()?;
+    Plan::of(&loaded).ok().map(Plan::with_kept_model)
 }
 
 /// Reason why an effect is not looked at in a scene of slices, or of cells.

@@ -48,7 +48,7 @@ fn every_scene_rolls_at_draft_quality() {
         let short =
             ["rolling.warm_up=0.1", "rolling.duration=0.2", "rolling.axle.tolerance=0.5", "outputs.plots=false"];
         settings.extend(short);
-        if name == "cells.toml" {
+        if ["cells.toml", "chip_seal.toml", "sound.toml"].contains(&name.as_str()) {
             settings.push("contact.cells_across=6");
         }
         if name == "sound.toml" {

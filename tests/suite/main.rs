@@ -50,6 +50,7 @@ mod rotation_layers;
 mod sidewall;
 mod sidewall_tyre;
 mod slice_coupling;
+mod slice_errors;
 mod slice_laws;
 mod smooth;
 mod sound;

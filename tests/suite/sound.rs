@@ -211,7 +211,7 @@ fn a_draft_solves_nothing_says_how_far_off_it_is_and_effects_hear_it() {
     let apart = number(&draft, "/receivers/0/level") - number(&full, "/receivers/0/level");
     assert!(apart.abs() < 3.0 && apart.abs() > 1e-6, "{apart} dB between the qualities");
     let table = fs::read_to_string(folder.path().join("draft/sound.csv")).unwrap();
-    assert!(table.lines().next().unwrap().ends_with("valid,error_db"), "{table}");
+    assert!(table.lines().next().unwrap().ends_with("valid,error_db,slice_error_db"), "{table}");
     fs::write(folder.path().join("coarse.toml"), format!("{text}\n{way}\n")).unwrap();
     let told = program(folder.path(), &["effects", "coarse.toml", "--out", "worth", "--duration", "0.9"]);
     let told = String::from_utf8_lossy(&told.stdout).into_owned();

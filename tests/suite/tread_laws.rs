@@ -131,6 +131,7 @@ fn tread_laws_at_equal_contact_stiffness() {
                 quantity: "Contact force level [dB re 1 N]",
                 spectra,
                 error: None,
+                slices: vec![],
             };
             fs::write(file, plot.to_svg().unwrap()).unwrap();
         }

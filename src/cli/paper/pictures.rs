@@ -86,6 +86,7 @@ fn tread_laws(of: &TreadLaws) -> Result<Option<String>, PlotError> {
         quantity: FORCE_LEVEL,
         spectra: of.laws.iter().map(|law| (law.name, law.levels.as_slice())).collect(),
         error: None,
+        slices: vec![],
     };
     plot.to_svg().map(Some)
 }

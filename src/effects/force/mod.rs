@@ -17,7 +17,7 @@ use crate::counters::Meter;
 use crate::numeric::RunningMoments;
 use crate::plan::front::FrontRow;
 use crate::plan::{Plan, SEGMENT};
-use crate::response::{BandLevel, PowerSpectrum, SpectrumAccumulator};
+use crate::response::{BandLevel, PowerSpectrum, SliceErrors, SpectrumAccumulator, ThirdOctaveBand};
 use crate::results::files::ResultFiles;
 use crate::results::plots::{Axis, ForceMap, LinePlot, Series, ThirdOctavePlot};
 use crate::results::spectra::{FORCE_LEVEL, LOWEST_FREQUENCY, SPECTRA_FILE, force_levels_csv};
@@ -89,6 +89,7 @@ impl Effect for ForceEffect {
             quantity: FORCE_LEVEL,
             column: "level_db_re_1n",
             error: |stored| FrontRow::stated_error(&stored.plan.scene.numerics),
+            slices: SliceErrors::force,
         }]
     }
 
@@ -229,7 +230,12 @@ impl Observer for ForceObserver {
             && let Some(levels) = self.levels(end)
         {
             if outputs.spectra {
-                files.write_text(SPECTRA_FILE, &force_levels_csv(&levels))?;
+                let numerical = FrontRow::stated_error(&end.plan.scene.numerics);
+                let errors = |band: ThirdOctaveBand| {
+                    let numerical = numerical.filter(|(from, _)| band.mid_frequency() >= *from).map(|(_, error)| error);
+                    [numerical, end.slice_errors.and_then(|slices| slices.force(band))]
+                };
+                files.write_text(SPECTRA_FILE, &force_levels_csv(&levels, errors))?;
             }
             if outputs.plots && !levels.is_empty() {
                 files.write_text("force_spectrum.svg", &spectrum_picture(end, &levels)?)?;
@@ -284,6 +290,7 @@ fn spectrum_picture(end: &End<'_>, levels: &[BandLevel]) -> Result<String, RunEr
         quantity: FORCE_LEVEL,
         spectra: vec![("", levels)],
         error: FrontRow::stated_error(&end.plan.scene.numerics),
+        slices: SliceErrors::by_band(end.slice_errors, SliceErrors::force),
     };
     Ok(plot.to_svg()?)
 }

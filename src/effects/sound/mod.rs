@@ -30,7 +30,7 @@ use crate::plan::decisions::Row;
 use crate::plan::{Amounts, Choice, Plan};
 use crate::response::pressure::{PressureState, PressureStream};
 use crate::response::vibration::SegmentLayout;
-use crate::response::{LateralForces, SpectrumAccumulator, SpectrumState};
+use crate::response::{LateralForces, SliceErrors, SpectrumAccumulator, SpectrumState};
 use crate::results::files::ResultFiles;
 use crate::results::sound::{BodySummary, RatedLevel, ReceiverSpectrum, SOUND_FILE, SOUND_LEVEL, SoundError};
 use crate::scene::Zone;
@@ -77,6 +77,7 @@ impl Effect for SoundEffect {
             quantity: SOUND_LEVEL,
             column: "level_db_a",
             error: |stored| stored.summary.sound.as_ref().map(|sound| sound.error.of_bands()),
+            slices: SliceErrors::sound,
         }]
     }
 
@@ -106,6 +107,8 @@ pub struct SoundObserver {
     /// By point, pressures over time as far as they are kept to be listened to.
     signals: Vec<KeptSignal>,
     valid_to: f64,
+    /// Errors of contact over slices, where they are known.
+    slice_errors: Option<SliceErrors>,
     /// \[m/s\].
     speed: f64,
 }
@@ -209,7 +212,8 @@ impl SoundObserver {
             spectra,
             signals,
             speed,
-            valid_to: contact.valid_to.min(sound.complete_to()),
+            valid_to: contact.sound_valid_to().min(sound.complete_to()),
+            slice_errors: contact.slice_errors.clone(),
             sound,
         }))
     }

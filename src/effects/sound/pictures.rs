@@ -2,7 +2,7 @@
 
 use super::planned::Heard;
 use crate::effects::error::RunError;
-use crate::response::BandLevel;
+use crate::response::{BandLevel, SliceErrors};
 use crate::results::files::ResultFiles;
 use crate::results::plots::{Axis, LinePlot, PolarPlot, Series, ThirdOctavePlot};
 use crate::results::sound::{ReceiverSpectrum, SOUND_LEVEL, SoundError};
@@ -15,6 +15,7 @@ pub(super) fn draw_levels(
     loaded: &LoadedScene,
     spectra: &[ReceiverSpectrum],
     error: &SoundError,
+    slices: Option<&SliceErrors>,
     folder: &dyn ResultFiles,
 ) -> Result<(), RunError> {
     let drawn: Vec<(&str, Vec<BandLevel>)> = spectra
@@ -32,6 +33,7 @@ pub(super) fn draw_levels(
         quantity: SOUND_LEVEL,
         spectra: drawn.iter().map(|(name, levels)| (*name, levels.as_slice())).collect(),
         error: Some(error.of_bands()),
+        slices: SliceErrors::by_band(slices, SliceErrors::sound),
     };
     folder.write_text("sound_spectrum.svg", &plot.to_svg()?)?;
     Ok(())

@@ -40,7 +40,7 @@ impl SoundObserver {
         let points = self.point_spectra()?;
         let spectra = self.receiver_spectra(&points);
         let error = self.sound.error();
-        folder.write_text(SOUND_FILE, &sound_levels_csv(&spectra, LOWEST_FREQUENCY))?;
+        folder.write_text(SOUND_FILE, &sound_levels_csv(&spectra, LOWEST_FREQUENCY, self.slice_errors.as_ref()))?;
         folder.write_text(SOUND_NARROW_FILE, &sound_narrow_csv(&spectra))?;
         let (mut receivers, mut recordings) = (Vec::new(), Vec::new());
         for (heard, spectrum) in self.sound.heard.iter().zip(&spectra) {
@@ -55,7 +55,7 @@ impl SoundObserver {
             receivers[receiver].audio = Some(recording.write(folder, file, full_scale)?);
         }
         if loaded.scene.outputs.plots {
-            draw_levels(loaded, &spectra, &error, folder)?;
+            draw_levels(loaded, &spectra, &error, self.slice_errors.as_ref(), folder)?;
         }
         Ok(SoundSummary {
             reference: REFERENCE_PRESSURE,
@@ -102,7 +102,7 @@ impl SoundObserver {
             tyres: heard.vehicle().map(|_| heard.tyres()),
             level: levels.overall,
             level_a: levels.overall_a,
-            level_a_error: self.sound.error_at(heard).level_a,
+            level_a_error: self.sound.error_at(heard).level_a + self.error_by_slices(&levels),
             bands: levels.covered(),
             power_level_a: None,
             pass_by: None,
@@ -143,6 +143,13 @@ impl SoundObserver {
             recording = Some(Audible { channels, description, tyres: None });
         }
         Ok((summary, recording))
+    }
+
+    /// Largest error by slices of the bands that a level is made of \[dB\]; 0 where none is known.
+    fn error_by_slices(&self, levels: &SoundLevels) -> f64 {
+        let bands = levels.a_weighted.iter().filter(|band| band.valid).map(|band| band.band);
+        let errors = bands.filter_map(|band| self.slice_errors.as_ref()?.sound(band));
+        errors.fold(0.0, f64::max)
     }
 
     /// Writes the intensity by the pairs of a receiver; `None` where too little of the pressures is kept.

@@ -19,6 +19,7 @@ use super::stored::Stored;
 use crate::counters::{Counter, Meter, Stage, Work};
 use crate::plan::decisions::Row;
 use crate::plan::{Amounts, Choice, Plan, bytes};
+use crate::response::SliceErrors;
 use crate::response::vibration::{
     ElementVelocities, Heard, HeardVelocity, SegmentLayout, TransferKind, VelocityTable, VibrationAccumulator,
     VibrationField, VibrationState, point_bytes,
@@ -75,7 +76,13 @@ impl Effect for VibrationEffect {
     }
 
     fn levels(&self) -> &'static [LevelTable] {
-        &[LevelTable { file: VIBRATION_FILE, quantity: VELOCITY_LEVEL, column: "level_db_re_1m_s", error: |_| None }]
+        &[LevelTable {
+            file: VIBRATION_FILE,
+            quantity: VELOCITY_LEVEL,
+            column: "level_db_re_1m_s",
+            error: |_| None,
+            slices: SliceErrors::force,
+        }]
     }
 
     fn figures(&self, stored: &Stored) -> Vec<Figure> {
@@ -106,6 +113,8 @@ pub struct VibrationObserver {
     fields: Vec<VibrationField>,
     /// Highest frequency that levels are vouched for \[Hz\].
     valid_to: f64,
+    /// Errors of contact over slices, where they are known.
+    slice_errors: Option<SliceErrors>,
     /// Steps after the warm-up.
     steps: u64,
 }
@@ -203,8 +212,9 @@ impl VibrationObserver {
                 (VibrationAccumulator::resolved(layout, Heard::Velocities(velocities)), Some(kept))
             }
         };
-        let valid_to = contact.valid_to;
-        let mut observer = Self { wanted: vibration, accumulator, tyre, resolved, fields, valid_to, steps };
+        let (valid_to, slice_errors) = (contact.force_valid_to(), contact.slice_errors.clone());
+        let mut observer =
+            Self { wanted: vibration, accumulator, tyre, resolved, fields, valid_to, slice_errors, steps };
         if at_places {
             meter.time(Stage::Vibration, || observer.add_points(first_element, tables));
         }

@@ -7,7 +7,7 @@ use crate::response::vibration::{
     Dissipation, FieldSpectra, PatchSpectra, SpectraRequest, TransferKind, VibrationField, element_spectrum,
     field_spectra, heard_spectra, point_spectrum,
 };
-use crate::response::{BandLevel, PowerSpectrum};
+use crate::response::{BandLevel, PowerSpectrum, SliceErrors};
 use crate::results::files::ResultFiles;
 use crate::results::npy::{Row, array_file};
 use crate::results::plots::{ThirdOctavePlot, WavenumberPlot};
@@ -57,10 +57,11 @@ impl VibrationObserver {
         let Some((HeardVibration { spectra: named, summary }, fields)) = self.found(self.wanted.map, meter) else {
             return Ok(None);
         };
-        folder.write_text(VIBRATION_FILE, &vibration_levels_csv(&named, LOWEST_FREQUENCY))?;
+        folder
+            .write_text(VIBRATION_FILE, &vibration_levels_csv(&named, LOWEST_FREQUENCY, self.slice_errors.as_ref()))?;
         folder.write_text(VIBRATION_NARROW_FILE, &vibration_narrow_csv(&named))?;
         if loaded.scene.outputs.plots {
-            draw_levels(loaded, &named, folder)?;
+            draw_levels(loaded, &named, self.slice_errors.as_ref(), folder)?;
         }
         self.write_maps(loaded, &self.wanted, &fields, folder, meter)?;
         Ok(Some(summary))
@@ -230,10 +231,15 @@ fn summary_of(field: &FieldSpectra, of_tyre: &[FieldSpectra], rule: TimeRule) ->
 }
 
 /// Third octaves: the means of all fields in one picture, the points of each field in one of its own.
-fn draw_levels(loaded: &LoadedScene, named: &[NamedSpectrum], folder: &dyn ResultFiles) -> Result<(), RunError> {
+fn draw_levels(
+    loaded: &LoadedScene,
+    named: &[NamedSpectrum],
+    errors: Option<&SliceErrors>,
+    folder: &dyn ResultFiles,
+) -> Result<(), RunError> {
     let drawn = |named: &&NamedSpectrum| named.frame != MATERIAL_VARYING;
     let everywhere = |named: &&NamedSpectrum| named.place == Place::Everywhere;
-    draw_spectra(loaded, named.iter().filter(everywhere).filter(drawn), "vibration_spectrum.svg", folder)?;
+    draw_spectra(loaded, named.iter().filter(everywhere).filter(drawn), errors, "vibration_spectrum.svg", folder)?;
     let kind = |named: &NamedSpectrum| match named.place {
         Place::Everywhere => None,
         Place::Position(_) => Some((named.field, "points")),
@@ -242,7 +248,7 @@ fn draw_levels(loaded: &LoadedScene, named: &[NamedSpectrum], folder: &dyn Resul
     for points in named.chunk_by(|a, b| kind(a) == kind(b)) {
         if let Some((field, places)) = kind(&points[0]) {
             let file = format!("vibration_{places}_{field}.svg");
-            draw_spectra(loaded, points.iter().filter(drawn), &file, folder)?;
+            draw_spectra(loaded, points.iter().filter(drawn), errors, &file, folder)?;
         }
     }
     Ok(())
@@ -251,6 +257,7 @@ fn draw_levels(loaded: &LoadedScene, named: &[NamedSpectrum], folder: &dyn Resul
 fn draw_spectra<'a>(
     loaded: &LoadedScene,
     spectra: impl Iterator<Item = &'a NamedSpectrum>,
+    errors: Option<&SliceErrors>,
     file: &str,
     folder: &dyn ResultFiles,
 ) -> Result<(), RunError> {
@@ -265,6 +272,7 @@ fn draw_spectra<'a>(
         quantity: VELOCITY_LEVEL,
         spectra: drawn.iter().map(|(name, levels)| (name.as_str(), levels.as_slice())).collect(),
         error: None,
+        slices: SliceErrors::by_band(errors, SliceErrors::force),
     };
     folder.write_text(file, &plot.to_svg()?)?;
     Ok(())

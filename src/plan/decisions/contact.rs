@@ -120,21 +120,19 @@ fn texture(scene: &Scene, decisions: &mut Decisions) -> Decided {
         Slices::HalfSpace => "each line across on an elastic half-space",
         Slices::Pressed => "the road pressed in three dimensions by the flat tread",
     };
+    let reason =
+        given(switch, "texture").unwrap_or_else(|| "auto: the road varies across the contact width".to_owned());
+    (decisions.slices, decisions.cells_across) = (scene.contact.slices, scene.contact.cells_across);
     if scene.contact.slices == Slices::Pressed {
         let note =
             "the road is pressed as the tyre comes near, half a second for each metre on a slow core, and kept on disk";
         decisions.notes.push(note.to_owned());
     }
-    let reason =
-        given(switch, "texture").unwrap_or_else(|| "auto: the road varies across the contact width".to_owned());
-    (decisions.slices, decisions.cells_across) = (scene.contact.slices, scene.contact.cells_across);
-    if scene.contact.slices == Slices::Pressed {
-        // Half of the size takes four times as long, and what is known of files' waves would ask for a fourth.
-        let tyre = &scene.tyre;
-        let element = tyre.circumference / scene.numerics.elements as f64;
-        let default = |cells: Option<usize>, length: f64| cells.or_else(|| Some(Road::cells(length, Road::CELL)));
-        decisions.cells_across = default(decisions.cells_across, tyre.contact_width);
-        decisions.cells_along = default(decisions.cells_along, element);
+    let pressed = (scene.contact.slices == Slices::Pressed).then_some(Road::CELL);
+    if let Some(size) = scene.contact.cell_of_law(&scene.road).or(pressed) {
+        let element = scene.tyre.circumference / scene.numerics.elements as f64;
+        decisions.cells_across.get_or_insert_with(|| Lattice::across(scene.tyre.contact_width, size));
+        decisions.cells_along.get_or_insert_with(|| Road::cells(element, size));
     }
     Decided { on: true, form: law.to_owned(), reason }
 }

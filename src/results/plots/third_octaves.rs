@@ -20,6 +20,8 @@ pub struct ThirdOctavePlot<'a> {
     pub spectra: Vec<(&'a str, &'a [BandLevel])>,
     /// The frequency \[Hz\] from which on it is known how far off valid levels may be, and how far that is \[dB\].
     pub error: Option<(f64, f64)>,
+    /// Errors by slices, beside that one, where they are known \[dB\].
+    pub slices: Vec<(ThirdOctaveBand, f64)>,
 }
 
 impl ThirdOctavePlot<'_> {
@@ -84,9 +86,12 @@ impl ThirdOctavePlot<'_> {
         })
     }
 
-    /// How far off a level may be \[dB\], where that is known.
+    /// How far off a level may be by all that is known \[dB\].
     fn error_of(&self, level: &BandLevel) -> Option<f64> {
-        self.error.filter(|(from, _)| level.valid && level.band.mid_frequency() >= *from).map(|(_, error)| error)
+        let own = self.error.filter(|(from, _)| level.band.mid_frequency() >= *from).map(|(_, error)| error);
+        let slices = self.slices.iter().find(|(band, _)| *band == level.band).map(|(_, error)| *error);
+        let known = level.valid && (own.is_some() || slices.is_some());
+        known.then(|| own.unwrap_or(0.0) + slices.unwrap_or(0.0))
     }
 
     /// Returns the values of the spectra in a band.
@@ -141,8 +146,13 @@ mod tests {
         for band in [0, 3, 5] {
             one[band].valid = false;
         }
-        let plot =
-            ThirdOctavePlot { title: "t", quantity: "q", spectra: vec![("a", &one), ("b", &other)], error: None };
+        let plot = ThirdOctavePlot {
+            title: "t",
+            quantity: "q",
+            spectra: vec![("a", &one), ("b", &other)],
+            error: None,
+            slices: vec![],
+        };
         let svg = plot.to_svg().unwrap();
         let bands = |colour: &str| -> Vec<usize> {
             let drawn = svg.lines().filter(|line| line.contains("<polyline") && line.contains(colour));
@@ -161,17 +171,30 @@ mod tests {
         assert_eq!(labels, ["31.5", "63", "125", "250", "500", "1k", "2k", "4k"]);
         let mut silent = spectrum.clone();
         silent[3].level = f64::NEG_INFINITY;
-        let plot = ThirdOctavePlot { title: "t", quantity: "Level [dB]", spectra: vec![("", &silent)], error: None };
+        let plot = ThirdOctavePlot {
+            title: "t",
+            quantity: "Level [dB]",
+            spectra: vec![("", &silent)],
+            error: None,
+            slices: vec![],
+        };
         let range = plot.level_axis().range();
         assert!(range.start > 30.0 && range.end < 50.0, "{range:?}");
         assert!(plot.to_svg().unwrap().contains("31.5"));
-        let empty = ThirdOctavePlot { title: "t", quantity: "Level [dB]", spectra: vec![], error: None };
+        let empty =
+            ThirdOctavePlot { title: "t", quantity: "Level [dB]", spectra: vec![], error: None, slices: vec![] };
         assert!(matches!(empty.to_svg(), Err(PlotError::Shape { .. })));
         let nothing = levels(0, &[f64::NEG_INFINITY; 3]);
         assert!(
-            ThirdOctavePlot { title: "t", quantity: "q", spectra: vec![("a", &nothing), ("b", &nothing)], error: None }
-                .to_svg()
-                .is_ok()
+            ThirdOctavePlot {
+                title: "t",
+                quantity: "q",
+                spectra: vec![("a", &nothing), ("b", &nothing)],
+                error: None,
+                slices: vec![]
+            }
+            .to_svg()
+            .is_ok()
         );
     }
 }

@@ -2,13 +2,21 @@
 
 use serde::{Deserialize, Serialize, Serializer};
 
+use super::numerics::decibels;
+use super::road::Road;
 use crate::scene::Problem;
 use crate::scene::keys::{is_default, keys};
-use crate::scene::kind::{Bounds, Flag, OneOf, Optional, Whole};
+use crate::scene::kind::{Bounds, Decibels, Flag, OneOf, Optional, Whole};
 use crate::scene::table::{Nested, Table};
 
 /// Cells finer than any texture, and few enough that those of an element can be counted.
 const MOST_CELLS: u64 = 100_000;
+/// Error of a level by slices that is borne \[dB\].
+const LARGEST_SLICE_ERROR: f64 = 2.0;
+
+fn is_usual(error: &f64) -> bool {
+    error.to_bits() == LARGEST_SLICE_ERROR.to_bits()
+}
 
 keys! {
     /// Contact laws.
@@ -42,6 +50,10 @@ keys! {
         /// exact. The default is that of the standard preset: thinned curves err to the same side in every slice,
         /// 1e-6 m changes levels by 0.1 dB, 1e-5 m by 6 dB (measured at N = 512).
         slice_tolerance: f64 = 3e-7 => Bounds::between(0.0, 1e-3, "m"),
+        /// Largest error of a third octave by slices, beside cells, that levels and sounds to listen to may have:
+        /// bands from the first that has more are not valid. The error itself stands in the tables of levels.
+        #[serde(skip_serializing_if = "is_usual", serialize_with = "decibels")]
+        largest_slice_error: f64 = LARGEST_SLICE_ERROR => Decibels(Bounds::between(0.1, 60.0, "dB")),
         /// Spring stiffness per area of the `bedding` tread \[N/m^3\]; default: influence functions and springs
         /// that give one element alone and the smooth static contact the stiffness of the elastic tread.
         #[serde(skip_serializing_if = "Option::is_none")]
@@ -73,12 +85,13 @@ pub(super) fn of_zone<S: Serializer>(contact: &Contact, serializer: S) -> Result
 }
 
 /// Keys that cells have no use for.
-const OF_SLICES: [&str; 7] = [
+const OF_SLICES: [&str; 8] = [
     "slices",
     "slice_coupling",
     "local_compliance",
     "cells_along",
     "slice_tolerance",
+    "largest_slice_error",
     "bedding_stiffness",
     "equal_stiffness",
 ];
@@ -181,6 +194,28 @@ pub enum Slices {
     HalfSpace,
     /// The road pressed in three dimensions by the flat tread.
     Pressed,
+}
+
+impl Contact {
+    /// Size of a road's cells where none is given \[m\].
+    pub fn road_cell(&self, road: &Road) -> f64 {
+        self.cell_of_law(road).unwrap_or_else(|| road.cell())
+    }
+
+    /// Size of cells that belongs to the local law on a road whose waves end nowhere \[m\]: [`Road::CELL`]. The law
+    /// counts no shorter waves: springs have no limit as cells get smaller, and pressing takes far longer. `None` where
+    /// cells resolve a road, the finer the better.
+    pub fn cell_of_law(&self, road: &Road) -> Option<f64> {
+        let endless = matches!(road, Road::Profile(_) | Road::OpenCrg(_)) && road.varies_across();
+        (endless && self.is_local()).then_some(Road::CELL)
+    }
+
+    /// Tells whether slices yield by the local law, in springs or as they were pressed.
+    pub fn is_local(&self) -> bool {
+        self.zone == Zone::Slices
+            && self.slice_coupling == SliceCoupling::Local
+            && matches!(self.slices, Slices::Winkler | Slices::Pressed)
+    }
 }
 
 impl Slices {

@@ -231,9 +231,11 @@ fn contact() -> impl Strategy<Value = Contact> {
         Just((SliceCoupling::Explicit, None)),
         Just((SliceCoupling::Implicit, None)),
     ];
-    let cells = (prop::option::of(1..1000_usize), prop::option::of(1..9_usize), 0.0..1e-3_f64);
-    (tread, slices, (couplings, any::<bool>()), cells).prop_map(
-        |((tread, bedding_stiffness), slices, (coupling, equal), (cells_across, cells_along, slice_tolerance))| {
+    let cells = (prop::option::of(1..1000_usize), prop::option::of(1..9_usize));
+    let errors = (0.0..1e-3_f64, prop_oneof![Just(2.0), 0.1..60.0_f64]);
+    (tread, slices, (couplings, any::<bool>()), cells, errors).prop_map(
+        |((tread, bedding_stiffness), slices, (coupling, equal), (cells_across, cells_along), errors)| {
+            let (slice_tolerance, largest_slice_error) = errors;
             Contact {
                 zone: Zone::Slices,
                 cell: None,
@@ -248,6 +250,7 @@ fn contact() -> impl Strategy<Value = Contact> {
                 cells_across,
                 cells_along,
                 slice_tolerance,
+                largest_slice_error,
                 bedding_stiffness,
                 equal_stiffness: equal && tread == Tread::Uncoupled,
             }

@@ -101,7 +101,8 @@ pub fn reference(scene: &Scene, options: &StudyOptions) -> Settings {
         return settings;
     }
     (numerics.pole_tolerance, numerics.influence_tolerance) = (poles, sums);
-    *cell_length = FINEST_CELL * cell_for(scene, highest);
+    let of_law = contact.cell_of_law(&scene.road).filter(|_| contact.cells_across.is_none());
+    *cell_length = of_law.unwrap_or_else(|| FINEST_CELL * cell_for(scene, highest));
     contact.cells_across = contact.cells_across.map(|_| Lattice::across(scene.tyre.contact_width, *cell_length));
     contact.slice_tolerance = 0.0;
     settings
@@ -226,7 +227,7 @@ fn slices(scene: &Scene, reference: &Settings) -> Vec<Knob> {
                 (format!("{:.2} mm", 1e3 * cell), reference.with(turn))
             })
             .into()),
-        None if varies => Err("the measured road has cells of its own".to_owned()),
+        None if varies => Err("the measured road has cells of its own, or those of the law".to_owned()),
         _ => Err(level()),
     };
     let curves = if varies && reference.contact.slices != Slices::None {

@@ -12,7 +12,8 @@ pub struct Settings {
     /// Elements, steps, time rule, history and their tolerances, none of them left to be chosen.
     #[serde(flatten)]
     pub numerics: Numerics,
-    /// Laws and cells; `cells_across` is `None` only for slices of a road that is level across or has cells of its own,
+    /// Laws and cells; `cells_across` is `None` only for slices of a road that is level across, or has cells of its own
+    /// or of the law,
     /// and cells along an element follow from `cell_length`.
     #[serde(flatten)]
     pub contact: Contact,
@@ -25,16 +26,18 @@ impl Settings {
     pub fn of(scene: &Scene) -> Self {
         let (mut numerics, mut contact) = (scene.numerics.clone(), scene.contact.clone());
         numerics.forget_wishes();
-        let across = Lattice::across(scene.tyre.contact_width, scene.road.cell());
+        let across = Lattice::across(scene.tyre.contact_width, contact.road_cell(&scene.road));
         let made = matches!(scene.road, Road::Made(_) | Road::Profile(_));
         // What a grid that fits keeps is not known here; a texture has no cells of its own.
-        contact.cells_across = contact.cells_across.or_else(|| (scene.road.varies_across() && made).then_some(across));
+        let resolved = made && contact.cell_of_law(&scene.road).is_none();
+        contact.cells_across =
+            contact.cells_across.or_else(|| (scene.road.varies_across() && resolved).then_some(across));
         if contact.zone == Zone::Cells {
             contact.cell = None;
             contact.cells_across = Some(cells_across(scene));
         }
         let along = |cells: usize| scene.tyre.circumference / (numerics.elements * cells) as f64;
-        let cell_length = contact.cells_along.take().map_or(scene.road.cell(), along);
+        let cell_length = contact.cells_along.take().map_or(contact.road_cell(&scene.road), along);
         Self { numerics, contact, cell_length }
     }
 

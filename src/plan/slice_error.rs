@@ -1,0 +1,198 @@
+//! Stated errors of contact over slices: third octaves beside those of contact over cells, with the same elements and
+//! steps.
+//!
+//! Measured under the default tyre at 3400 N, with 1024 elements of 1.9 mm, on made roads of two classes, two roads and
+//! two seeds each. docs/contact.md has what was found on roads and seeds that were not used to set the table.
+
+use super::Plan;
+use crate::response::{SliceErrors, ThirdOctaveBand};
+use crate::road::RoadSurface;
+use crate::scene::{Scene, SliceCoupling, Slices, Tread, Zone};
+
+/// Third octave of 100 Hz, the lowest that was measured.
+const FIRST: ThirdOctaveBand = ThirdOctaveBand(-10);
+/// Bands that were measured, to 2.5 kHz.
+const BANDS: usize = 15;
+/// Speeds that were measured \[km/h\].
+const SPEEDS: [f64; 3] = [50.0, 80.0, 110.0];
+/// Root-mean-square height of the macrotexture up to which a road is of the fine class \[m\]: dense asphalt.
+const FINE: f64 = 6e-4;
+/// Shortest cell of a measured road in which springs were measured \[m\]: they have no limit as cells get smaller.
+const SHORTEST_CELL: f64 = 1.5e-3;
+
+/// Errors at [`SPEEDS`] by band \[dB\]: the root mean square over seeds and three neighbouring bands on the road of the
+/// class where it is largest, or that of a band below where that is larger.
+struct Errors {
+    force: [[f64; BANDS]; 3],
+    sound: [[f64; BANDS]; 3],
+}
+
+/// Springs on asphalts of stones of 11 and of 8 mm.
+const SPRINGS_ON_ASPHALT: Errors = Errors {
+    force: [
+        [0.6, 0.7, 1.3, 1.4, 1.5, 1.6, 1.6, 1.6, 1.6, 1.6, 1.6, 2.9, 4.5, 5.4, 5.5],
+        [0.8, 0.8, 0.8, 0.8, 1.2, 1.2, 1.2, 1.2, 1.3, 1.4, 1.6, 1.7, 2.4, 4.0, 5.7],
+        [1.2, 1.2, 1.2, 1.2, 1.2, 1.2, 1.5, 1.8, 2.2, 2.2, 2.2, 2.2, 2.2, 2.3, 3.8],
+    ],
+    sound: [
+        [0.5, 0.5, 0.9, 1.2, 1.5, 1.5, 1.5, 1.5, 1.5, 2.6, 3.9, 5.1, 6.4, 8.0, 9.7],
+        [0.6, 0.6, 0.6, 0.6, 0.6, 1.2, 1.2, 1.4, 1.4, 1.6, 2.9, 4.1, 5.7, 8.1, 10.7],
+        [0.6, 0.6, 0.6, 0.6, 0.6, 1.6, 1.7, 2.0, 2.0, 2.0, 2.0, 2.8, 3.9, 5.2, 6.9],
+    ],
+};
+
+/// Springs on chip seals.
+const SPRINGS_ON_CHIP_SEAL: Errors = Errors {
+    force: [
+        [2.2, 2.4, 2.4, 2.4, 2.4, 2.4, 2.4, 2.4, 2.4, 2.8, 4.1, 4.8, 6.2, 7.4, 8.3],
+        [2.2, 2.2, 2.2, 2.6, 2.7, 2.7, 2.7, 2.7, 3.2, 3.3, 3.3, 3.6, 4.5, 5.5, 8.1],
+        [2.5, 2.5, 2.5, 2.5, 2.5, 2.5, 2.5, 2.5, 3.2, 3.6, 3.6, 3.6, 3.6, 4.5, 5.7],
+    ],
+    sound: [
+        [2.2, 2.2, 2.2, 2.2, 2.2, 2.2, 2.2, 2.2, 2.2, 3.3, 4.2, 6.0, 8.1, 10.7, 13.3],
+        [1.9, 2.2, 2.2, 2.2, 2.2, 2.2, 2.2, 2.2, 2.2, 2.3, 2.9, 4.5, 6.6, 9.0, 12.1],
+        [1.6, 1.6, 1.7, 1.7, 1.7, 1.7, 1.7, 1.9, 2.2, 2.2, 2.2, 2.6, 4.4, 6.6, 8.7],
+    ],
+};
+
+/// Pressed curves on asphalts.
+const PRESSED_ON_ASPHALT: Errors = Errors {
+    force: [
+        [0.9, 0.9, 0.9, 0.9, 0.9, 0.9, 1.1, 1.1, 1.2, 1.2, 1.2, 2.1, 3.5, 4.0, 6.0],
+        [1.5, 1.5, 1.5, 1.5, 1.5, 1.5, 1.8, 1.9, 1.9, 1.9, 1.9, 1.9, 2.1, 2.9, 3.7],
+        [2.4, 2.4, 2.4, 2.4, 2.4, 2.4, 2.4, 2.4, 2.4, 2.4, 2.4, 2.4, 2.4, 2.4, 3.0],
+    ],
+    sound: [
+        [1.0, 1.0, 1.0, 1.0, 1.1, 1.1, 1.2, 1.2, 1.2, 2.1, 3.0, 3.8, 4.8, 6.3, 8.2],
+        [1.3, 1.3, 1.3, 1.3, 1.3, 1.7, 2.1, 2.1, 2.1, 2.1, 3.2, 4.0, 5.1, 6.8, 8.9],
+        [2.0, 2.0, 2.0, 2.0, 2.0, 2.5, 2.7, 2.8, 2.8, 2.8, 2.8, 3.2, 4.3, 5.3, 6.7],
+    ],
+};
+
+/// Pressed curves on chip seals.
+const PRESSED_ON_CHIP_SEAL: Errors = Errors {
+    force: [
+        [1.6, 1.6, 1.6, 1.6, 1.6, 1.6, 1.6, 1.8, 1.8, 1.9, 3.0, 3.5, 3.9, 3.9, 4.3],
+        [1.2, 1.7, 1.9, 1.9, 1.9, 1.9, 1.9, 2.0, 2.4, 2.4, 2.4, 3.0, 3.5, 3.8, 5.2],
+        [1.3, 1.4, 1.7, 2.0, 2.0, 2.0, 2.0, 2.2, 2.6, 2.8, 2.8, 2.8, 2.8, 3.6, 5.3],
+    ],
+    sound: [
+        [2.1, 2.1, 2.1, 2.1, 2.1, 2.1, 2.1, 2.1, 2.1, 2.6, 3.1, 3.7, 5.2, 7.7, 10.4],
+        [1.5, 1.8, 1.8, 1.8, 1.8, 1.8, 1.8, 1.8, 1.9, 2.3, 3.0, 4.1, 5.6, 7.7, 9.9],
+        [0.8, 0.8, 1.2, 1.4, 1.4, 1.6, 1.6, 1.6, 1.7, 1.8, 2.3, 3.0, 4.3, 6.0, 7.9],
+    ],
+};
+
+impl Plan {
+    /// Tells how far off levels are that slices lead to on a road; `None` over cells, without texture, and by laws that
+    /// were not measured.
+    pub fn slice_errors_on(&self, surface: &RoadSurface) -> Option<SliceErrors> {
+        let Self { decisions, scene, speed, .. } = self;
+        let lattice = surface.lattice();
+        let springs_have_a_limit = surface.is_made() || lattice.cell().min(lattice.dy) >= SHORTEST_CELL;
+        let measured = decisions.zone == Zone::Slices
+            && lattice.columns > 1
+            && decisions.slice_coupling == SliceCoupling::Local
+            && scene.contact.tread == Tread::Elastic
+            && scene.contact.local_compliance.is_none()
+            && (decisions.slices == Slices::Pressed || springs_have_a_limit);
+        let macrotexture = surface.macrotexture().filter(|_| measured)?;
+        let Errors { force, sound } = match (decisions.slices, macrotexture <= FINE) {
+            (Slices::Winkler, true) => &SPRINGS_ON_ASPHALT,
+            (Slices::Winkler, false) => &SPRINGS_ON_CHIP_SEAL,
+            (Slices::Pressed, true) => &PRESSED_ON_ASPHALT,
+            (Slices::Pressed, false) => &PRESSED_ON_CHIP_SEAL,
+            (Slices::None | Slices::HalfSpace, _) => return None,
+        };
+        let [force, sound] = [force, sound].map(|errors| at_speed(errors, 3.6 * speed));
+        Some(SliceErrors::new(macrotexture, scene.contact.largest_slice_error, FIRST, &force, &sound))
+    }
+
+    /// Tells where slices end, and if that is below the scene's `fmax`.
+    pub fn end_of_slices(&self, errors: &SliceErrors) -> (String, bool) {
+        let Scene { numerics, receivers, rolling, .. } = &self.scene;
+        let SliceErrors { force_valid_to, sound_valid_to, largest, .. } = *errors;
+        let nominal = |end: f64| ThirdOctaveBand::containing(end).map_or(end, ThirdOctaveBand::nominal_frequency);
+        let [force, sound] = [force_valid_to, sound_valid_to].map(nominal);
+        let (heard, end) = if receivers.is_empty() {
+            (String::new(), force)
+        } else {
+            (format!(", of sound up to {sound} Hz"), force.min(sound))
+        };
+        let missed = numerics.fmax.filter(|fmax| end < *fmax);
+        let wanted = missed.map_or(String::new(), |fmax| format!(": numerics.fmax = {fmax} Hz is not reached"));
+        let told = format!(
+            "on this road at {:.0} km/h, levels of force and vibration by slices are within {largest} dB of those by \
+             cells up to {force} Hz{heard}{wanted}; contact.zone = \"cells\" has no such end",
+            rolling.speed_kmh
+        );
+        (told, missed.is_some())
+    }
+}
+
+/// Errors at a speed \[km/h\]: between two that were measured the larger, above all of them those at the highest. Below
+/// all of them those at the lowest, where the texture waves are as long: the error grows as they get shorter.
+fn at_speed(errors: &[[f64; BANDS]; 3], speed: f64) -> [f64; BANDS] {
+    let above = SPEEDS.iter().position(|measured| speed <= *measured).unwrap_or(SPEEDS.len() - 1);
+    let at_or_below = if speed >= SPEEDS[above] { above } else { above.saturating_sub(1) };
+    let shift = (10.0 * (SPEEDS[0] / speed).log10()).ceil().max(0.0) as usize;
+    std::array::from_fn(|band| {
+        let band = (band + shift).min(BANDS - 1);
+        errors[above][band].max(errors[at_or_below][band])
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::road::Limits;
+    use crate::scene::Road;
+    use crate::test_models::{scene, scene_text};
+
+    const TABLES: [&Errors; 4] =
+        [&SPRINGS_ON_ASPHALT, &SPRINGS_ON_CHIP_SEAL, &PRESSED_ON_ASPHALT, &PRESSED_ON_CHIP_SEAL];
+
+    #[test]
+    fn errors_never_fall_with_the_frequency() {
+        let rows = TABLES.iter().flat_map(|errors| errors.force.iter().chain(&errors.sound));
+        for row in rows {
+            assert!(row.windows(2).all(|pair| pair[0] <= pair[1]) && row[0] > 0.0 && row[14] < 15.0, "{row:?}");
+        }
+    }
+
+    #[test]
+    fn an_error_between_speeds_is_the_larger_one_and_below_all_that_of_the_texture_wave() {
+        let errors = &SPRINGS_ON_ASPHALT.force;
+        let bits = |row: [f64; BANDS]| row.map(f64::to_bits);
+        for (speed, row) in SPEEDS.iter().zip(errors) {
+            assert_eq!(bits(at_speed(errors, *speed)), bits(*row));
+        }
+        let between = std::array::from_fn(|band| errors[0][band].max(errors[1][band]));
+        assert_eq!(bits(at_speed(errors, 60.0)), bits(between));
+        assert_eq!(bits(at_speed(errors, 150.0)), bits(errors[2]));
+        // Half the speed: a band is as a band of twice its frequency was, three or four further.
+        let slow = at_speed(errors, 25.0);
+        assert_eq!([slow[0], slow[14]].map(f64::to_bits), [errors[0][4], errors[0][14]].map(f64::to_bits));
+    }
+
+    #[test]
+    fn named_asphalts_are_fine_and_chip_seals_coarse() {
+        for (texture, fine) in [("iso-10844", true), ("sma-8", true), ("dac-11", true), ("chip-seal", false)] {
+            let road = format!("kind = \"made\"\nseed = 1\ntexture = \"{texture}\"");
+            let loaded = scene(&scene_text(256, &road, "speed_kmh = 80.0\naxle = { load = 3000.0 }", "", ""));
+            let plan = Plan::of(&loaded).unwrap();
+            let surface = RoadSurface::open(&plan.scene.road, plan.lattice().unwrap(), Limits::default()).unwrap();
+            let errors = plan.slice_errors_on(&surface).unwrap();
+            assert_eq!(errors.macrotexture <= FINE, fine, "{texture}: {} m", errors.macrotexture);
+            assert!(surface.is_made() && errors.bands.len() == BANDS);
+            assert!(plan.end_of_slices(&errors).0.contains("cells"));
+        }
+        let smooth = RoadSurface::open(
+            &Road::Smooth,
+            crate::road::Lattice { dx: 0.01, along: 1, dy: 0.1, columns: 1 },
+            Limits::default(),
+        )
+        .unwrap();
+        assert_eq!(smooth.macrotexture(), None);
+    }
+}

@@ -152,6 +152,8 @@ mod tests {
     const TABLES: [&Errors; 4] =
         [&SPRINGS_ON_ASPHALT, &SPRINGS_ON_CHIP_SEAL, &PRESSED_ON_ASPHALT, &PRESSED_ON_CHIP_SEAL];
 
+    const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.1\naxle = { load = 3000.0 }";
+
     #[test]
     fn errors_never_fall_with_the_frequency() {
         let rows = TABLES.iter().flat_map(|errors| errors.force.iter().chain(&errors.sound));
@@ -179,7 +181,7 @@ mod tests {
     fn named_asphalts_are_fine_and_chip_seals_coarse() {
         for (texture, fine) in [("iso-10844", true), ("sma-8", true), ("dac-11", true), ("chip-seal", false)] {
             let road = format!("kind = \"made\"\nseed = 1\ntexture = \"{texture}\"");
-            let loaded = scene(&scene_text(256, &road, "speed_kmh = 80.0\naxle = { load = 3000.0 }", "", ""));
+            let loaded = scene(&scene_text(256, &road, ROLLING, "", ""));
             let plan = Plan::of(&loaded).unwrap();
             let surface = RoadSurface::open(&plan.scene.road, plan.lattice().unwrap(), Limits::default()).unwrap();
             let errors = plan.slice_errors_on(&surface).unwrap();

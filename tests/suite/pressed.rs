@@ -65,7 +65,7 @@ fn mistakes_about_pressed_slices_are_answered_with_their_keys() {
 }
 
 #[test]
-fn roads_are_pressed_in_cells_of_two_millimetres_unless_asked_otherwise() {
+fn measured_roads_have_cells_of_two_millimetres_by_the_local_law_unless_asked_otherwise() {
     let seal = reference(CHIP_SEAL).display().to_string();
     let road = format!("kind = \"profile\"\nfile = '{seal}'\nlateral = \"isotropic\"");
     let of = |contact: &str| {
@@ -79,7 +79,10 @@ fn roads_are_pressed_in_cells_of_two_millimetres_unless_asked_otherwise() {
     assert!((plan.element / along as f64) <= 2e-3 && (plan.element / along as f64) > 1e-3);
     let (across, along, _) = of("slices = \"pressed\"\ncells_across = 20\ncells_along = 3");
     assert_eq!((across, along), (20, 3));
+    // So are springs; other couplings resolve the road as it is.
     let (across, along, _) = of("slices = \"winkler\"");
+    assert_eq!((across, along), ((width / 2e-3).round() as usize, (plan.element / 2e-3).ceil() as usize));
+    let (across, along, _) = of("slice_coupling = \"explicit\"");
     assert_eq!((across, along), (0, 0));
 }
 

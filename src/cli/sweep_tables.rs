@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use tyrewave::response::BandLevel;
+use tyrewave::response::{BandLevel, LevelErrors};
 use tyrewave::results::ResultsError;
 use tyrewave::results::plots::ThirdOctavePlot;
 use tyrewave::results::spectra::FORCE_LEVEL;
@@ -66,7 +66,7 @@ pub fn write_tables(
             let title = &format!("Contact force, third octaves: {title}");
             write(
                 LEVELS,
-                &ThirdOctavePlot { title, quantity: FORCE_LEVEL, spectra, error: None, slices: vec![] }.to_svg()?,
+                &ThirdOctavePlot { title, quantity: FORCE_LEVEL, spectra, errors: LevelErrors::default() }.to_svg()?,
             )?;
         }
     }

@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use super::stored::{Spectrum, Stored, StoredError};
-use crate::response::slice_errors::Part;
+use crate::response::LevelErrors;
 use crate::results::PlotError;
 use crate::results::plots::ThirdOctavePlot;
 use crate::results::table::{Table, aligned};
@@ -48,10 +48,8 @@ pub struct LevelTable {
     pub quantity: &'static str,
     /// Column of the levels.
     pub column: &'static str,
-    /// Gives the frequency \[Hz\] from which on valid levels have a known error, and the error \[dB\].
-    pub error: fn(&Stored) -> Option<(f64, f64)>,
-    /// Gives the error by slices.
-    pub slices: Part,
+    /// Gives the errors of its levels.
+    pub errors: fn(&Stored) -> LevelErrors,
 }
 
 /// Section of a page; parts of several effects under one heading follow each other.
@@ -91,20 +89,12 @@ pub fn levels(stored: &Stored, quantity: &str, title: &str) -> Result<Vec<Block>
     let of: Vec<&Spectrum> = stored.spectra.iter().filter(|spectrum| spectrum.quantity == quantity).collect();
     let Some(first) = of.first() else { return Ok(Vec::new()) };
     let drawn = of.iter().map(|spectrum| (spectrum.name.as_str(), spectrum.levels.as_slice())).collect();
-    let plot = ThirdOctavePlot {
-        title,
-        quantity: first.quantity,
-        spectra: drawn,
-        error: first.error,
-        slices: first.slices.clone(),
-    };
-    let error = first.error.map_or(String::new(), |(from, error)| {
+    let plot = ThirdOctavePlot { title, quantity: first.quantity, spectra: drawn, errors: first.errors.clone() };
+    let error = first.errors.numerical.map_or(String::new(), |(from, error)| {
         let from = if from > 0.0 { format!(" from {from:.0} Hz on") } else { String::new() };
         format!(" Levels are within {error:.1} dB{from}, as far as the numerical solution goes.")
     });
-    let valid = |band| first.levels.iter().any(|level| level.band == band && level.valid);
-    let by_slices = first.slices.iter().filter(|(band, _)| valid(*band)).map(|(_, error)| *error).reduce(f64::max);
-    let by_slices = by_slices.map_or(String::new(), |error| {
+    let by_slices = first.errors.largest_by_slices(&first.levels).map_or(String::new(), |error| {
         format!(" Contact over slices adds up to {error:.1} dB, beside contact over cells.")
     });
     let rows = first.levels.iter().map(|level| {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 use crate::plan::Plan;
-use crate::response::{BandLevel, ThirdOctaveBand};
+use crate::response::{BandLevel, LevelErrors};
 use crate::results::read_table::Table;
 use crate::results::summary::Summary;
 use crate::scene::{LoadedScene, SceneError};
@@ -51,10 +51,8 @@ pub struct Spectrum {
     pub name: String,
     /// The levels, bands rising.
     pub levels: Vec<BandLevel>,
-    /// The frequency \[Hz\] from which on it is known how far off valid levels may be, and how far that is \[dB\].
-    pub error: Option<(f64, f64)>,
-    /// Errors by slices, beside that one, where they are known \[dB\].
-    pub slices: Vec<(ThirdOctaveBand, f64)>,
+    /// Errors of valid levels.
+    pub errors: LevelErrors,
 }
 
 /// An array that a run has written.

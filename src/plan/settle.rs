@@ -5,7 +5,9 @@ use serde::Serialize;
 
 use super::front::FrontRow;
 use super::resolution::{Need, Resolution};
-use crate::scene::{History, LoadedScene, Numerics, Road, Scene, SceneError, Switch, Zone, short};
+use crate::scene::{
+    Axle, History, LoadedScene, Numerics, OF_SLICES, Road, Scene, SceneError, Switch, Zone, short,
+};
 
 /// A setting that the scene left open or that has another source than the scene, and why it is what it is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -63,6 +65,24 @@ impl Settling<'_> {
         self.choices.push(Choice { key, value, reason });
     }
 
+    /// Takes cells for a sound, where the scene says nothing of the contact that cells do not take.
+    fn take_zone(&mut self, row: &FrontRow) {
+        let Scene { receivers, effects, road, rolling, numerics, .. } = &self.scene;
+        let heard = !receivers.is_empty() && effects.radiation != Switch::Off;
+        let has_texture = road.varies_across() && effects.texture != Switch::Off;
+        let of_slices = matches!(rolling.axle, Axle::Mass { .. })
+            || numerics.lateral_terms.is_some()
+            || ["zone", "tread"].iter().chain(&OF_SLICES).any(|key| self.loaded.gives(&format!("contact.{key}")));
+        if heard && has_texture && !of_slices {
+            self.scene.contact.zone = Zone::Cells;
+            let reason = format!(
+                "preset \"{}\" of a sound: by slices no band above 1 kHz is within 2 dB, on chip seals hardly any",
+                row.preset.name()
+            );
+            self.choose("contact.zone", "cells".to_owned(), reason);
+        }
+    }
+
     /// Takes the settings of a row of the table beside elements and steps.
     fn take_row(&mut self, row: &FrontRow, highest: f64) {
         let (name, error) = (row.preset.name(), row.error);
@@ -77,6 +97,7 @@ impl Settling<'_> {
         } else {
             self.choose("numerics.accuracy", why.clone(), format!("the cheapest that keeps it: {worth}"));
         }
+        self.take_zone(row);
         let open = |key: &str| !self.loaded.gives(key);
         let (rule, history, poles) =
             (open("numerics.time_rule"), open("numerics.history"), open("numerics.pole_tolerance"));

@@ -90,20 +90,21 @@ impl Plan {
         let Self { decisions, scene, speed, .. } = self;
         let lattice = surface.lattice();
         let springs_have_a_limit = surface.is_made() || lattice.cell().min(lattice.dy) >= SHORTEST_CELL;
+        let by_class = match decisions.slices {
+            Slices::Winkler if springs_have_a_limit => [&SPRINGS_ON_ASPHALT, &SPRINGS_ON_CHIP_SEAL],
+            Slices::Pressed => [&PRESSED_ON_ASPHALT, &PRESSED_ON_CHIP_SEAL],
+            Slices::None | Slices::Winkler | Slices::HalfSpace => return None,
+        };
         let measured = decisions.zone == Zone::Slices
             && lattice.columns > 1
             && decisions.slice_coupling == SliceCoupling::Local
             && scene.contact.tread == Tread::Elastic
-            && scene.contact.local_compliance.is_none()
-            && (decisions.slices == Slices::Pressed || springs_have_a_limit);
-        let macrotexture = surface.macrotexture().filter(|_| measured)?;
-        let Errors { force, sound } = match (decisions.slices, macrotexture <= FINE) {
-            (Slices::Winkler, true) => &SPRINGS_ON_ASPHALT,
-            (Slices::Winkler, false) => &SPRINGS_ON_CHIP_SEAL,
-            (Slices::Pressed, true) => &PRESSED_ON_ASPHALT,
-            (Slices::Pressed, false) => &PRESSED_ON_CHIP_SEAL,
-            (Slices::None | Slices::HalfSpace, _) => return None,
-        };
+            && scene.contact.local_compliance.is_none();
+        if !measured {
+            return None;
+        }
+        let macrotexture = surface.macrotexture()?;
+        let Errors { force, sound } = by_class[usize::from(macrotexture > FINE)];
         let [force, sound] = [force, sound].map(|errors| at_speed(errors, 3.6 * speed));
         Some(SliceErrors::new(macrotexture, scene.contact.largest_slice_error, FIRST, &force, &sound))
     }
@@ -119,8 +120,8 @@ impl Plan {
         } else {
             (format!(", of sound up to {sound} Hz"), force.min(sound))
         };
-        let missed = numerics.fmax.filter(|fmax| end < *fmax);
-        let wanted = missed.map_or(String::new(), |fmax| format!(": numerics.fmax = {fmax} Hz is not reached"));
+        let missed = numerics.missed(end);
+        let wanted = missed.as_deref().unwrap_or_default();
         let told = format!(
             "on this road at {:.0} km/h, levels of force and vibration by slices are within {largest} dB of those by \
              cells up to {force} Hz{heard}{wanted}; contact.zone = \"cells\" has no such end",

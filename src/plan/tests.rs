@@ -130,6 +130,26 @@ fn a_preset_over_cells_asks_for_no_more_than_it_needs() {
 }
 
 #[test]
+fn a_preset_takes_cells_for_a_sound_unless_the_scene_speaks_of_slices() {
+    let receiver = "\n[[receiver]]\nstandard = \"cpx\"\n";
+    let zone = |preset: &str, law: &str, receiver: &str| {
+        let text = replaced(&open(preset), &[("tread = \"elastic\"", law)]);
+        let plan = planned(&(text + receiver)).unwrap_or_else(|error| panic!("{}", error.render(false)));
+        let chosen = plan.choices.iter().any(|choice| choice.key == "contact.zone");
+        (plan.decisions.zone == Zone::Cells, chosen)
+    };
+    let preset = "preset = \"draft\"";
+    assert_eq!(zone(preset, "", receiver), (true, true));
+    assert_eq!(zone("accuracy = \"1 dB\"", "", receiver), (true, true));
+    for law in ["slices = \"winkler\"", "tread = \"elastic\"", "zone = \"slices\""] {
+        assert_eq!(zone(preset, law, receiver), (false, false), "{law}");
+    }
+    assert_eq!(zone(preset, "", ""), (false, false));
+    assert_eq!(zone("", "", receiver), (false, false));
+    assert_eq!(zone(preset, "", &format!("{receiver}[effects]\nradiation = \"off\"\n")), (false, false));
+}
+
+#[test]
 fn what_sidewalls_give_is_shown_beside_what_is_used() {
     let foundation = "foundation = { normal = 1.8e6, tangential = 1e6, loss_factor = 0.1 }";
     let sidewall = "curvature = true\ninflation = { pressure = 2.2e5 }\n\

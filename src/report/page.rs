@@ -7,7 +7,7 @@ use super::html::{document, figure, table};
 use super::sections;
 use crate::effects::stored::Stored;
 use crate::effects::{EFFECTS, GREY, ReportError, Section};
-use crate::response::BandLevel;
+use crate::response::{BandLevel, LevelErrors};
 use crate::results::PlotError;
 use crate::results::plots::{Axis, LinePlot, Series, ThirdOctavePlot};
 use crate::study::trial::level_changes;
@@ -105,8 +105,7 @@ fn curves(all: &[Stored], of: &Comparison, spectrum: &SpectrumComparison) -> Res
         title: &title,
         quantity: spectrum.quantity,
         spectra: named().collect(),
-        error: None,
-        slices: vec![],
+        errors: LevelErrors::default(),
     };
     let mut pictures = vec![(plot.to_svg()?, format!("{title}. {GREY}"))];
     let Some(first) = found.first().and_then(Option::as_deref) else { return Ok(pictures) };

@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::effects::stored::{Spectrum, Stored, StoredError, file, read_text};
 use crate::effects::{EFFECTS, Effect, LevelTable};
 use crate::plan::Plan;
-use crate::response::{BandLevel, SliceErrors, ThirdOctaveBand};
+use crate::response::{BandLevel, ThirdOctaveBand};
 use crate::results::read_table::Table;
 use crate::results::summary::{FORMAT, FORMAT_VERSION, SUMMARY_FILE, Summary};
 use crate::scene::LoadedScene;
@@ -51,17 +51,16 @@ impl Stored {
 
     fn read_spectra(&self) -> Result<Vec<Spectrum>, StoredError> {
         let mut all = Vec::new();
-        for LevelTable { file, quantity, column, error, slices } in EFFECTS.into_iter().flat_map(Effect::levels) {
+        for LevelTable { file, quantity, column, errors } in EFFECTS.into_iter().flat_map(Effect::levels) {
             let Some(table) = self.table(file)? else { continue };
             let spectra = levels(&table, column).ok_or_else(|| StoredError::Content {
                 path: self.folder.join(file),
                 reason: format!("no table of third octaves with a column {column}"),
             })?;
-            let error = error(self);
-            let slices = SliceErrors::by_band(self.summary.contact.slices.as_ref(), *slices);
+            let errors = errors(self);
             all.extend(spectra.into_iter().map(|(name, levels)| {
-                let slices = slices.clone();
-                Spectrum { quantity, name, levels, error, slices }
+                let errors = errors.clone();
+                Spectrum { quantity, name, levels, errors }
             }));
         }
         Ok(all)
@@ -84,6 +83,7 @@ fn levels(table: &Table, column: &str) -> Option<Vec<(String, Vec<BandLevel>)>> 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::response::LevelErrors;
     use crate::results::spectra::force_levels_csv;
 
     #[test]
@@ -103,7 +103,7 @@ mod tests {
     #[test]
     fn silence_is_read_as_it_is_written() {
         let band = BandLevel { band: ThirdOctaveBand(-10), mean_square: 0.0, level: f64::NEG_INFINITY, valid: true };
-        let table = Table::parse(&force_levels_csv(&[band], |_| [None; 2])).unwrap();
+        let table = Table::parse(&force_levels_csv(&[band], &LevelErrors::default())).unwrap();
         assert_eq!(levels(&table, "level_db_re_1n").unwrap(), [(String::new(), vec![band])]);
     }
 }

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use super::table::csv;
-use crate::response::{BandLevel, ThirdOctaveBand};
+use crate::response::{BandLevel, LevelErrors, ThirdOctaveBand};
 
 /// Name of the file in a results folder.
 pub const SPECTRA_FILE: &str = "spectra.csv";
@@ -16,15 +16,15 @@ pub(crate) const LOWEST_FREQUENCY: f64 = 20.0;
 
 /// The file's text. Columns: nominal frequency, exact mid-frequency and edges \[Hz\], mean square \[N^2\], level \[dB
 /// re 1 N\], 1 where the run vouches for the level and 0 beyond, the numerical error of the level and that of slices
-/// \[dB\], both from `errors` of a band. Numbers are written so that reading gives the same bits; where there is none
+/// \[dB\]. Numbers are written so that reading gives the same bits; where there is none
 /// (the level of silence, an error that is not known) the cell is empty.
-pub fn force_levels_csv(levels: &[BandLevel], errors: impl Fn(ThirdOctaveBand) -> [Option<f64>; 2]) -> String {
+pub fn force_levels_csv(levels: &[BandLevel], errors: &LevelErrors) -> String {
     let header = "nominal_hz,mid_frequency_hz,lower_edge_hz,upper_edge_hz,mean_square_n2,level_db_re_1n,valid,error_db,\
                   slice_error_db";
     let rows = levels.iter().map(|&BandLevel { band, mean_square, level, valid }| {
         let valid = f64::from(u8::from(valid));
         let edges = [band.lower_edge(), band.upper_edge()];
-        let [own, slices] = errors(band).map(|error| error.unwrap_or(f64::NAN));
+        let [own, slices] = [errors.numerical(band), errors.by_slices(band)].map(|error| error.unwrap_or(f64::NAN));
         let middle = band.mid_frequency();
         [band.nominal_frequency(), middle, edges[0], edges[1], mean_square, level, valid, own, slices]
     });
@@ -63,7 +63,8 @@ mod tests {
             valid: n < -14,
         };
         let levels = [level(-15, 1.0 / 3.0), level(-14, 0.0), level(-13, 1e-200)];
-        let text = force_levels_csv(&levels, |band| [Some(1.0 / 3.0), (band.0 == -14).then_some(2.0)]);
+        let errors = LevelErrors { numerical: Some((0.0, 1.0 / 3.0)), slices: vec![(ThirdOctaveBand(-14), 2.0)] };
+        let text = force_levels_csv(&levels, &errors);
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         let rows: Vec<Vec<f64>> = reader
             .records()

@@ -8,7 +8,7 @@ use std::borrow::Cow;
 use serde::{Deserialize, Serialize};
 
 use super::table::{Cells, csv, row};
-use crate::response::{BandLevel, PowerSpectrum, SliceErrors};
+use crate::response::{BandLevel, LevelErrors, PowerSpectrum};
 
 /// Third octaves.
 pub const VIBRATION_FILE: &str = "vibration.csv";
@@ -71,12 +71,12 @@ impl NamedSpectrum {
 /// Third-octave levels: nominal and exact mid-frequency \[Hz\], mean square \[m^2/s^2\], level \[dB re 1 m/s\], 1 where
 /// the run vouches for it and 0 beyond, its error by slices where that is known \[dB\], of all bands from `lowest`
 /// \[Hz\] on.
-pub fn vibration_levels_csv(spectra: &[NamedSpectrum], lowest: f64, slices: Option<&SliceErrors>) -> String {
+pub fn vibration_levels_csv(spectra: &[NamedSpectrum], lowest: f64, errors: &LevelErrors) -> String {
     let header = "nominal_hz,mid_frequency_hz,mean_square_m2_s2,level_db_re_1m_s,valid,slice_error_db";
     let rows = spectra.iter().flat_map(|named| {
         named.spectrum.third_octaves(lowest, 1.0).into_iter().map(|BandLevel { band, mean_square, level, valid }| {
             let valid = f64::from(u8::from(valid));
-            let error = slices.and_then(|slices| slices.force(band)).unwrap_or(f64::NAN);
+            let error = errors.by_slices(band).unwrap_or(f64::NAN);
             named.row([band.nominal_frequency(), band.mid_frequency(), mean_square, level, valid, error])
         })
     });
@@ -175,7 +175,7 @@ mod tests {
             row[5].parse::<f64>().unwrap().to_bits(),
             (1.0 / 7.0 / (1.5 * (1.0 / 3.0) - 0.5 * (1.0 / 3.0_f64))).to_bits()
         );
-        let levels = vibration_levels_csv(&spectra, 20.0, None);
+        let levels = vibration_levels_csv(&spectra, 20.0, &LevelErrors::default());
         let bands = spectrum.third_octaves(20.0, 1.0).len();
         assert_eq!(levels.lines().count(), 1 + 3 * bands);
         assert!(levels.lines().nth(1).unwrap().starts_with("belt,non-rotating,,,25,"), "{levels}");

@@ -8,6 +8,8 @@
 //! is the windowed sinc of [`crate::numeric::windowed_sinc`], low-pass at the Nyquist wavenumber of the coarser of both
 //! spacings.
 
+use std::sync::OnceLock;
+
 use rayon::prelude::*;
 
 use super::lattice::{Lattice, same};
@@ -29,6 +31,8 @@ pub struct Resampled {
     kernel: WindowedSinc,
     /// First of the run's rows that is row 0 of the map, where all of them are rows of it.
     aligned: Option<i64>,
+    /// Spectrum of the profiles along, found when it is first asked for.
+    spectrum: OnceLock<ProfileSpectrum>,
 }
 
 impl Resampled {
@@ -41,7 +45,7 @@ impl Resampled {
         let level_across = map.dy == 0.0;
         let stored = if level_across { 1 } else { lattice.columns };
         let rows = if level_across { map.heights } else { across(&map, &lattice, &kernel) };
-        Self { lattice, at_end, dx, rows, stored, kernel, aligned }
+        Self { lattice, at_end, dx, rows, stored, kernel, aligned, spectrum: OnceLock::new() }
     }
 
     /// Number of rows of the map.
@@ -65,7 +69,11 @@ impl Resampled {
     }
 
     /// Spectrum of the profiles along, at the map's own spacing, averaged over columns spread evenly across.
-    pub fn spectrum(&self) -> ProfileSpectrum {
+    pub fn spectrum(&self) -> &ProfileSpectrum {
+        self.spectrum.get_or_init(|| self.find_spectrum())
+    }
+
+    fn find_spectrum(&self) -> ProfileSpectrum {
         /// More columns than these hardly differ from those beside them.
         const COLUMNS: usize = 16;
         let rows = self.count() as usize;

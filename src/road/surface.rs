@@ -182,7 +182,7 @@ impl RoadSurface {
             Heights::Plane => None,
             Heights::Drawn { .. } => Some(wavenumber::of_surface(wavenumber::of_bands(&self.report.bands)?, false)),
             Heights::Measured(road) => {
-                let along = wavenumber::of_spectrum(&road.spectrum())?;
+                let along = wavenumber::of_spectrum(road.spectrum())?;
                 Some(wavenumber::of_surface(along, road.is_level_across()))
             }
         }
@@ -190,7 +190,7 @@ impl RoadSurface {
 
     /// Root-mean-square height of the surface's macrotexture \[m\], waves of 4 to 50 mm: of a made road by the bands
     /// that it has, of a measured one from its heights. `None` for a road without texture. Costs as
-    /// [`Self::mean_wavenumber`].
+    /// [`Self::mean_wavenumber`], once for both.
     pub fn macrotexture(&self) -> Option<f64> {
         let mean_square = match &self.heights {
             Heights::Plane => return None,

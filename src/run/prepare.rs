@@ -113,8 +113,7 @@ fn unexcited(plan: &Plan, highest: f64) -> Option<String> {
     if highest >= wanted.unwrap_or(0.0).max(0.5 * nyquist.min(0.5 * speed / element)) {
         return None;
     }
-    let missed = wanted.filter(|fmax| highest < *fmax);
-    let missed = missed.map_or(String::new(), |fmax| format!(": numerics.fmax = {fmax} Hz is not reached"));
+    let missed = scene.numerics.missed(highest).unwrap_or_default();
     let speed = scene.rolling.speed_kmh;
     Some(format!("the road's resolution excites nothing above {highest:.0} Hz at {speed:.0} km/h{missed}"))
 }

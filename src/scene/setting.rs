@@ -10,7 +10,9 @@ use super::document::Document;
 use super::{Problem, SceneError};
 
 const TYRE: &str = "tyre";
-const KIND: &str = ".kind";
+/// Keys that say what other keys a table has: one of any table, and one of `[contact]` with its default.
+const KIND: &str = "kind";
+const ZONE: (&str, &str) = ("contact.zone", "slices");
 const NO_PLACE: &str = "name a key of a table, or an item of an array that is there: receiver[0].height";
 
 /// A key of a scene and the value that it shall have.
@@ -77,14 +79,16 @@ impl Setting {
 
     /// Tells whether it names the kind of a table, which says what other keys there are.
     pub(super) fn is_kind(&self) -> bool {
-        self.key.ends_with(KIND)
+        self.key == ZONE.0 || self.key.rsplit_once('.').is_some_and(|(_, key)| key == KIND)
     }
 
     /// Takes the keys out of a table that is to be of another kind: they belong to the one that it was.
     fn begin_anew<'a>(&'a self, value: &DeValue<'a>, root: &mut DeTable<'a>, document: &mut Document) {
-        let Some(table) = self.key.strip_suffix(KIND).filter(|table| !table.contains('.')) else { return };
+        let Some((table, key)) = self.key.split_once('.').filter(|_| self.is_kind()) else { return };
         let Some(DeValue::Table(entries)) = root.get_mut(table).map(Spanned::get_mut) else { return };
-        if entries.get("kind").is_some_and(|kind| kind.get_ref().as_str() != value.as_str()) {
+        let default = (self.key == ZONE.0).then_some(ZONE.1);
+        let kind = entries.get(key).map_or(default, |kind| kind.get_ref().as_str());
+        if kind.is_some() && kind != value.as_str() {
             entries.clear();
             document.forget(table);
         }
@@ -188,6 +192,18 @@ mod tests {
         assert!(error.contains("road.file: this key is missing") && !error.contains("road.seed"), "{error}");
         let error = set(&["road.kind=opencgr", file]).unwrap_err().render(false);
         assert!(error.contains("did you mean \"opencrg\"?"), "{error}");
+    }
+
+    #[test]
+    fn a_contact_of_another_zone_begins_anew() {
+        use super::super::{Slices, Zone};
+        let cells = set(&["contact.cells_across=30", "contact.zone=cells"]).unwrap();
+        assert_eq!((cells.scene.contact.zone, cells.scene.contact.cells_across), (Zone::Cells, Some(30)));
+        assert!(!cells.gives("contact.slices"));
+        let slices = set(&["contact.slices=none", "contact.zone=slices"]).unwrap();
+        assert_eq!(slices.scene.contact.slices, Slices::None);
+        let error = set(&["contact.zone=cells", "contact.slices=none"]).unwrap_err().render(false);
+        assert!(error.contains("contact.slices"), "{error}");
     }
 
     #[test]

@@ -6,7 +6,7 @@
 
 use std::fs;
 
-use tyrewave::response::BandLevel;
+use tyrewave::response::{BandLevel, LevelErrors};
 use tyrewave::results::plots::ThirdOctavePlot;
 use tyrewave::scene::PLATE;
 use tyrewave::test_models::{add, edit, implausible, scene_text, without};
@@ -130,8 +130,7 @@ fn tread_laws_at_equal_contact_stiffness() {
                 title: "Tread laws at equal static stiffness, dense asphalt, 80 km/h",
                 quantity: "Contact force level [dB re 1 N]",
                 spectra,
-                error: None,
-                slices: vec![],
+                errors: LevelErrors::default(),
             };
             fs::write(file, plot.to_svg().unwrap()).unwrap();
         }

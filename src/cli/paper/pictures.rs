@@ -3,6 +3,7 @@
 use tyrewave::report::mobility::{LEVEL, plot};
 use tyrewave::report::road::map;
 use tyrewave::report::slices;
+use tyrewave::response::LevelErrors;
 use tyrewave::results::PlotError;
 use tyrewave::results::plots::{Axis, ForceMap, LinePlot, Series, ThirdOctavePlot};
 use tyrewave::results::spectra::FORCE_LEVEL;
@@ -85,8 +86,7 @@ fn tread_laws(of: &TreadLaws) -> Result<Option<String>, PlotError> {
         title: "Contact force by tread laws",
         quantity: FORCE_LEVEL,
         spectra: of.laws.iter().map(|law| (law.name, law.levels.as_slice())).collect(),
-        error: None,
-        slices: vec![],
+        errors: LevelErrors::default(),
     };
     plot.to_svg().map(Some)
 }

@@ -17,7 +17,7 @@ use crate::counters::Meter;
 use crate::numeric::RunningMoments;
 use crate::plan::front::FrontRow;
 use crate::plan::{Plan, SEGMENT};
-use crate::response::{BandLevel, PowerSpectrum, SliceErrors, SpectrumAccumulator, ThirdOctaveBand};
+use crate::response::{BandLevel, LevelErrors, PowerSpectrum, SliceErrors, SpectrumAccumulator};
 use crate::results::files::ResultFiles;
 use crate::results::plots::{Axis, ForceMap, LinePlot, Series, ThirdOctavePlot};
 use crate::results::spectra::{FORCE_LEVEL, LOWEST_FREQUENCY, SPECTRA_FILE, force_levels_csv};
@@ -88,8 +88,7 @@ impl Effect for ForceEffect {
             file: SPECTRA_FILE,
             quantity: FORCE_LEVEL,
             column: "level_db_re_1n",
-            error: |stored| FrontRow::stated_error(&stored.plan.scene.numerics),
-            slices: SliceErrors::force,
+            errors: |stored| level_errors(&stored.plan, stored.summary.contact.slices.as_ref()),
         }]
     }
 
@@ -230,12 +229,8 @@ impl Observer for ForceObserver {
             && let Some(levels) = self.levels(end)
         {
             if outputs.spectra {
-                let numerical = FrontRow::stated_error(&end.plan.scene.numerics);
-                let errors = |band: ThirdOctaveBand| {
-                    let numerical = numerical.filter(|(from, _)| band.mid_frequency() >= *from).map(|(_, error)| error);
-                    [numerical, end.slice_errors.and_then(|slices| slices.force(band))]
-                };
-                files.write_text(SPECTRA_FILE, &force_levels_csv(&levels, errors))?;
+                files
+                    .write_text(SPECTRA_FILE, &force_levels_csv(&levels, &level_errors(end.plan, end.slice_errors)))?;
             }
             if outputs.plots && !levels.is_empty() {
                 files.write_text("force_spectrum.svg", &spectrum_picture(end, &levels)?)?;
@@ -283,14 +278,18 @@ impl ForceObserver {
     }
 }
 
+/// Errors of the force's levels: those that a plan states, and those by slices.
+fn level_errors(plan: &Plan, slices: Option<&SliceErrors>) -> LevelErrors {
+    LevelErrors::new(FrontRow::stated_error(&plan.scene.numerics), slices, SliceErrors::force)
+}
+
 /// Draws the third octaves of the force.
 fn spectrum_picture(end: &End<'_>, levels: &[BandLevel]) -> Result<String, RunError> {
     let plot = ThirdOctavePlot {
         title: &format!("Contact force, third octaves: {}", end.loaded.title()),
         quantity: FORCE_LEVEL,
         spectra: vec![("", levels)],
-        error: FrontRow::stated_error(&end.plan.scene.numerics),
-        slices: SliceErrors::by_band(end.slice_errors, SliceErrors::force),
+        errors: level_errors(end.plan, end.slice_errors),
     };
     Ok(plot.to_svg()?)
 }

@@ -30,7 +30,7 @@ use crate::plan::decisions::Row;
 use crate::plan::{Amounts, Choice, Plan};
 use crate::response::pressure::{PressureState, PressureStream};
 use crate::response::vibration::SegmentLayout;
-use crate::response::{LateralForces, SliceErrors, SpectrumAccumulator, SpectrumState};
+use crate::response::{LateralForces, LevelErrors, SliceErrors, SpectrumAccumulator, SpectrumState};
 use crate::results::files::ResultFiles;
 use crate::results::sound::{BodySummary, RatedLevel, ReceiverSpectrum, SOUND_FILE, SOUND_LEVEL, SoundError};
 use crate::scene::Zone;
@@ -76,8 +76,10 @@ impl Effect for SoundEffect {
             file: SOUND_FILE,
             quantity: SOUND_LEVEL,
             column: "level_db_a",
-            error: |stored| stored.summary.sound.as_ref().map(|sound| sound.error.of_bands()),
-            slices: SliceErrors::sound,
+            errors: |stored| {
+                let own = stored.summary.sound.as_ref().map(|sound| sound.error.of_bands());
+                LevelErrors::new(own, stored.summary.contact.slices.as_ref(), SliceErrors::sound)
+            },
         }]
     }
 

@@ -2,10 +2,10 @@
 
 use super::planned::Heard;
 use crate::effects::error::RunError;
-use crate::response::{BandLevel, SliceErrors};
+use crate::response::{BandLevel, LevelErrors};
 use crate::results::files::ResultFiles;
 use crate::results::plots::{Axis, LinePlot, PolarPlot, Series, ThirdOctavePlot};
-use crate::results::sound::{ReceiverSpectrum, SOUND_LEVEL, SoundError};
+use crate::results::sound::{ReceiverSpectrum, SOUND_LEVEL};
 use crate::results::spectra::LOWEST_FREQUENCY;
 use crate::scene::LoadedScene;
 use crate::sound::SoundLevels;
@@ -14,8 +14,7 @@ use crate::sound::SoundLevels;
 pub(super) fn draw_levels(
     loaded: &LoadedScene,
     spectra: &[ReceiverSpectrum],
-    error: &SoundError,
-    slices: Option<&SliceErrors>,
+    errors: LevelErrors,
     folder: &dyn ResultFiles,
 ) -> Result<(), RunError> {
     let drawn: Vec<(&str, Vec<BandLevel>)> = spectra
@@ -32,8 +31,7 @@ pub(super) fn draw_levels(
         title: &title,
         quantity: SOUND_LEVEL,
         spectra: drawn.iter().map(|(name, levels)| (*name, levels.as_slice())).collect(),
-        error: Some(error.of_bands()),
-        slices: SliceErrors::by_band(slices, SliceErrors::sound),
+        errors,
     };
     folder.write_text("sound_spectrum.svg", &plot.to_svg()?)?;
     Ok(())

@@ -9,7 +9,7 @@ use crate::effects::sound::SoundObserver;
 use crate::effects::sound::passing::{HeardPassing, Passing};
 use crate::effects::sound::pictures::{draw_directivity, draw_levels, draw_pass_by};
 use crate::numeric::in_parallel;
-use crate::response::{BandLevel, PowerSpectrum, SpectrumAccumulator, ThirdOctaveBand};
+use crate::response::{BandLevel, LevelErrors, PowerSpectrum, SliceErrors, SpectrumAccumulator, ThirdOctaveBand};
 use crate::results::ResultsError;
 use crate::results::files::ResultFiles;
 use crate::results::sound::{
@@ -55,7 +55,7 @@ impl SoundObserver {
             receivers[receiver].audio = Some(recording.write(folder, file, full_scale)?);
         }
         if loaded.scene.outputs.plots {
-            draw_levels(loaded, &spectra, &error, self.slice_errors.as_ref(), folder)?;
+            draw_levels(loaded, &spectra, self.level_errors(Some(error.of_bands())), folder)?;
         }
         Ok(SoundSummary {
             reference: REFERENCE_PRESSURE,
@@ -95,6 +95,7 @@ impl SoundObserver {
         folder: &dyn ResultFiles,
     ) -> Result<(ReceiverSummary, Option<Audible>), RunError> {
         let levels = vouched(spectrum);
+        let by_slices = self.level_errors(None).largest_by_slices(&levels.a_weighted);
         let mut recording = None;
         let mut summary = ReceiverSummary {
             name: heard.name.clone(),
@@ -102,7 +103,7 @@ impl SoundObserver {
             tyres: heard.vehicle().map(|_| heard.tyres()),
             level: levels.overall,
             level_a: levels.overall_a,
-            level_a_error: self.sound.error_at(heard).level_a + self.error_by_slices(&levels),
+            level_a_error: self.sound.error_at(heard).level_a + by_slices.unwrap_or(0.0),
             bands: levels.covered(),
             power_level_a: None,
             pass_by: None,
@@ -145,11 +146,9 @@ impl SoundObserver {
         Ok((summary, recording))
     }
 
-    /// Largest error by slices of the bands that a level is made of \[dB\]; 0 where none is known.
-    fn error_by_slices(&self, levels: &SoundLevels) -> f64 {
-        let bands = levels.a_weighted.iter().filter(|band| band.valid).map(|band| band.band);
-        let errors = bands.filter_map(|band| self.slice_errors.as_ref()?.sound(band));
-        errors.fold(0.0, f64::max)
+    /// Errors of levels that have a numerical one.
+    fn level_errors(&self, numerical: Option<(f64, f64)>) -> LevelErrors {
+        LevelErrors::new(numerical, self.slice_errors.as_ref(), SliceErrors::sound)
     }
 
     /// Writes the intensity by the pairs of a receiver; `None` where too little of the pressures is kept.

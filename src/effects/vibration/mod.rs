@@ -19,11 +19,11 @@ use super::stored::Stored;
 use crate::counters::{Counter, Meter, Stage, Work};
 use crate::plan::decisions::Row;
 use crate::plan::{Amounts, Choice, Plan, bytes};
-use crate::response::SliceErrors;
 use crate::response::vibration::{
     ElementVelocities, Heard, HeardVelocity, SegmentLayout, TransferKind, VelocityTable, VibrationAccumulator,
     VibrationField, VibrationState, point_bytes,
 };
+use crate::response::{LevelErrors, SliceErrors};
 use crate::results::files::ResultFiles;
 use crate::results::vibration::{VELOCITY_LEVEL, VIBRATION_FILE};
 use crate::scene::{LoadedScene, Scene, SceneError, Vibration};
@@ -45,6 +45,11 @@ static CHANNELS: [Channel; 3] = [
     map("vibration_map_wavenumber", "1", "wavenumbers of the maps, in periods round the tyre"),
     map("vibration_map", "m^2/s^2/Hz", "power of the velocity by frequency and wavenumber"),
 ];
+
+/// Errors of its levels: those of the force by slices; others are not stated.
+fn level_errors(slices: Option<&SliceErrors>) -> LevelErrors {
+    LevelErrors::new(None, slices, SliceErrors::force)
+}
 
 impl Effect for VibrationEffect {
     fn name(&self) -> &'static str {
@@ -80,8 +85,7 @@ impl Effect for VibrationEffect {
             file: VIBRATION_FILE,
             quantity: VELOCITY_LEVEL,
             column: "level_db_re_1m_s",
-            error: |_| None,
-            slices: SliceErrors::force,
+            errors: |stored| level_errors(stored.summary.contact.slices.as_ref()),
         }]
     }
 
@@ -113,8 +117,8 @@ pub struct VibrationObserver {
     fields: Vec<VibrationField>,
     /// Highest frequency that levels are vouched for \[Hz\].
     valid_to: f64,
-    /// Errors of contact over slices, where they are known.
-    slice_errors: Option<SliceErrors>,
+    /// Errors of its levels.
+    errors: LevelErrors,
     /// Steps after the warm-up.
     steps: u64,
 }
@@ -212,9 +216,8 @@ impl VibrationObserver {
                 (VibrationAccumulator::resolved(layout, Heard::Velocities(velocities)), Some(kept))
             }
         };
-        let (valid_to, slice_errors) = (contact.force_valid_to(), contact.slice_errors.clone());
-        let mut observer =
-            Self { wanted: vibration, accumulator, tyre, resolved, fields, valid_to, slice_errors, steps };
+        let (valid_to, errors) = (contact.force_valid_to(), level_errors(contact.slice_errors.as_ref()));
+        let mut observer = Self { wanted: vibration, accumulator, tyre, resolved, fields, valid_to, errors, steps };
         if at_places {
             meter.time(Stage::Vibration, || observer.add_points(first_element, tables));
         }

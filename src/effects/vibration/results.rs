@@ -7,7 +7,7 @@ use crate::response::vibration::{
     Dissipation, FieldSpectra, PatchSpectra, SpectraRequest, TransferKind, VibrationField, element_spectrum,
     field_spectra, heard_spectra, point_spectrum,
 };
-use crate::response::{BandLevel, PowerSpectrum, SliceErrors};
+use crate::response::{BandLevel, LevelErrors, PowerSpectrum};
 use crate::results::files::ResultFiles;
 use crate::results::npy::{Row, array_file};
 use crate::results::plots::{ThirdOctavePlot, WavenumberPlot};
@@ -57,11 +57,10 @@ impl VibrationObserver {
         let Some((HeardVibration { spectra: named, summary }, fields)) = self.found(self.wanted.map, meter) else {
             return Ok(None);
         };
-        folder
-            .write_text(VIBRATION_FILE, &vibration_levels_csv(&named, LOWEST_FREQUENCY, self.slice_errors.as_ref()))?;
+        folder.write_text(VIBRATION_FILE, &vibration_levels_csv(&named, LOWEST_FREQUENCY, &self.errors))?;
         folder.write_text(VIBRATION_NARROW_FILE, &vibration_narrow_csv(&named))?;
         if loaded.scene.outputs.plots {
-            draw_levels(loaded, &named, self.slice_errors.as_ref(), folder)?;
+            draw_levels(loaded, &named, &self.errors, folder)?;
         }
         self.write_maps(loaded, &self.wanted, &fields, folder, meter)?;
         Ok(Some(summary))
@@ -234,7 +233,7 @@ fn summary_of(field: &FieldSpectra, of_tyre: &[FieldSpectra], rule: TimeRule) ->
 fn draw_levels(
     loaded: &LoadedScene,
     named: &[NamedSpectrum],
-    errors: Option<&SliceErrors>,
+    errors: &LevelErrors,
     folder: &dyn ResultFiles,
 ) -> Result<(), RunError> {
     let drawn = |named: &&NamedSpectrum| named.frame != MATERIAL_VARYING;
@@ -257,7 +256,7 @@ fn draw_levels(
 fn draw_spectra<'a>(
     loaded: &LoadedScene,
     spectra: impl Iterator<Item = &'a NamedSpectrum>,
-    errors: Option<&SliceErrors>,
+    errors: &LevelErrors,
     file: &str,
     folder: &dyn ResultFiles,
 ) -> Result<(), RunError> {
@@ -271,8 +270,7 @@ fn draw_spectra<'a>(
         title: &title,
         quantity: VELOCITY_LEVEL,
         spectra: drawn.iter().map(|(name, levels)| (name.as_str(), levels.as_slice())).collect(),
-        error: None,
-        slices: SliceErrors::by_band(errors, SliceErrors::force),
+        errors: errors.clone(),
     };
     folder.write_text(file, &plot.to_svg()?)?;
     Ok(())

@@ -3,8 +3,8 @@
 use super::axis::{Axis, four_digits};
 use super::canvas::{Frame, Grid, INK, PlotError, draw, legend_width};
 use super::colour;
-use crate::response::BandLevel;
 use crate::response::third_octave::ThirdOctaveBand;
+use crate::response::{BandLevel, LevelErrors};
 
 /// Levels further below the highest than this are not worth the paper.
 const DEEPEST: f64 = 90.0;
@@ -18,10 +18,8 @@ pub struct ThirdOctavePlot<'a> {
     pub quantity: &'a str,
     /// Name for the legend (may be empty) and levels, bands rising without a gap.
     pub spectra: Vec<(&'a str, &'a [BandLevel])>,
-    /// The frequency \[Hz\] from which on it is known how far off valid levels may be, and how far that is \[dB\].
-    pub error: Option<(f64, f64)>,
-    /// Errors by slices, beside that one, where they are known \[dB\].
-    pub slices: Vec<(ThirdOctaveBand, f64)>,
+    /// Errors of valid levels.
+    pub errors: LevelErrors,
 }
 
 impl ThirdOctavePlot<'_> {
@@ -88,10 +86,7 @@ impl ThirdOctavePlot<'_> {
 
     /// How far off a level may be by all that is known \[dB\].
     fn error_of(&self, level: &BandLevel) -> Option<f64> {
-        let own = self.error.filter(|(from, _)| level.band.mid_frequency() >= *from).map(|(_, error)| error);
-        let slices = self.slices.iter().find(|(band, _)| *band == level.band).map(|(_, error)| *error);
-        let known = level.valid && (own.is_some() || slices.is_some());
-        known.then(|| own.unwrap_or(0.0) + slices.unwrap_or(0.0))
+        self.errors.total(level.band).filter(|_| level.valid)
     }
 
     /// Returns the values of the spectra in a band.
@@ -150,8 +145,7 @@ mod tests {
             title: "t",
             quantity: "q",
             spectra: vec![("a", &one), ("b", &other)],
-            error: None,
-            slices: vec![],
+            errors: LevelErrors::default(),
         };
         let svg = plot.to_svg().unwrap();
         let bands = |colour: &str| -> Vec<usize> {
@@ -175,14 +169,13 @@ mod tests {
             title: "t",
             quantity: "Level [dB]",
             spectra: vec![("", &silent)],
-            error: None,
-            slices: vec![],
+            errors: LevelErrors::default(),
         };
         let range = plot.level_axis().range();
         assert!(range.start > 30.0 && range.end < 50.0, "{range:?}");
         assert!(plot.to_svg().unwrap().contains("31.5"));
         let empty =
-            ThirdOctavePlot { title: "t", quantity: "Level [dB]", spectra: vec![], error: None, slices: vec![] };
+            ThirdOctavePlot { title: "t", quantity: "Level [dB]", spectra: vec![], errors: LevelErrors::default() };
         assert!(matches!(empty.to_svg(), Err(PlotError::Shape { .. })));
         let nothing = levels(0, &[f64::NEG_INFINITY; 3]);
         assert!(
@@ -190,8 +183,7 @@ mod tests {
                 title: "t",
                 quantity: "q",
                 spectra: vec![("a", &nothing), ("b", &nothing)],
-                error: None,
-                slices: vec![]
+                errors: LevelErrors::default(),
             }
             .to_svg()
             .is_ok()

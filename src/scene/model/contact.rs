@@ -85,7 +85,7 @@ pub(super) fn of_zone<S: Serializer>(contact: &Contact, serializer: S) -> Result
 }
 
 /// Keys that cells have no use for.
-const OF_SLICES: [&str; 8] = [
+pub(crate) const OF_SLICES: [&str; 8] = [
     "slices",
     "slice_coupling",
     "local_compliance",
@@ -197,11 +197,6 @@ pub enum Slices {
 }
 
 impl Contact {
-    /// Size of a road's cells where none is given \[m\].
-    pub fn road_cell(&self, road: &Road) -> f64 {
-        self.cell_of_law(road).unwrap_or_else(|| road.cell())
-    }
-
     /// Size of cells that belongs to the local law on a road whose waves end nowhere \[m\]: [`Road::CELL`]. The law
     /// counts no shorter waves: springs have no limit as cells get smaller, and pressing takes far longer. `None` where
     /// cells resolve a road, the finer the better.

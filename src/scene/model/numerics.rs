@@ -75,6 +75,12 @@ impl Numerics {
         (self.fmax, self.preset, self.accuracy) = (None, None, None);
     }
 
+    /// Says that the wish for frequencies above `highest` \[Hz\] is missed; `None` where it is not, or there is none.
+    pub fn missed(&self, highest: f64) -> Option<String> {
+        let fmax = self.fmax.filter(|fmax| highest < *fmax)?;
+        Some(format!(": numerics.fmax = {fmax} Hz is not reached"))
+    }
+
     /// `memory_limit` in bytes.
     pub fn memory_bytes(&self) -> u64 {
         (self.memory_limit * 1e9) as u64

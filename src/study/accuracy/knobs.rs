@@ -50,8 +50,10 @@ const OTHER_SUBSTEPS: [usize; 3] = [1, 2, 4];
 const POLES: [f64; 3] = [1e-3, 1e-4, 1e-5];
 /// The reference's.
 const FINEST_POLES: f64 = 1e-6;
-/// The same for contact over cells, which has poles for each pair of wavenumbers, and parts of its cells across.
+/// The same for contact over cells, which has poles for each pair of wavenumbers; its contact tolerance, unless the
+/// scene's is finer; and parts of its cells across.
 const FINEST_POLES_OF_CELLS: f64 = 1e-5;
+const FINEST_TOLERANCE_OF_CELLS: f64 = 1e-6;
 const CELL_PARTS: [(usize, usize); 3] = [(1, 4), (1, 2), (3, 4)];
 /// Sizes of a cell across and along, relative to the reference's.
 const CELLS: [f64; 4] = [8.0, 4.0, 2.0, 1.33];
@@ -97,7 +99,9 @@ pub fn reference(scene: &Scene, options: &StudyOptions) -> Settings {
     (numerics.lateral_terms, numerics.wavenumber_aliases) = (None, None);
     if contact.zone == Zone::Cells {
         numerics.pole_tolerance = FINEST_POLES_OF_CELLS;
-        contact.cells_across = contact.cells_across.map(|across| 2 * across);
+        numerics.contact_tolerance = numerics.contact_tolerance.min(FINEST_TOLERANCE_OF_CELLS);
+        let square = Lattice::across(scene.tyre.contact_width, scene.tyre.circumference / elements as f64);
+        contact.cells_across = contact.cells_across.map(|across| square.max(2 * across));
         return settings;
     }
     (numerics.pole_tolerance, numerics.influence_tolerance) = (poles, sums);
@@ -289,7 +293,12 @@ fn laws(scene: &Scene, own: &Settings, reference: &Settings) -> Vec<Knob> {
     let level = || "slices that are level across are the same by every law".to_owned();
     let treads = [(Tread::Elastic, "elastic"), (Tread::Uncoupled, "uncoupled"), (Tread::Bedding, "bedding")];
     let treads = others(&treads, law.tread, |tread| anchor.with(|settings| settings.contact.tread = tread));
-    let laws = [(Slices::None, "none"), (Slices::Winkler, "winkler"), (Slices::HalfSpace, "half-space")];
+    let laws = [
+        (Slices::None, "none"),
+        (Slices::Winkler, "winkler"),
+        (Slices::HalfSpace, "half-space"),
+        (Slices::Pressed, "pressed"),
+    ];
     let laws = others(&laws, law.slices, |slices| anchor.with(|settings| settings.contact.slices = slices));
     let couplings =
         [(SliceCoupling::Local, "local"), (SliceCoupling::Explicit, "explicit"), (SliceCoupling::Implicit, "implicit")];

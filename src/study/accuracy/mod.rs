@@ -126,8 +126,12 @@ pub fn study(
     }
     let own = Settings::of(&loaded.scene);
     let of_cells = loaded.scene.contact.zone == Zone::Cells;
-    // Presets are derived for slices.
-    let has_presets = !of_cells && options.sweep != Sweep::Outline;
+    let has_presets = match options.sweep {
+        Sweep::Outline => false,
+        // Its own runs take long enough.
+        Sweep::Knobs => !of_cells,
+        Sweep::Neighbours | Sweep::Nothing => true,
+    };
     let mut named = if has_presets { presets::named(&loaded.scene, options.highest) } else { Vec::new() };
     let scene = &loaded.scene;
     // Finer than the finest preset.

@@ -2,7 +2,8 @@
 
 use crate::plan::front::FrontRow;
 use crate::plan::resolution::{Need, Resolution};
-use crate::scene::{History, Road, Scene};
+use crate::road::Lattice;
+use crate::scene::{History, Road, Scene, Zone};
 use crate::study::accuracy::knobs::{Kind, Knob};
 use crate::study::accuracy::settings::Settings;
 
@@ -19,8 +20,14 @@ pub fn settings(scene: &Scene, row: &'static FrontRow, highest: f64) -> Settings
     (numerics.elements, numerics.substeps, numerics.time_rule) = (elements, substeps, row.time_rule);
     (numerics.history, numerics.pole_tolerance) = (History::Modal, row.pole_tolerance);
     (numerics.lateral_terms, numerics.wavenumber_aliases) = (None, None);
+    let width = scene.tyre.contact_width;
+    if contact.zone == Zone::Cells {
+        numerics.contact_tolerance = row.cell_tolerance;
+        contact.cells_across = Some(Lattice::across(width, length / elements as f64));
+        return settings;
+    }
     *cell_length = row.cell_for(scene, highest);
-    contact.cells_across = contact.cells_across.map(|_| Road::cells(scene.tyre.contact_width, *cell_length));
+    contact.cells_across = contact.cells_across.map(|_| Road::cells(width, *cell_length));
     contact.slice_tolerance = row.slice_tolerance;
     settings
 }

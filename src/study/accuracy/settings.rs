@@ -26,10 +26,11 @@ impl Settings {
     pub fn of(scene: &Scene) -> Self {
         let (mut numerics, mut contact) = (scene.numerics.clone(), scene.contact.clone());
         numerics.forget_wishes();
-        let across = Lattice::across(scene.tyre.contact_width, contact.road_cell(&scene.road));
+        let across = Lattice::across(scene.tyre.contact_width, scene.road.cell());
         let made = matches!(scene.road, Road::Made(_) | Road::Profile(_));
         // What a grid that fits keeps is not known here; a texture has no cells of its own.
-        let resolved = made && contact.cell_of_law(&scene.road).is_none();
+        let of_law = contact.cell_of_law(&scene.road);
+        let resolved = made && of_law.is_none();
         contact.cells_across =
             contact.cells_across.or_else(|| (scene.road.varies_across() && resolved).then_some(across));
         if contact.zone == Zone::Cells {
@@ -37,7 +38,7 @@ impl Settings {
             contact.cells_across = Some(cells_across(scene));
         }
         let along = |cells: usize| scene.tyre.circumference / (numerics.elements * cells) as f64;
-        let cell_length = contact.cells_along.take().map_or(contact.road_cell(&scene.road), along);
+        let cell_length = contact.cells_along.take().map_or(of_law.unwrap_or_else(|| scene.road.cell()), along);
         Self { numerics, contact, cell_length }
     }
 

@@ -72,10 +72,11 @@ fn cells_instead(slices: &Plan, cells: &Plan, context: &Context) -> Result<Strin
     let costs = calibrated(context.interrupt.flag())?;
     let [slices, cells] = [slices, cells].map(|plan| plan.forecast(&costs, context.threads, process_memory()));
     Ok(format!(
-        "\ncells instead, contact.zone = \"cells\": about {:.0} s and {} as planned, {:.0} times the time of slices\n",
+        "\ncells instead, contact.zone = \"cells\": about {:.0} s and {} as planned, {:.0} s and {} by slices\n",
         cells.wall_seconds,
         bytes(cells.memory),
-        cells.wall_seconds / slices.wall_seconds
+        slices.wall_seconds,
+        bytes(slices.memory)
     ))
 }
 

@@ -72,7 +72,8 @@ impl Plan {
             let wrong = format!("\"{}\" {why}", rule.name());
             loaded.complain("numerics.time_rule", wrong, "history = \"modal\", or a multistep rule such as \"bdf2\"")
         } else if memory / 1e9 > numerics.memory_limit {
-            let (key, fewer) = if has_cells {
+            // Without a word on cells they are as wide as elements are long.
+            let (key, fewer) = if has_cells && loaded.gives("contact.cells_across") {
                 ("contact.cells_across", "fewer cells across")
             } else {
                 ("numerics.elements", "fewer elements")

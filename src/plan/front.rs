@@ -1,17 +1,21 @@
 //! The joint front of accuracy against time as a table: what `preset` and `accuracy` choose from.
 //!
 //! A stated error is the largest difference of a third octave of the contact force, [`STATED_FROM`] to fmax, from the
-//! limit for small time steps, elements and cells, with the axle at the same height. The rows were set from made dense
-//! asphalt at 80 km/h and hold on other roads at other speeds (docs/accuracy.md; an ignored test,
-//! tests/suite/presets.rs).
+//! limit for small time steps, elements and cells, with the axle at the same height. The rows of slices were set from
+//! made dense asphalt at 80 km/h, those of cells from four roads at three speeds, and hold on others (docs/accuracy.md;
+//! an ignored test, tests/suite/presets.rs). Cells have to be finer: a stone that is a cell or two wide is too hard.
 //! `tyrewave study SCENE --check-presets` measures them on any scene.
 
-use crate::scene::{Numerics, Preset, Road, Scene, TimeRule};
+use super::decisions::cells_across;
+use crate::scene::{Preset, Road, Scene, TimeRule, Zone};
 
 /// Lowest third octave that a stated error is about \[Hz\].
 pub const STATED_FROM: f64 = 100.0;
 /// Cells in the shortest wave that is asked for: dense asphalt at 30 km/h, up to 1 kHz, is 5 dB wrong with four.
 const CELLS_IN_A_WAVE: f64 = 11.0;
+
+/// Width of a cell relative to its length, at most, where it is called as wide as long.
+const ROUNDED: f64 = 1.1;
 
 /// Size of cells of a scene's road for levels up to `highest` \[Hz\], in m: that of the law, or [`Road::cell`] and
 /// eleven of them at least in the texture wave that excites it.
@@ -48,8 +52,8 @@ pub struct FrontRow {
 }
 
 impl FrontRow {
-    /// The table, cheapest first.
-    pub const ALL: [Self; 3] = [
+    /// The table of slices, cheapest first.
+    pub const OF_SLICES: [Self; 3] = [
         Self {
             preset: Preset::Draft,
             per_wavelength: 2.9,
@@ -91,30 +95,65 @@ impl FrontRow {
         },
     ];
 
+    /// The table of cells.
+    pub const OF_CELLS: [Self; 3] = [
+        Self::OF_SLICES[0].over_cells(5.0, 0.19),
+        Self::OF_SLICES[1].over_cells(3.0, 1.0),
+        Self::OF_SLICES[2].over_cells(1.5, 7.5),
+    ];
+
+    /// Half as long elements over cells, with an error \[dB\] and a cost of their own.
+    const fn over_cells(self, error: f64, cost: f64) -> Self {
+        let (per_wavelength, longest_element) = (2.0 * self.per_wavelength, 0.5 * self.longest_element);
+        Self { per_wavelength, longest_element, error, cost, ..self }
+    }
+
+    /// Returns the table of a zone.
+    pub const fn all(zone: Zone) -> &'static [Self; 3] {
+        match zone {
+            Zone::Slices => &Self::OF_SLICES,
+            Zone::Cells => &Self::OF_CELLS,
+        }
+    }
+
     /// Returns the row of a preset.
-    pub const fn of(preset: Preset) -> &'static Self {
-        &Self::ALL[preset as usize]
+    pub const fn of(preset: Preset, zone: Zone) -> &'static Self {
+        &Self::all(zone)[preset as usize]
     }
 
-    /// The row that a scene's `preset` or `accuracy` chooses.
-    pub fn asked_for(numerics: &Numerics) -> Option<&'static Self> {
-        numerics.preset.map(Self::of).or_else(|| numerics.accuracy.and_then(Self::within))
+    /// Finds the row that a scene's `preset` or `accuracy` chooses.
+    pub fn asked_for(scene: &Scene) -> Option<&'static Self> {
+        let zone = scene.contact.zone;
+        let accuracy = |accuracy| Self::within(accuracy, zone);
+        scene
+            .numerics
+            .preset
+            .map(|preset| Self::of(preset, zone))
+            .or_else(|| scene.numerics.accuracy.and_then(accuracy))
     }
 
-    /// From which frequency on \[Hz\] a scene's `preset` or `accuracy` states an error of its force levels, and which
-    /// \[dB\].
-    pub fn stated_error(numerics: &Numerics) -> Option<(f64, f64)> {
-        Self::asked_for(numerics).map(|row| (STATED_FROM, row.error))
+    /// Finds the error of force levels that a scene's `preset` or `accuracy` states: from which frequency on \[Hz\],
+    /// and the error \[dB\]. `None`, too, where the scene's own elements or cells are longer or wider than those of the
+    /// row.
+    pub fn stated_error(scene: &Scene) -> Option<(f64, f64)> {
+        let Scene { tyre, contact, numerics, rolling, .. } = scene;
+        let row = Self::asked_for(scene)?;
+        let longest = row.longest_element.min(rolling.speed() / (numerics.fmax? * row.per_wavelength));
+        let element = tyre.circumference / numerics.elements as f64;
+        // Cells that are as wide as they are long fit into the width by rounding.
+        let is_wide =
+            contact.zone == Zone::Cells && tyre.contact_width > ROUNDED * longest * cells_across(scene) as f64;
+        (element <= longest * (1.0 + 1e-9) && !is_wide).then_some((STATED_FROM, row.error))
     }
 
-    /// The cheapest row whose stated error is not above an accuracy \[dB\]; `None` where no row is as accurate.
-    pub fn within(accuracy: f64) -> Option<&'static Self> {
-        Self::ALL.iter().find(|row| row.error <= accuracy)
+    /// Finds the cheapest row whose stated error is not above an accuracy \[dB\]; `None` where no row is as accurate.
+    pub fn within(accuracy: f64, zone: Zone) -> Option<&'static Self> {
+        Self::all(zone).iter().find(|row| row.error <= accuracy)
     }
 
-    /// The smallest stated error \[dB\].
-    pub fn finest_error() -> f64 {
-        Self::ALL.iter().map(|row| row.error).fold(f64::INFINITY, f64::min)
+    /// Returns the smallest stated error \[dB\].
+    pub fn finest_error(zone: Zone) -> f64 {
+        Self::all(zone).iter().map(|row| row.error).fold(f64::INFINITY, f64::min)
     }
 
     /// Widest and longest cell of a scene's road for levels up to `highest` \[Hz\], in m.
@@ -133,24 +172,44 @@ impl FrontRow {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::DEFAULT;
 
     #[test]
-    fn the_table_is_a_front_and_presets_are_its_rows() {
-        for (preset, row) in Preset::ALL.into_iter().zip(&FrontRow::ALL) {
-            assert_eq!((FrontRow::of(preset), row.preset), (row, preset));
+    fn the_tables_are_fronts_and_presets_are_their_rows() {
+        for zone in [Zone::Slices, Zone::Cells] {
+            let all = FrontRow::all(zone);
+            for (preset, row) in Preset::ALL.into_iter().zip(all) {
+                assert_eq!((FrontRow::of(preset, zone), row.preset), (row, preset));
+            }
+            let pairs = all.windows(2);
+            assert!(pairs.clone().all(|pair| pair[0].cost < pair[1].cost && pair[0].error > pair[1].error));
+            assert!((FrontRow::of(Preset::Standard, zone).cost - 1.0).abs() < 1e-12);
         }
-        let pairs = FrontRow::ALL.windows(2);
-        assert!(pairs.clone().all(|pair| pair[0].cost < pair[1].cost && pair[0].error > pair[1].error));
-        assert!((FrontRow::of(Preset::Standard).cost - 1.0).abs() < 1e-12);
     }
 
     #[test]
     fn an_accuracy_gets_the_cheapest_row_that_keeps_it() {
-        for row in &FrontRow::ALL {
-            assert_eq!(FrontRow::within(row.error), Some(row));
-            assert_ne!(FrontRow::within(0.99 * row.error), Some(row));
+        for zone in [Zone::Slices, Zone::Cells] {
+            let all = FrontRow::all(zone);
+            for row in all {
+                assert_eq!(FrontRow::within(row.error, zone), Some(row));
+                assert_ne!(FrontRow::within(0.99 * row.error, zone), Some(row));
+            }
+            assert_eq!(FrontRow::within(0.99 * FrontRow::finest_error(zone), zone), None);
+            assert_eq!(FrontRow::within(100.0, zone), Some(&all[0]));
         }
-        assert_eq!(FrontRow::within(0.99 * FrontRow::finest_error()), None);
-        assert_eq!(FrontRow::within(100.0), Some(&FrontRow::ALL[0]));
+    }
+
+    #[test]
+    fn no_error_is_stated_for_elements_that_are_longer_than_the_rows() {
+        let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
+        assert_eq!(FrontRow::stated_error(&scene), None);
+        (scene.numerics.preset, scene.numerics.fmax) = (Some(Preset::Standard), Some(1000.0));
+        let stated = |scene: &Scene| FrontRow::stated_error(scene).map(|(_, error)| error.to_bits());
+        assert_eq!(stated(&scene), Some(1.0_f64.to_bits()));
+        scene.contact.zone = Zone::Cells;
+        assert_eq!(stated(&scene), None);
+        scene.numerics.elements *= 2;
+        assert_eq!(stated(&scene), Some(3.0_f64.to_bits()));
     }
 }

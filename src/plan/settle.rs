@@ -5,9 +5,7 @@ use serde::Serialize;
 
 use super::front::FrontRow;
 use super::resolution::{Need, Resolution};
-use crate::scene::{
-    Axle, History, LoadedScene, Numerics, OF_SLICES, Road, Scene, SceneError, Switch, Zone, short,
-};
+use crate::scene::{Axle, History, LoadedScene, Numerics, OF_SLICES, Road, Scene, SceneError, Switch, Zone, short};
 
 /// A setting that the scene left open or that has another source than the scene, and why it is what it is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -27,11 +25,16 @@ pub struct Choice {
 pub(crate) fn decide(loaded: &LoadedScene) -> Result<(Scene, Vec<Choice>), SceneError> {
     let mut settling = Settling { loaded, scene: loaded.scene.clone(), choices: Vec::new() };
     let Numerics { fmax, preset, accuracy, .. } = loaded.scene.numerics;
+    if preset.is_some() || accuracy.is_some() {
+        settling.take_zone();
+    }
+    let zone = settling.scene.contact.zone;
     let row = match (preset, accuracy) {
-        (Some(preset), _) => Some(FrontRow::of(preset)),
-        (None, Some(accuracy)) => Some(FrontRow::within(accuracy).ok_or_else(|| {
+        (Some(preset), _) => Some(FrontRow::of(preset, zone)),
+        (None, Some(accuracy)) => Some(FrontRow::within(accuracy, zone).ok_or_else(|| {
             let wrong = format!("{} dB is finer than any row of the table states", short(accuracy));
-            let right = format!("at least {} dB, or settings of your own", short(FrontRow::finest_error()));
+            let slices = if zone == Zone::Cells { ", contact.zone = \"slices\"" } else { "" };
+            let right = format!("at least {} dB{slices}, or settings of your own", short(FrontRow::finest_error(zone)));
             loaded.complain("numerics.accuracy", wrong, right)
         })?),
         (None, None) => None,
@@ -66,20 +69,14 @@ impl Settling<'_> {
     }
 
     /// Takes cells for a sound, where the scene says nothing of the contact that cells do not take.
-    fn take_zone(&mut self, row: &FrontRow) {
+    fn take_zone(&mut self) {
         let Scene { receivers, effects, road, rolling, numerics, .. } = &self.scene;
-        let heard = !receivers.is_empty() && effects.radiation != Switch::Off;
         let has_texture = road.varies_across() && effects.texture != Switch::Off;
         let of_slices = matches!(rolling.axle, Axle::Mass { .. })
             || numerics.lateral_terms.is_some()
             || ["zone", "tread"].iter().chain(&OF_SLICES).any(|key| self.loaded.gives(&format!("contact.{key}")));
-        if heard && has_texture && !of_slices {
+        if !receivers.is_empty() && has_texture && !of_slices {
             self.scene.contact.zone = Zone::Cells;
-            let reason = format!(
-                "preset \"{}\" of a sound: by slices no band above 1 kHz is within 2 dB, on chip seals hardly any",
-                row.preset.name()
-            );
-            self.choose("contact.zone", "cells".to_owned(), reason);
         }
     }
 
@@ -97,7 +94,10 @@ impl Settling<'_> {
         } else {
             self.choose("numerics.accuracy", why.clone(), format!("the cheapest that keeps it: {worth}"));
         }
-        self.take_zone(row);
+        if self.scene.contact.zone != self.loaded.scene.contact.zone {
+            let reason = format!("{why} of a sound: slices drive no waves that are odd across, and end below fmax");
+            self.choose("contact.zone", "cells".to_owned(), reason);
+        }
         let open = |key: &str| !self.loaded.gives(key);
         let (rule, history, poles) =
             (open("numerics.time_rule"), open("numerics.history"), open("numerics.pole_tolerance"));

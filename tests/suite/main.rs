@@ -61,6 +61,7 @@ mod sweep_tasks;
 mod time_rules;
 mod tread_laws;
 mod turning_model;
+mod tutorial;
 mod tyre;
 mod validate;
 mod vibration;

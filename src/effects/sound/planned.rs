@@ -362,7 +362,7 @@ impl Plan {
 
     /// Returns the sound of the run; `None` without receivers.
     pub fn sound(&self) -> Option<Sound> {
-        let Scene { numerics, tyre, receivers, radiation, .. } = &self.scene;
+        let Scene { tyre, receivers, radiation, .. } = &self.scene;
         if receivers.is_empty() {
             return None;
         }
@@ -391,7 +391,7 @@ impl Plan {
             Heard { name, file, place: receiver.place, points: first..positions.len() }
         });
         let heard: Vec<Heard> = heard.collect();
-        let stated = FrontRow::asked_for(numerics).map(|row| row.error);
+        let stated = FrontRow::stated_error(&self.scene).map(|(_, error)| error);
         let draft = DraftErrors::of(self.radius, tyre.width + 2.0 * radiation.shoulder);
         let arc = tyre.sidewall_arc(0.0).filter(|_| radiation.hears_sides(tyre));
         let bead = arc.map(|arc| arc.bead_radius());

@@ -34,7 +34,8 @@ pub fn settings(scene: &Scene, row: &'static FrontRow, highest: f64) -> Settings
 
 /// All rows with their names.
 pub fn named(scene: &Scene, highest: f64) -> Vec<(String, Settings)> {
-    FrontRow::ALL.iter().map(|row| (row.preset.name().to_owned(), settings(scene, row, highest))).collect()
+    let rows = FrontRow::all(scene.contact.zone).iter();
+    rows.map(|row| (row.preset.name().to_owned(), settings(scene, row, highest))).collect()
 }
 
 /// Each of some settings with one of them turned either way: what is close to them on the way to more accuracy or less

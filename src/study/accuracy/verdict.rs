@@ -45,5 +45,5 @@ pub fn verdicts(study: &Study) -> Vec<Verdict> {
         let (found, stated) = (point.difference.worst, row.error);
         Some(Verdict { preset: row.preset, stated, found, excess: excess(point.coordinates(), &points) })
     };
-    FrontRow::ALL.iter().filter_map(verdict).collect()
+    FrontRow::all(study.reference.settings.contact.zone).iter().filter_map(verdict).collect()
 }

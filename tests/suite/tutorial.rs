@@ -1,0 +1,91 @@
+//! The tutorial, followed line by line.
+
+use std::fs::{self, OpenOptions};
+use std::io::Write;
+use std::path::Path;
+
+use crate::common::tyrewave;
+
+const TUTORIAL: &str = include_str!("../../docs/tutorial.md");
+
+/// Settings that make every run a short one.
+const SHORT: [&str; 8] = [
+    "--set",
+    "numerics.elements=128",
+    "--set",
+    "rolling.warm_up=0.1",
+    "--set",
+    "radiation.quality=draft",
+    "--set",
+    "radiation.fmax=500.0",
+];
+
+/// Follows the tutorial in a folder that has the project's roads; with short runs, or as it stands.
+fn follow(short: bool) {
+    let folder = tempfile::tempdir().unwrap();
+    let roads = folder.path().join("tests/reference/roads");
+    fs::create_dir_all(&roads).unwrap();
+    let road = "captif_aylesbury_station_10.dat";
+    fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/roads").join(road), roads.join(road)).unwrap();
+    let mut commands = 0;
+    for block in TUTORIAL.split("```").skip(1).step_by(2) {
+        let (language, text) = block.split_once('\n').unwrap();
+        match language {
+            "toml" => {
+                let (file, addition) = text.split_once('\n').unwrap();
+                let path = folder.path().join(file.strip_prefix("# ").unwrap());
+                let mut file = OpenOptions::new().append(true).open(&path).unwrap();
+                write!(file, "\n{addition}").unwrap();
+            }
+            "sh" => {
+                for line in text.replace("\\\n", " ").lines() {
+                    carry_out(folder.path(), line, short);
+                    commands += 1;
+                }
+            }
+            other => panic!("a block of {other}"),
+        }
+    }
+    assert_eq!(commands, 12);
+    for file in [
+        "first/report.html",
+        "first/sound_cpx.wav",
+        "first/sound.csv",
+        "station/texture_spectrum.svg",
+        "seal/spectra.csv",
+        "fitted/tyre.toml",
+        "speeds/levels.csv",
+        "effects/effects.csv",
+    ] {
+        assert!(folder.path().join("trial").join(file).exists(), "{file}");
+    }
+}
+
+fn carry_out(folder: &Path, line: &str, short: bool) {
+    let words: Vec<&str> = line.split_whitespace().collect();
+    if words[0] == "cp" {
+        fs::copy(folder.join(words[1]), folder.join(words[2])).unwrap();
+        return;
+    }
+    assert_eq!(words[0], "tyrewave", "{line}");
+    let mut arguments: Vec<&str> = words[1..].to_vec();
+    if short && ["run", "sweep", "effects", "plan"].contains(&arguments[0]) {
+        for word in arguments.iter_mut().filter(|word| word.starts_with("rolling.duration=")) {
+            *word = "rolling.duration=0.6";
+        }
+        arguments.extend(SHORT);
+    }
+    let done = tyrewave(folder, &arguments);
+    assert!(done.status.success(), "{line}: {}", String::from_utf8_lossy(&done.stderr));
+}
+
+#[test]
+fn the_tutorial_holds_with_short_runs() {
+    follow(true);
+}
+
+#[test]
+#[ignore = "minutes: the tutorial's runs at their length"]
+fn the_tutorial_holds_as_it_stands() {
+    follow(false);
+}

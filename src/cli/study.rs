@@ -4,6 +4,7 @@ use clap::Args;
 use tyrewave::results::plots::{Axis, WorkPrecisionPanel, WorkPrecisionPlot};
 use tyrewave::results::sound::BodySummary;
 use tyrewave::results::table::{self, Report, Table, aligned, optional, row, words};
+use tyrewave::run::prepare::checked;
 use tyrewave::scene::{Contact, Numerics, Scene};
 use tyrewave::study::accuracy::verdict::{LARGEST_EXCESS, Verdict, verdicts};
 use tyrewave::study::accuracy::{
@@ -99,6 +100,10 @@ impl StudyArguments {
         if !verdicts.is_empty() {
             report.text("\nPresets:\n");
             report.table(verdict_table(&verdicts));
+        }
+        let plan = checked(loaded)?;
+        if let Some(errors) = &plan.slice_errors {
+            report.text(format!("\nApart from these errors: {}\n", plan.end_of_slices(errors).0));
         }
         let picture = picture(&found, &loaded.title()).map(|picture| picture.to_svg());
         side.file("study.txt", report.to_string());

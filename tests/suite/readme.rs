@@ -7,6 +7,7 @@ use std::process::Command;
 use tyrewave::scene::{Axle, DEFAULT, Scene};
 
 const README: &str = include_str!("../../README.md");
+const SCENES: &str = include_str!("../../docs/scenes.md");
 const LONGER: &str = include_str!("../README.md");
 
 /// Texts of the fenced blocks of a language.
@@ -35,11 +36,10 @@ fn the_first_scene_is_the_default_scene() {
     let tyre = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/tyres/car.toml");
     fs::copy(tyre, folder.path().join("tyres/car.toml")).unwrap();
     let default = Scene::from_str(DEFAULT, "default").unwrap().scene;
-    for scene in blocks(README, "toml") {
-        let path = folder.path().join("scene.toml");
-        fs::write(&path, scene).unwrap();
-        assert_eq!(Scene::load(&path).unwrap().scene, default, "the README's first scene is not scenes/default.toml");
-    }
+    let shown = blocks(SCENES, "toml");
+    let path = folder.path().join("scene.toml");
+    fs::write(&path, shown[0]).unwrap();
+    assert_eq!(Scene::load(&path).unwrap().scene, default, "the first scene of docs/scenes.md is not the default one");
 }
 
 /// The program's help of a command.

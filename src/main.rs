@@ -4,8 +4,6 @@
 //! costs atomic additions that all threads share, which an ordinary run must not pay for (and on stable Rust
 //! `stats_alloc` wraps no other allocator in a constant).
 
-mod cli;
-
 use std::process::ExitCode;
 
 use tyrewave::counters::AllocationProbe;
@@ -31,5 +29,5 @@ const PROBE: Option<AllocationProbe> = Some(|| {
 });
 
 fn main() -> ExitCode {
-    cli::start(PROBE)
+    tyrewave::command_line(PROBE)
 }

@@ -9,14 +9,10 @@ use std::sync::atomic::AtomicBool;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
-use tyrewave::counters::{Meter, Unwatched, Watch};
-use tyrewave::effects::vibration::VibrationEffect;
-use tyrewave::effects::{Begin, Effect, Step};
-use tyrewave::plan::Plan;
-use tyrewave::road::slices::StiffnessCurve;
-use tyrewave::road::strip::RoadStrip;
-use tyrewave::run::prepare::prepare;
-use tyrewave::test_models::{scene, scene_text};
+use tyrewave::counters::{Meter, Unwatched};
+use tyrewave::internals::{Begin, Effect, RoadStrip, VibrationEffect, Watch, prepare, scene, scene_text};
+use tyrewave::road::StiffnessCurve;
+use tyrewave::{Plan, Step};
 
 #[global_allocator]
 static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;

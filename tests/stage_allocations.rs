@@ -8,10 +8,9 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
-use tyrewave::counters::{Allocations, Meter, Phase, Spent, Stage, Watch};
-use tyrewave::plan::Plan;
-use tyrewave::run::Simulation;
-use tyrewave::test_models::{scene, scene_text};
+use tyrewave::counters::{Allocations, Meter, Phase, Stage};
+use tyrewave::internals::{Spent, Watch, scene, scene_text};
+use tyrewave::{Plan, Simulation};
 
 #[global_allocator]
 static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
+use crate::half_space::rough::{Control, Extent, HeightMap, Limits, indent};
+use crate::results::npy::{NpyWriter, Row};
 use clap::Args;
 use serde_json::json;
-use tyrewave::half_space::rough::{Control, Extent, HeightMap, Limits, indent};
-use tyrewave::results::npy::{NpyWriter, Row};
 
 use super::context::print;
 use super::error::CliError;
@@ -27,7 +27,7 @@ Examples:
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 #[command(allow_negative_numbers = true)]
-pub struct IndentArguments {
+pub(crate) struct IndentArguments {
     /// Heights, in m: a two-dimensional .npy array, rows along x, columns along y.
     #[arg(long, value_name = "GRID.npy")]
     heights: PathBuf,
@@ -69,7 +69,7 @@ pub struct IndentArguments {
 
 impl IndentArguments {
     /// Solves, writes the pressure if wanted, prints the answer.
-    pub fn execute(self) -> Result<(), CliError> {
+    pub(crate) fn execute(self) -> Result<(), CliError> {
         let Self { dx, dy, modulus, poisson, tolerance, .. } = self;
         let control = match (self.load, self.penetration) {
             (Some(load), _) => Control::Load(load),

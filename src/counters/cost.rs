@@ -96,6 +96,6 @@ impl StageCost {
 }
 
 /// Share of the time of so many threads that was not processor time, not below 0: 1 - cpu/(threads x wall), times in s.
-pub fn idle_share(cpu: f64, wall: f64, threads: usize) -> f64 {
+pub(crate) fn idle_share(cpu: f64, wall: f64, threads: usize) -> f64 {
     (1.0 - cpu / (threads as f64 * wall)).max(0.0)
 }

@@ -26,24 +26,26 @@
 
 mod amounts;
 pub(crate) mod catalogue;
-mod clock;
+pub(crate) mod clock;
 mod cost;
 mod counter;
-pub mod machine;
+pub(crate) mod machine;
 mod meter;
-pub mod peak;
-pub mod process;
+pub(crate) mod peak;
+pub(crate) mod process;
 mod progress;
 mod stage;
-pub mod trace;
-mod watch;
+pub(crate) mod trace;
+pub(crate) mod watch;
 
-pub use clock::{Clock, CpuClock, Spent};
-pub use cost::{AllocationProbe, Allocations, StageCost, Work, idle_share};
+pub(crate) use clock::{Clock, CpuClock, Spent};
+pub(crate) use cost::idle_share;
+pub use cost::{AllocationProbe, Allocations, StageCost, Work};
 pub use counter::Counter;
-pub use meter::{Counters, Laps, Meter, Open};
-pub use peak::MachinePeak;
+pub(crate) use meter::Counters;
+pub use meter::Meter;
+pub(crate) use peak::MachinePeak;
 pub use progress::{Progress, Unwatched};
 pub use stage::{Phase, Stage};
-pub use trace::Trace;
-pub use watch::{BLOCK, BLOCKS, Timing, WATCHED_EVERY, Watch};
+pub(crate) use trace::Trace;
+pub(crate) use watch::{Timing, Watch};

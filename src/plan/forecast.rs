@@ -46,7 +46,7 @@ pub struct StageForecast {
 
 /// Largest memory of this process at the end of a run beside that of the run's plan \[bytes\]: to be asked
 /// before the plan is made.
-pub fn process_memory() -> f64 {
+pub(crate) fn process_memory() -> f64 {
     resident_memory().unwrap_or_default() as f64 + PROGRAM
 }
 

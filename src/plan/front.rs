@@ -9,20 +9,20 @@
 use crate::scene::{Numerics, Preset, Road, Scene, TimeRule};
 
 /// Lowest third octave that a stated error is about \[Hz\].
-pub const STATED_FROM: f64 = 100.0;
+pub(crate) const STATED_FROM: f64 = 100.0;
 /// Cells in the shortest wave that is asked for: dense asphalt at 30 km/h, up to 1 kHz, is 5 dB wrong with four.
 const CELLS_IN_A_WAVE: f64 = 11.0;
 
 /// Size of cells of a scene's road for levels up to `highest` \[Hz\], in m: that of the law, or [`Road::cell`] and
 /// eleven of them at least in the texture wave that excites it.
-pub fn cell_for(scene: &Scene, highest: f64) -> f64 {
+pub(crate) fn cell_for(scene: &Scene, highest: f64) -> f64 {
     let resolved = || scene.road.cell().min(scene.rolling.speed() / highest / CELLS_IN_A_WAVE);
     scene.contact.cell_of_law(&scene.road).unwrap_or_else(resolved)
 }
 
 /// Settings in terms that do not depend on tyre, speed and frequency, with what they are worth.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FrontRow {
+pub(crate) struct FrontRow {
     /// Its preset.
     pub preset: Preset,
     /// Elements per texture wavelength V/fmax, at least.
@@ -49,7 +49,7 @@ pub struct FrontRow {
 
 impl FrontRow {
     /// The table, cheapest first.
-    pub const ALL: [Self; 3] = [
+    pub(crate) const ALL: [Self; 3] = [
         Self {
             preset: Preset::Draft,
             per_wavelength: 2.9,
@@ -92,39 +92,39 @@ impl FrontRow {
     ];
 
     /// Returns the row of a preset.
-    pub const fn of(preset: Preset) -> &'static Self {
+    pub(crate) const fn of(preset: Preset) -> &'static Self {
         &Self::ALL[preset as usize]
     }
 
     /// The row that a scene's `preset` or `accuracy` chooses.
-    pub fn asked_for(numerics: &Numerics) -> Option<&'static Self> {
+    pub(crate) fn asked_for(numerics: &Numerics) -> Option<&'static Self> {
         numerics.preset.map(Self::of).or_else(|| numerics.accuracy.and_then(Self::within))
     }
 
     /// From which frequency on \[Hz\] a scene's `preset` or `accuracy` states an error of its force levels, and which
     /// \[dB\].
-    pub fn stated_error(numerics: &Numerics) -> Option<(f64, f64)> {
+    pub(crate) fn stated_error(numerics: &Numerics) -> Option<(f64, f64)> {
         Self::asked_for(numerics).map(|row| (STATED_FROM, row.error))
     }
 
     /// The cheapest row whose stated error is not above an accuracy \[dB\]; `None` where no row is as accurate.
-    pub fn within(accuracy: f64) -> Option<&'static Self> {
+    pub(crate) fn within(accuracy: f64) -> Option<&'static Self> {
         Self::ALL.iter().find(|row| row.error <= accuracy)
     }
 
     /// The smallest stated error \[dB\].
-    pub fn finest_error() -> f64 {
+    pub(crate) fn finest_error() -> f64 {
         Self::ALL.iter().map(|row| row.error).fold(f64::INFINITY, f64::min)
     }
 
     /// Widest and longest cell of a scene's road for levels up to `highest` \[Hz\], in m.
-    pub fn cell_for(&self, scene: &Scene, highest: f64) -> f64 {
+    pub(crate) fn cell_for(&self, scene: &Scene, highest: f64) -> f64 {
         let of_law = scene.contact.cell_of_law(&scene.road);
         of_law.unwrap_or_else(|| self.cell * (cell_for(scene, highest) / Road::CELL))
     }
 
     /// Relative error of the rule's rate at fmax, phase and damping together: what another rule has to keep.
-    pub fn rule_error(&self) -> f64 {
+    pub(crate) fn rule_error(&self) -> f64 {
         let angle = std::f64::consts::TAU / self.steps_per_period;
         (self.time_rule.relative_rate(angle) - 1.0).norm()
     }

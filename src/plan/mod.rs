@@ -12,16 +12,16 @@
 
 pub(crate) mod amounts;
 pub(crate) mod cells;
-pub mod decisions;
+pub(crate) mod decisions;
 pub(crate) mod feasible;
 mod forecast;
 mod foreseen;
-pub mod front;
+pub(crate) mod front;
 pub(crate) mod inflation;
-pub mod models;
+pub(crate) mod models;
 mod pressed;
-pub mod resolution;
-pub mod settle;
+pub(crate) mod resolution;
+pub(crate) mod settle;
 mod slice_error;
 mod smooth_contact;
 #[cfg(test)]
@@ -29,10 +29,10 @@ mod tests;
 mod unit;
 pub(crate) mod unit_record;
 
-pub use amounts::{Amounts, Place};
-pub use decisions::{Decision, Decisions};
-pub use forecast::{Forecast, process_memory};
-pub use unit::{Unit, UnitCosts};
+pub(crate) use amounts::{Amounts, Place};
+pub(crate) use decisions::Decisions;
+pub(crate) use forecast::{Forecast, process_memory};
+pub(crate) use unit::{Unit, UnitCosts};
 
 use std::sync::OnceLock;
 
@@ -47,7 +47,7 @@ use crate::tyre::poles::cache::key;
 use crate::tyre::poles::{FitOptions, RationalModel};
 use resolution::{Need, Resolution};
 pub use settle::Choice;
-pub use smooth_contact::Expected;
+pub(crate) use smooth_contact::Expected;
 
 /// Segments of the averaged spectrum \[s\].
 pub(crate) const SEGMENT: f64 = 0.5;

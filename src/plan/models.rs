@@ -40,7 +40,7 @@ pub fn fetch(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<Fet
 
 /// Translates a fit's end: the user's wish, or a complaint about the scene's tolerance, with its remedy
 /// `right`.
-pub fn refused(loaded: &LoadedScene, error: FitError, right: &str) -> ModelError {
+pub(crate) fn refused(loaded: &LoadedScene, error: FitError, right: &str) -> ModelError {
     match error {
         FitError::Stopped => ModelError::Stopped,
         error => SceneError::from(loaded.complain("numerics.pole_tolerance", error.to_string(), right)).into(),
@@ -51,7 +51,7 @@ pub fn refused(loaded: &LoadedScene, error: FitError, right: &str) -> ModelError
 ///
 /// # Errors
 /// A fit that was [`refused`]; [`ModelError::Stopped`].
-pub fn planned_model(
+pub(crate) fn planned_model(
     loaded: &LoadedScene,
     plan: &Plan,
     right: &str,
@@ -77,7 +77,7 @@ pub fn planned_model(
 
 /// Counts evaluations of the compliance of a planned scene's tyre, and their arithmetic: as many flops as so many
 /// multiply-adds have.
-pub fn count_evaluations(plan: &Plan, evaluations: u64, meter: &mut Meter) {
+pub(crate) fn count_evaluations(plan: &Plan, evaluations: u64, meter: &mut Meter) {
     let flop = evaluations * operations(plan.decisions.tyre.layers.len() as u64);
     meter.count(Counter::ComplianceEvaluations, evaluations);
     meter.add_work(Stage::Influence, Work { multiply_adds: flop / 2, bytes: 0 });

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::third_octave::ThirdOctaveBand;
 
 /// Error of one kind of levels in a band \[dB\].
-pub type Part = fn(&SliceErrors, ThirdOctaveBand) -> Option<f64>;
+pub(crate) type Part = fn(&SliceErrors, ThirdOctaveBand) -> Option<f64>;
 
 /// Errors of a run's levels, as far as they are known.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]

@@ -17,11 +17,11 @@ use crate::storage::sealed_file::{self, Body, Format};
 use crate::storage::{PendingFile, StateError};
 
 /// Name of the checkpoint in the folder of an unfinished run.
-pub const CHECKPOINT_FILE: &str = "checkpoint";
+pub(crate) const CHECKPOINT_FILE: &str = "checkpoint";
 /// Name while it is being written: the folder belongs to one process.
 pub(super) const TEMPORARY_FILE: &str = "checkpoint.tmp";
 /// Name of the effective scene in the folder of an unfinished run.
-pub const SCENE_FILE: &str = "scene.toml";
+pub(crate) const SCENE_FILE: &str = "scene.toml";
 /// Its version is to be raised whenever a state means something else.
 const FORMAT: Format = Format { magic: b"TWAVECHK", version: 13, name: "a checkpoint" };
 
@@ -127,7 +127,7 @@ fn listed(paths: &[PathBuf]) -> String {
 ///
 /// # Errors
 /// [`ResultsError::Write`].
-pub fn write(folder: &Path, value: &impl Serialize) -> Result<(), ResultsError> {
+pub(crate) fn write(folder: &Path, value: &impl Serialize) -> Result<(), ResultsError> {
     let path = folder.join(CHECKPOINT_FILE);
     PendingFile::create_as(&path, ".tmp")
         .and_then(|file| FORMAT.write(file, value))
@@ -139,7 +139,7 @@ pub fn write(folder: &Path, value: &impl Serialize) -> Result<(), ResultsError> 
 ///
 /// # Errors
 /// [`CheckpointError::NoCheckpoint`], [`CheckpointError::Io`], [`CheckpointError::Unusable`].
-pub fn read(folder: &Path) -> Result<Body, CheckpointError> {
+pub(crate) fn read(folder: &Path) -> Result<Body, CheckpointError> {
     let path = folder.join(CHECKPOINT_FILE);
     let body = FORMAT.read(&path).map_err(|source| match source.kind() {
         ErrorKind::NotFound => CheckpointError::NoCheckpoint { path: folder.to_owned() },

@@ -11,11 +11,11 @@ use crate::scene::RadiationQuality;
 use crate::sound::{Air, CoveredBands, SoundLevels};
 
 /// Third octaves at the receivers.
-pub const SOUND_FILE: &str = "sound.csv";
+pub(crate) const SOUND_FILE: &str = "sound.csv";
 /// Quantity of its A-weighted levels.
-pub const SOUND_LEVEL: &str = "Sound pressure level [dB(A) re 20 uPa]";
+pub(crate) const SOUND_LEVEL: &str = "Sound pressure level [dB(A) re 20 uPa]";
 /// Narrow band.
-pub const SOUND_NARROW_FILE: &str = "sound_narrow.csv";
+pub(crate) const SOUND_NARROW_FILE: &str = "sound_narrow.csv";
 
 /// The spectrum at a receiver: the mean over its points, times the tyres that it hears.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +31,7 @@ pub struct ReceiverSpectrum {
 /// Third-octave levels: nominal and exact mid-frequency \[Hz\], level \[dB re 20 uPa\], A-weighted level \[dB(A)\], 1
 /// where the run vouches for it and 0 beyond, how far off the level may be there by the numerical solution and the
 /// sound's way, and by slices; empty where that is not known \[dB\].
-pub fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, slices: Option<&SliceErrors>) -> String {
+pub(crate) fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, slices: Option<&SliceErrors>) -> String {
     let header = "receiver,nominal_hz,mid_frequency_hz,level_db_re_20upa,level_db_a,valid,error_db,slice_error_db";
     let rows = spectra.iter().flat_map(|ReceiverSpectrum { name, spectrum, error }| {
         let levels = SoundLevels::of(spectrum, lowest..f64::INFINITY);
@@ -49,7 +49,7 @@ pub fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, slices: Optio
 }
 
 /// Narrow-band spectra: frequency \[Hz\] and power spectral density \[Pa^2/Hz\].
-pub fn sound_narrow_csv(spectra: &[ReceiverSpectrum]) -> String {
+pub(crate) fn sound_narrow_csv(spectra: &[ReceiverSpectrum]) -> String {
     let rows = spectra.iter().flat_map(|ReceiverSpectrum { name, spectrum, .. }| {
         spectrum.density().map(move |(frequency, density)| row([name, &frequency, &density]))
     });

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-pub use super::cost::{Cost, Planned};
+pub(crate) use super::cost::{Cost, Planned};
 use super::error::ResultsError;
 use super::sound::SoundSummary;
 use super::vibration::VibrationSummary;
@@ -15,11 +15,11 @@ use crate::response::SliceErrors;
 use crate::scene::settings_hash;
 
 /// Name of the summary in a results folder.
-pub const SUMMARY_FILE: &str = "summary.json";
+pub(crate) const SUMMARY_FILE: &str = "summary.json";
 /// Value of `format` in a summary of ours.
-pub const FORMAT: &str = "tyrewave results";
+pub(crate) const FORMAT: &str = "tyrewave results";
 /// Version of the layout of the results folder; raised when a reader would stumble.
-pub const FORMAT_VERSION: u32 = 1;
+pub(crate) const FORMAT_VERSION: u32 = 1;
 
 /// Everything that `summary.json` says. Numbers that do not exist (no load asked for, nothing counted yet) are `null`.
 #[derive(Clone, Debug, Deserialize, Serialize)]

@@ -11,11 +11,11 @@ use super::table::{Cells, csv, row};
 use crate::response::{BandLevel, LevelErrors, PowerSpectrum};
 
 /// Third octaves.
-pub const VIBRATION_FILE: &str = "vibration.csv";
+pub(crate) const VIBRATION_FILE: &str = "vibration.csv";
 /// Quantity of its levels.
-pub const VELOCITY_LEVEL: &str = "Velocity level [dB re 1 m/s]";
+pub(crate) const VELOCITY_LEVEL: &str = "Velocity level [dB re 1 m/s]";
 /// Narrow band.
-pub const VIBRATION_NARROW_FILE: &str = "vibration_narrow.csv";
+pub(crate) const VIBRATION_NARROW_FILE: &str = "vibration_narrow.csv";
 
 /// The columns that say which spectrum a row is of.
 const NAMES: [&str; 4] = ["field", "frame", "position_m", "element"];
@@ -71,7 +71,7 @@ impl NamedSpectrum {
 /// Third-octave levels: nominal and exact mid-frequency \[Hz\], mean square \[m^2/s^2\], level \[dB re 1 m/s\], 1 where
 /// the run vouches for it and 0 beyond, its error by slices where that is known \[dB\], of all bands from `lowest`
 /// \[Hz\] on.
-pub fn vibration_levels_csv(spectra: &[NamedSpectrum], lowest: f64, errors: &LevelErrors) -> String {
+pub(crate) fn vibration_levels_csv(spectra: &[NamedSpectrum], lowest: f64, errors: &LevelErrors) -> String {
     let header = "nominal_hz,mid_frequency_hz,mean_square_m2_s2,level_db_re_1m_s,valid,slice_error_db";
     let rows = spectra.iter().flat_map(|named| {
         named.spectrum.third_octaves(lowest, 1.0).into_iter().map(|BandLevel { band, mean_square, level, valid }| {
@@ -84,7 +84,7 @@ pub fn vibration_levels_csv(spectra: &[NamedSpectrum], lowest: f64, errors: &Lev
 }
 
 /// Narrow-band spectra: frequency \[Hz\] and power spectral density \[m^2/s^2/Hz\].
-pub fn vibration_narrow_csv(spectra: &[NamedSpectrum]) -> String {
+pub(crate) fn vibration_narrow_csv(spectra: &[NamedSpectrum]) -> String {
     let rows = spectra
         .iter()
         .flat_map(|named| named.spectrum.density().map(|(frequency, density)| named.row([frequency, density])));

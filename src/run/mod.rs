@@ -7,15 +7,15 @@
 //!    [`checkpoint`] lets a folder's run go on where it was stopped.
 
 mod cells;
-pub mod checkpoint;
-pub mod in_memory;
+pub(crate) mod checkpoint;
+pub(crate) mod in_memory;
 mod look_back;
-pub mod past;
-pub mod prepare;
-pub mod road;
-pub mod simulation;
-pub mod slices;
-pub mod to_folder;
+pub(crate) mod past;
+pub(crate) mod prepare;
+pub(crate) mod road;
+pub(crate) mod simulation;
+pub(crate) mod slices;
+pub(crate) mod to_folder;
 mod zone_maker;
 
 #[cfg(test)]
@@ -24,5 +24,6 @@ mod tests;
 pub use crate::counters::{Progress, Unwatched};
 pub use crate::effects::RunError;
 pub use in_memory::{RunInMemory, run_in_memory};
-pub use simulation::{Results, Setup, Simulation};
+pub(crate) use simulation::Setup;
+pub use simulation::{Results, Simulation};
 pub use to_folder::{RunOptions, RunReport, resume, run};

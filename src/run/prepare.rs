@@ -122,7 +122,7 @@ fn unexcited(plan: &Plan, highest: f64) -> Option<String> {
 ///
 /// # Errors
 /// Whatever can be known to be wrong without running.
-pub fn checked(loaded: &LoadedScene) -> Result<Plan, RunError> {
+pub(crate) fn checked(loaded: &LoadedScene) -> Result<Plan, RunError> {
     loaded.check_time_domain()?;
     let mut plan = Plan::of(loaded)?.with_kept_model();
     plan.check(loaded)?;

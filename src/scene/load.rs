@@ -403,6 +403,6 @@ fn syntax(source: &Arc<Source>, document: &Document, error: &toml::de::Error) ->
 
 /// SHA-256 of settings as compact JSON with sorted keys, in hexadecimal: two scenes have the same hash exactly if they
 /// say the same, however they are written.
-pub fn settings_hash(settings: &serde_json::Value) -> String {
+pub(crate) fn settings_hash(settings: &serde_json::Value) -> String {
     sha256(&[&settings.to_string()])
 }

@@ -73,7 +73,7 @@ pub trait Cached: Serialize + DeserializeOwned {
 ///
 /// # Errors
 /// Content that JSON cannot hold.
-pub fn key<T: Cached>(content: &impl Serialize) -> serde_json::Result<[u8; 32]> {
+pub(crate) fn key<T: Cached>(content: &impl Serialize) -> serde_json::Result<[u8; 32]> {
     Ok(Sha256::digest(serde_json::to_vec(&(T::KIND.format.version, content))?).into())
 }
 

@@ -82,7 +82,7 @@ impl StateReader<'_> {
 ///
 /// # Errors
 /// [`StateError::Length`] for another number of them.
-pub fn fill<T: Copy>(values: &mut [T], saved: &[T]) -> Result<(), StateError> {
+pub(crate) fn fill<T: Copy>(values: &mut [T], saved: &[T]) -> Result<(), StateError> {
     if values.len() != saved.len() {
         return Err(StateError::Length { expected: values.len(), found: saved.len() });
     }
@@ -94,7 +94,7 @@ pub fn fill<T: Copy>(values: &mut [T], saved: &[T]) -> Result<(), StateError> {
 ///
 /// # Errors
 /// [`StateError::Length`] for another number of lists, or of values in one of them.
-pub fn fill_all<'a, T: Copy + 'a>(
+pub(crate) fn fill_all<'a, T: Copy + 'a>(
     lists: impl ExactSizeIterator<Item = &'a mut [T]>,
     saved: &[Vec<T>],
 ) -> Result<(), StateError> {
@@ -108,7 +108,7 @@ pub fn fill_all<'a, T: Copy + 'a>(
 ///
 /// # Errors
 /// [`StateError::Value`] unless there are both, part and state, or neither; those of `restore`.
-pub fn restore_part<T, S>(
+pub(crate) fn restore_part<T, S>(
     part: &mut Option<T>,
     state: Option<S>,
     restore: impl FnOnce(&mut T, S) -> Result<(), StateError>,

@@ -23,8 +23,8 @@ use std::f64::consts::PI;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-pub use rates::Rates;
-pub use runge_kutta::RungeKutta;
+pub(crate) use rates::Rates;
+pub(crate) use runge_kutta::RungeKutta;
 use runge_kutta::{SDIRK2, SDIRK3};
 
 /// Time rule.

@@ -199,7 +199,8 @@ fn signed(n: usize, direction: Option<Direction>) -> i64 {
 ///
 /// # Errors
 /// [`ModesError`] for a compliance that is not finite, of the first such wave.
-pub fn modes_of(
+#[cfg(test)]
+pub(crate) fn modes_of(
     waves: &[(usize, usize)],
     highest: f64,
     compliance: impl Fn(usize, usize, Complex64) -> Matrix3 + Sync,
@@ -230,7 +231,7 @@ fn found(
 
 /// |C_zz| of the waves n = 0..=`largest_n` with the lowest lateral number \[m/Pa\]: one row for each frequency \[Hz\],
 /// one column for each n; with it the lateral number.
-pub fn radial_compliance(tyre: &Tyre, largest_n: usize, frequencies: &[f64]) -> (usize, Vec<Vec<f64>>) {
+pub(crate) fn radial_compliance(tyre: &Tyre, largest_n: usize, frequencies: &[f64]) -> (usize, Vec<Vec<f64>>) {
     let top = frequencies.iter().fold(0.0_f64, |a, &b| a.max(b));
     let kernel = Kernel::new(tyre, TAU * top, TOLERANCE);
     let m = Waves::new(tyre).first_lateral_number();

@@ -15,8 +15,8 @@ use tyrewave::test_models::{CIRCUMFERENCE, add, edit, grid_road, scene, scene_te
 
 use tyrewave::tyre::influence::CellInfluence;
 
-use crate::common::hard_case::measured;
-use crate::common::{Results, mean_and_deviation, read_array, run, write_grid};
+use crate::suite::common::hard_case::measured;
+use crate::suite::common::{Results, mean_and_deviation, read_array, run, write_grid};
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.1\naxle = { load = 3400.0, tolerance = 0.05 }";
 const INDENTED: &str = "speed_kmh = 80.0\nwarm_up = 0.05\nduration = 0.1\naxle = { indentation = 0.01, ramp = 0.03 }";

@@ -26,7 +26,7 @@ const HALVINGS: usize = 12;
 const TOLERANCE: f64 = 1e-9;
 
 /// A line of elements with their curves.
-pub struct ElementLine {
+pub(crate) struct ElementLine {
     curves: Vec<StiffnessCurve>,
     /// Influence of an element on the one j further on, times E* \[m\].
     influence: Vec<f64>,
@@ -34,13 +34,13 @@ pub struct ElementLine {
 
 impl ElementLine {
     /// From the curves of a patch's elements.
-    pub fn new(grid: PatchGrid, curves: Vec<StiffnessCurve>) -> Self {
+    pub(crate) fn new(grid: PatchGrid, curves: Vec<StiffnessCurve>) -> Self {
         Self { curves, influence: influence(grid) }
     }
 
     /// Pressures/E* by element for c = kappa E* \[m\] under a mean pressure/E*; `None` should Newton's method not
     /// arrive.
-    pub fn pressures(&self, compliance: f64, mean: f64) -> Option<Vec<f64>> {
+    pub(crate) fn pressures(&self, compliance: f64, mean: f64) -> Option<Vec<f64>> {
         let mut v: Vec<f64> = self.curves.iter().map(|curve| curve.penetration_at(compliance * mean)).collect();
         let mut state = self.at(compliance, mean, &v, 0.0);
         // The depth that suits the start on average.

@@ -17,7 +17,7 @@ use crate::road::slices::StiffnessCurve;
 use crate::road::{Lattice, Limits, RoadSurface};
 use crate::scene::{MadeRoad, Road, Tyre};
 use crate::test_models::plate_tyre;
-use crate::tyre::influence::wave_compliance;
+use crate::tyre::wave_compliance;
 
 const COARSE: Lattice = Lattice { dx: 1.95 / 128.0, along: 2, dy: 0.02, columns: 6 };
 

@@ -19,7 +19,7 @@ use crate::scene::Zone;
 use crate::storage::state::{StateError, StateReader, StateWriter, fill};
 
 /// Contact over cells.
-pub struct CellsEffect;
+pub(crate) struct CellsEffect;
 
 static CHANNELS: [Channel; 5] = [
     Channel {
@@ -137,7 +137,7 @@ impl Effect for CellsEffect {
 }
 
 /// Observer of the patch.
-pub struct CellObserver {
+pub(crate) struct CellObserver {
     across: usize,
     /// Size of a cell \[m\].
     size: [f64; 2],

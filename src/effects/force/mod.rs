@@ -26,7 +26,7 @@ use crate::scene::{Axle, TimeRule};
 use crate::storage::state::{StateError, StateReader, StateWriter, restore_part};
 
 /// Force in the contact.
-pub struct ForceEffect;
+pub(crate) struct ForceEffect;
 
 static CHANNELS: [Channel; 6] = [
     Channel { name: "time", unit: "s", meaning: "time", read: Read::Number(|step| step.time), ..Channel::BASE },
@@ -138,7 +138,7 @@ impl Effect for ForceEffect {
 }
 
 /// Observer of the force.
-pub struct ForceObserver {
+pub(crate) struct ForceObserver {
     shown: Range<u64>,
     /// Steps that are drawn.
     drawn: Drawn,
@@ -246,7 +246,7 @@ impl Observer for ForceObserver {
 impl ForceObserver {
     /// The averaged spectrum of the force after the warm-up, of a run that has reached its end; what the mean over a
     /// step takes off is put back.
-    pub fn spectrum(&self) -> Option<PowerSpectrum> {
+    pub(crate) fn spectrum(&self) -> Option<PowerSpectrum> {
         let (rule, time_step) = self.recording;
         let spectrum = self.spectrum.clone().and_then(|spectrum| spectrum.finish().ok())?;
         Some(spectrum.without(|frequency| rule.mean_response(TAU * frequency * time_step)))

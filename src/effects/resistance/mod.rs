@@ -17,7 +17,7 @@ use crate::scene::Tread;
 use crate::storage::state::{StateError, StateReader, StateWriter};
 
 /// Rolling resistance.
-pub struct ResistanceEffect;
+pub(crate) struct ResistanceEffect;
 
 impl Effect for ResistanceEffect {
     fn name(&self) -> &'static str {
@@ -39,7 +39,7 @@ impl Effect for ResistanceEffect {
 }
 
 /// Observer of the power.
-pub struct ResistanceObserver {
+pub(crate) struct ResistanceObserver {
     /// Power after the warm-up \[W\].
     power: RunningMoments,
     /// Total force after the warm-up \[N\].

@@ -29,9 +29,8 @@ use crate::results::vibration::{VELOCITY_LEVEL, VIBRATION_FILE};
 use crate::scene::{LoadedScene, Scene, SceneError, Vibration};
 use crate::storage::state::{StateError, StateReader, StateWriter, restore_part};
 use answer::TyreAnswer;
-pub use planned::{CellSegments, VibrationSegments};
 use resolved::{ResolvedForces, ResolvedState};
-pub use results::HeardVibration;
+pub(crate) use results::HeardVibration;
 
 /// Vibration of belt and tread.
 pub struct VibrationEffect;
@@ -108,7 +107,7 @@ impl Effect for VibrationEffect {
 }
 
 /// Observer of the patch's forces, which the tyre's velocities are made of.
-pub struct VibrationObserver {
+pub(crate) struct VibrationObserver {
     wanted: Vibration,
     accumulator: VibrationAccumulator,
     tyre: TyreAnswer,

@@ -67,7 +67,7 @@ impl VibrationObserver {
     }
 
     /// Velocities of the steps so far, where a segment of them is complete.
-    pub fn heard_so_far(&self, meter: &mut Meter) -> Option<HeardVibration> {
+    pub(crate) fn heard_so_far(&self, meter: &mut Meter) -> Option<HeardVibration> {
         self.found(false, meter).map(|(heard, _)| heard)
     }
 

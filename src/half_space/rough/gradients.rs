@@ -115,7 +115,7 @@ fn periodic_influence(extent: Extent, dx: f64, dy: f64) -> Convolution<f64> {
 }
 
 impl<'a> Solver<'a> {
-    pub fn new(extent: Extent, dx: f64, dy: f64, heights: &'a [f64], boundary: Boundary) -> Self {
+    pub(super) fn new(extent: Extent, dx: f64, dy: f64, heights: &'a [f64], boundary: Boundary) -> Self {
         let cells = extent.cells();
         let influence = match boundary {
             Boundary::Free => {
@@ -143,7 +143,7 @@ impl<'a> Solver<'a> {
     }
 
     /// Solves from the start value in `pressure` (zeros: a guess is made), which receives the solution.
-    pub fn run(
+    pub(super) fn run(
         &mut self,
         constraint: Constraint,
         limits: Limits,

@@ -12,4 +12,4 @@ mod periodic;
 pub use convolution::{Convolution, Extent};
 pub use indentation::{Control, Indentation, indent};
 pub use map::{HeightMap, Limits};
-pub use periodic::PeriodicContact;
+pub(crate) use periodic::PeriodicContact;

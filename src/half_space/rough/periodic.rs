@@ -13,7 +13,7 @@ use super::map::{HeightMap, Limits};
 use crate::half_space::HalfSpaceError;
 
 /// A body ready to be pressed at one load after the other.
-pub struct PeriodicContact<'a> {
+pub(crate) struct PeriodicContact<'a> {
     map: &'a HeightMap,
     solver: Solver<'a>,
     /// Pressure/E*.
@@ -22,7 +22,7 @@ pub struct PeriodicContact<'a> {
 
 /// The body under one load.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pressed<'a> {
+pub(crate) struct Pressed<'a> {
     /// Pressure/E*, nx x ny row-major; exactly 0 outside the contact.
     pub pressure: &'a [f64],
     /// Height of the highest peak over the plane that the undeformed surface reaches \[m\].
@@ -41,7 +41,7 @@ impl<'a> PeriodicContact<'a> {
     /// # Errors
     /// [`HalfSpaceError::Shape`], [`HalfSpaceError::Odd`], [`HalfSpaceError::NotPositive`] for a cell,
     /// [`HalfSpaceError::Hole`] for a height that is not finite.
-    pub fn new(map: &'a HeightMap) -> Result<Self, HalfSpaceError> {
+    pub(crate) fn new(map: &'a HeightMap) -> Result<Self, HalfSpaceError> {
         map.check(&[])?;
         let extent = map.extent;
         if !extent.nx.is_multiple_of(2) || !extent.ny.is_multiple_of(2) {
@@ -56,7 +56,7 @@ impl<'a> PeriodicContact<'a> {
     /// # Errors
     /// [`HalfSpaceError::NotPositive`] for a pressure or tolerance, [`HalfSpaceError::NotConverged`] after too many
     /// iterations.
-    pub fn press(&mut self, mean_pressure: f64, limits: Limits) -> Result<Pressed<'_>, HalfSpaceError> {
+    pub(crate) fn press(&mut self, mean_pressure: f64, limits: Limits) -> Result<Pressed<'_>, HalfSpaceError> {
         self.map.check(&[("tolerance", limits.tolerance), ("mean pressure", mean_pressure)])?;
         let cells = self.map.extent.cells() as f64;
         let progress = self.solver.run(Constraint::Sum(mean_pressure * cells), limits, &mut self.pressure)?;

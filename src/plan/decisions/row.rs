@@ -28,7 +28,7 @@ pub struct Decided {
 }
 
 /// Gives the reason of a switch that the scene sets.
-pub fn given(switch: Switch, key: &str) -> Option<String> {
+pub(crate) fn given(switch: Switch, key: &str) -> Option<String> {
     match switch {
         Switch::On => Some(format!("effects.{key} = \"on\"")),
         Switch::Off => Some(format!("effects.{key} = \"off\"")),

@@ -10,7 +10,7 @@ use crate::effects::stored::Stored;
 use crate::results::read_table::Column;
 
 /// Beginning of every file of ours.
-pub const MAT_HEAD: &str = "MATLAB 5.0 MAT-file, Platform: tyrewave,";
+pub(crate) const MAT_HEAD: &str = "MATLAB 5.0 MAT-file, Platform: tyrewave,";
 
 /// The bytes of the file.
 ///

@@ -18,7 +18,7 @@ keys! {
     /// else: K (cos^4, sin^4, cos^2 sin^2 of the angle) along, across and between. Either `stiffness` is given, or
     /// `spacing`, `area` and `modulus`.
     #[derive(Clone, Debug, PartialEq, Serialize)]
-    Cords {
+    pub Cords {
         /// Stiffness K of the cords over the layer's thickness, at the material's reference frequency \[Pa\].
         #[serde(skip_serializing_if = "Option::is_none")]
         stiffness: Option<f64> = None => Optional(STIFFNESS),
@@ -43,7 +43,7 @@ keys! {
     /// Moduli of an orthotropic layer along the circumference (theta), across (y) and outwards (r), at the material's
     /// reference frequency; all follow its law with one factor. nu_a_b is the contraction along b by a stress along a.
     #[derive(Clone, Debug, PartialEq, Serialize)]
-    Orthotropic {
+    pub Orthotropic {
         /// Young's modulus along the circumference \[Pa\].
         #[serde(rename = "E_theta")]
         e_theta as "E_theta": f64 => MODULUS,

@@ -82,7 +82,7 @@ const SLOW: f64 = 0.05;
 const MOST_SLICES: f64 = 512.0;
 
 /// Chooses the way from |alpha h|^2 and |beta h|^2.
-pub fn choose_way(alpha_h_squared: f64, beta_h_squared: f64) -> Way {
+pub(crate) fn choose_way(alpha_h_squared: f64, beta_h_squared: f64) -> Way {
     let largest = alpha_h_squared.max(beta_h_squared);
     if largest <= SERIES_LIMIT {
         return Way::Thin;

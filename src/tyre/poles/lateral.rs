@@ -48,7 +48,7 @@ impl LateralFitOptions {
 }
 
 /// Evaluations of a wave's function that its aliases are.
-pub fn lateral_terms(aliases: Option<usize>) -> usize {
+pub(crate) fn lateral_terms(aliases: Option<usize>) -> usize {
     2 * aliases.unwrap_or(ALIASES) + 1
 }
 
@@ -56,7 +56,7 @@ pub fn lateral_terms(aliases: Option<usize>) -> usize {
 ///
 /// # Errors
 /// [`FitError`]: the first wave in the order of the list that is refused; [`FitError::Stopped`].
-pub fn fit_lateral(
+pub(crate) fn fit_lateral(
     tyre: &Tyre,
     numbers: &[usize],
     options: &LateralFitOptions,

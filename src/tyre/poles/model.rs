@@ -81,7 +81,7 @@ pub struct Modes<'a> {
 }
 
 /// Least residue of a wave of both directions in one of them, as a part of that in the other.
-pub const LEAST_SHARE: f64 = 0.1;
+pub(crate) const LEAST_SHARE: f64 = 0.1;
 
 /// Direction of a wave round the tyre, seen by its material.
 ///
@@ -245,7 +245,7 @@ impl RationalModel {
 
 /// The fit of one wavenumber.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Entry {
+pub(crate) struct Entry {
     /// lambda, in the stored order.
     pub poles: Vec<Complex64>,
     /// R of the driven and of the innermost face.

@@ -95,7 +95,7 @@ struct Fitted {
 ///
 /// # Errors
 /// [`RationalError`].
-pub fn tangential_model(tyre: &Tyre, model: &RationalModel, top: f64) -> Result<TangentialModel, RationalError> {
+pub(crate) fn tangential_model(tyre: &Tyre, model: &RationalModel, top: f64) -> Result<TangentialModel, RationalError> {
     fit_all(&TangentialSum::new(tyre, model.elements, top), model, top)
 }
 
@@ -103,7 +103,7 @@ pub fn tangential_model(tyre: &Tyre, model: &RationalModel, top: f64) -> Result<
 ///
 /// # Errors
 /// [`RationalError`].
-pub fn lateral_tangential_model(
+pub(crate) fn lateral_tangential_model(
     tyre: &Tyre,
     model: &RationalModel,
     top: f64,

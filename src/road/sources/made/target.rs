@@ -7,7 +7,7 @@ use crate::road::texture::{
 use crate::scene::{MadeRoad, NamedTexture, PowerLawTexture};
 
 /// Height of the highest point to be expected of a made road over its root-mean-square height.
-pub const PEAK_FACTOR: f64 = 5.0;
+pub(crate) const PEAK_FACTOR: f64 = 5.0;
 
 /// A wavenumber band and the mean square that a profile shall have in it.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -22,10 +22,10 @@ use rand_chacha::ChaCha8Rng;
 use realfft::RealFftPlanner;
 use rustfft::FftPlanner;
 use tyrewave::Plan;
-use tyrewave::counters::Meter;
+use tyrewave::counters::{Meter, Watch};
 use tyrewave::internals::{
     self, Across, CIRCUMFERENCE, NpyWriter, Prepared, Ring, Row, SegmentLayout, TransferKind, TyreResponse,
-    VibrationAccumulator, VibrationField, Watch, add, edit, fetch_model, fit_options, prepare, symbols,
+    VibrationAccumulator, VibrationField, add, edit, fetch_model, fit_options, prepare, symbols,
 };
 use tyrewave::response::{PowerSpectrum, ThirdOctaveBand};
 use tyrewave::scene::{LoadedScene, PLATE, TimeRule};

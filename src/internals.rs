@@ -13,11 +13,8 @@ pub use crate::contact::complementarity::{FactorCache, FactorCounts, LINE, add_t
 pub use crate::contact::history::{DirectHistory, INSTANTS, LagKernel, ModalHistory, PastForces};
 pub use crate::contact::pressed::strip::PressedRoad;
 pub use crate::contact::windows::add_windows;
-pub use crate::counters::clock::Spent;
 pub use crate::counters::peak::{MachinePeak, multiply_add_rate};
-pub use crate::counters::watch::Watch;
-pub use crate::effects::effect::{Begin, Effect};
-pub use crate::effects::vibration::VibrationEffect;
+pub use crate::effects::vibration::VibrationObserver;
 pub use crate::half_space::line::{GrowingContact, LineInfluence};
 pub use crate::half_space::love::displacement as love_displacement;
 pub use crate::half_space::rough::Convolution;

@@ -15,7 +15,7 @@
 pub(crate) mod axle;
 pub(crate) mod cells;
 pub(crate) mod complementarity;
-mod error;
+pub(crate) mod error;
 pub(crate) mod footprint;
 pub(crate) mod geometry;
 pub(crate) mod history;

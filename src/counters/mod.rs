@@ -38,7 +38,8 @@ mod stage;
 pub(crate) mod trace;
 pub(crate) mod watch;
 
-pub(crate) use clock::{Clock, CpuClock, Spent};
+pub use clock::Spent;
+pub(crate) use clock::{Clock, CpuClock};
 pub(crate) use cost::idle_share;
 pub use cost::{AllocationProbe, Allocations, StageCost, Work};
 pub use counter::Counter;
@@ -47,5 +48,5 @@ pub use meter::Meter;
 pub(crate) use peak::MachinePeak;
 pub use progress::{Progress, Unwatched};
 pub use stage::{Phase, Stage};
-pub(crate) use trace::Trace;
-pub(crate) use watch::{Timing, Watch};
+pub use trace::Trace;
+pub use watch::{Timing, Watch};

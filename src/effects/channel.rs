@@ -24,7 +24,7 @@ pub struct Channel {
     /// Tells whether a plan calls for it.
     pub wanted: fn(&Plan) -> bool,
     /// Reads a row.
-    pub read: Read,
+    pub(crate) read: Read,
 }
 
 impl Channel {
@@ -68,7 +68,7 @@ pub enum When {
 }
 
 /// Reading of a row from a step.
-pub enum Read {
+pub(crate) enum Read {
     /// A number.
     Number(fn(&Step<'_>) -> f64),
     /// A whole number.

@@ -24,7 +24,7 @@ pub enum ReportError {
 
 /// Figure of a run: a number with its name.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Figure {
+pub(crate) struct Figure {
     /// Name.
     pub name: String,
     /// Unit; empty for a mere number.
@@ -35,13 +35,13 @@ pub struct Figure {
 
 impl Figure {
     /// Makes a figure of a number that is there.
-    pub fn of(name: impl Into<String>, unit: &'static str, value: Option<f64>) -> Option<Self> {
+    pub(crate) fn of(name: impl Into<String>, unit: &'static str, value: Option<f64>) -> Option<Self> {
         value.map(|value| Self { name: name.into(), unit, value })
     }
 }
 
 /// Table of third octaves that an effect writes.
-pub struct LevelTable {
+pub(crate) struct LevelTable {
     /// Name of the file.
     pub file: &'static str,
     /// Quantity of the levels, reference included.
@@ -54,7 +54,7 @@ pub struct LevelTable {
 
 /// Section of a page; parts of several effects under one heading follow each other.
 #[derive(Clone, Debug)]
-pub struct Section {
+pub(crate) struct Section {
     /// Heading.
     pub heading: &'static str,
     /// Content; a section without any is not shown.
@@ -63,7 +63,7 @@ pub struct Section {
 
 /// Block of a section.
 #[derive(Clone, Debug)]
-pub enum Block {
+pub(crate) enum Block {
     /// Picture and caption.
     Picture([String; 2]),
     /// Table of levels, folded.

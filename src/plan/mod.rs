@@ -62,7 +62,7 @@ pub struct Plan {
     /// The scene, every setting decided.
     pub scene: Scene,
     /// Decisions on the physics and the effects.
-    pub decisions: Decisions,
+    pub(crate) decisions: Decisions,
     /// Settings that the scene left open, and what the sidewalls of its tyre give beside what is used.
     pub choices: Vec<Choice>,
     /// Speed V \[m/s\].
@@ -87,16 +87,16 @@ pub struct Plan {
     /// Requirements of the fitted model, where one is needed.
     pub fit: FitOptions,
     /// Poles of the model that a cache holds for it; `None`: it is still to be fitted, or none is needed.
-    pub kept_poles: Option<usize>,
+    pub(crate) kept_poles: Option<usize>,
     /// Errors of contact over slices on the scene's road, once that is open.
-    pub slice_errors: Option<SliceErrors>,
+    pub(crate) slice_errors: Option<SliceErrors>,
     /// Frequencies that a cache holds the radiation of \[Hz\].
-    pub kept_frequencies: Vec<f64>,
+    pub(crate) kept_frequencies: Vec<f64>,
     /// Length of the window whose forces are told over that of a rigid tyre's chord: 1, which no contact outgrows; a
     /// test makes it less.
-    pub reach: f64,
+    pub(crate) reach: f64,
     /// Length of the window of cells over that whose forces are told: 1, and more once contact has reached its end.
-    pub window: f64,
+    pub(crate) window: f64,
     /// How the tyre stands on a smooth road, found when it is first asked for: nothing else in a plan takes as long.
     standing: OnceLock<Option<StaticContact>>,
 }

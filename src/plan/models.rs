@@ -14,7 +14,7 @@ use crate::tyre::poles::{FitError, FitOptions, FitTimes, RationalModel, fit_time
 
 /// Fault of a model.
 #[derive(Debug, Error)]
-pub enum ModelError {
+pub(crate) enum ModelError {
     /// The fit was refused: a complaint about the scene.
     #[error(transparent)]
     Scene(#[from] SceneError),

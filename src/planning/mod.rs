@@ -30,7 +30,7 @@ fn decide(loaded: &LoadedScene) -> Result<(Scene, Vec<Choice>), SceneError> {
 
 impl Decisions {
     /// Decides on a scene.
-    pub fn new(scene: &Scene) -> Self {
+    pub(crate) fn new(scene: &Scene) -> Self {
         Self::by(rows(), scene, EFFECTS.iter().any(|effect| effect.takes_models(scene)))
     }
 }
@@ -73,7 +73,7 @@ impl Plan {
     }
 
     /// Counts the work of each stage in units, and memory by what holds it.
-    pub fn amounts(&self) -> Amounts {
+    pub(crate) fn amounts(&self) -> Amounts {
         let mut amounts = Amounts::of_physics(self);
         EFFECTS.iter().for_each(|effect| effect.add_amounts(self, &mut amounts));
         amounts.add_results(self);
@@ -81,7 +81,7 @@ impl Plan {
     }
 
     /// Forecasts time and memory on this machine. `process`: memory of the process itself \[bytes\].
-    pub fn forecast(&self, costs: &UnitCosts, threads: usize, process: f64) -> Forecast {
+    pub(crate) fn forecast(&self, costs: &UnitCosts, threads: usize, process: f64) -> Forecast {
         Forecast::new(&self.amounts(), self.steps, costs, threads, process)
     }
 

@@ -70,7 +70,7 @@ pub enum CheckpointError {
         /// The checkpoint.
         path: PathBuf,
         /// Fault of the checkpoint.
-        reason: Unusable,
+        reason: CheckpointFault,
     },
     /// An array does not hold what was written to it.
     #[error("{} is damaged: its first {rows} rows are not those that the run had written", path.display())]
@@ -90,9 +90,14 @@ pub enum CheckpointError {
     },
 }
 
+/// Fault of a checkpoint; its message says which.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error(transparent)]
+pub struct CheckpointFault(#[from] pub(crate) Unusable);
+
 /// Fault of a checkpoint.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
-pub enum Unusable {
+pub(crate) enum Unusable {
     /// The file.
     #[error(transparent)]
     File(#[from] sealed_file::Unusable),
@@ -145,7 +150,7 @@ pub(crate) fn read(folder: &Path) -> Result<Body, CheckpointError> {
         ErrorKind::NotFound => CheckpointError::NoCheckpoint { path: folder.to_owned() },
         _ => CheckpointError::Io { path: path.clone(), source },
     })?;
-    body.map_err(|reason| CheckpointError::Unusable { path, reason: reason.into() })
+    body.map_err(|reason| CheckpointError::Unusable { path, reason: Unusable::from(reason).into() })
 }
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use super::error::ResultsError;
 use super::folder::ResultsFolder;
 
 /// Destination of whole files.
-pub trait ResultFiles {
+pub(crate) trait ResultFiles {
     /// Writes a file.
     ///
     /// # Errors

@@ -27,9 +27,14 @@ pub(crate) mod trace;
 pub(crate) mod unfinished;
 pub(crate) mod vibration;
 
-pub use checkpoint::CheckpointError;
+pub use checkpoint::{CheckpointError, CheckpointFault};
 pub use error::ResultsError;
 pub(crate) use files::ResultFiles;
 pub(crate) use folder::ResultsFolder;
 pub use plots::PlotError;
-pub use summary::Summary;
+pub use sound::{
+    AudioSummary, IntensitySummary, PassBySummary, RatedLevel, ReceiverSpectrum, ReceiverSummary, SoundError,
+    SoundSummary,
+};
+pub use summary::{AxleMotion, CellsSummary, ContactQuality, LoadResult, Outcome, RollingResistance, Summary};
+pub use vibration::{FieldSummary, PowerSummary, VelocityPlace, VelocitySpectrum, VibrationSummary};

@@ -64,7 +64,7 @@ pub struct SoundSummary {
     /// Highest frequency that is radiated \[Hz\].
     pub highest: f64,
     /// The body that radiates.
-    pub body: BodySummary,
+    pub(crate) body: BodySummary,
     /// How far off levels may be, at the receiver where it is most.
     pub error: SoundError,
     /// By receiver.
@@ -103,7 +103,7 @@ impl SoundError {
 
 /// The body that radiates, and how its transfers were found.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub struct BodySummary {
+pub(crate) struct BodySummary {
     /// Boundary elements, or a draft without any.
     pub quality: RadiationQuality,
     /// Length of its contact patch \[m\].
@@ -127,7 +127,7 @@ pub struct BodySummary {
 
 impl BodySummary {
     /// Makes the record of a body in some air, nothing solved.
-    pub fn of(quality: RadiationQuality, body: &Body, air: &Air) -> Self {
+    pub(crate) fn of(quality: RadiationQuality, body: &Body, air: &Air) -> Self {
         Self {
             quality,
             patch_length: 2.0 * body.half_patch(),

@@ -52,7 +52,7 @@ pub struct Summary {
     #[serde(default)]
     pub notes: Vec<String>,
     /// Cost of the run.
-    pub cost: Cost,
+    pub(crate) cost: Cost,
     /// The effective settings: the scene with every default filled in.
     pub settings: serde_json::Value,
     /// Names of all files in the folder; filled in by [`super::folder::ResultsFolder`].
@@ -170,7 +170,7 @@ pub struct ContactQuality {
     pub local_compliance: Option<f64>,
     /// Errors of levels by slices beside those by cells; absent where they are not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub slices: Option<SliceErrors>,
+    pub(crate) slices: Option<SliceErrors>,
     /// Searches that were given up: always 0, or the run has failed.
     pub aborted_searches: u64,
     /// Steps by the number of linear solves that they took.
@@ -179,7 +179,7 @@ pub struct ContactQuality {
 
 impl Summary {
     /// A summary of a run that has only begun: the lead fields filled in, no outcome, not complete.
-    pub fn begun(title: &str, settings: serde_json::Value, cost: Cost) -> Self {
+    pub(crate) fn begun(title: &str, settings: serde_json::Value, cost: Cost) -> Self {
         Self {
             format: FORMAT.into(),
             format_version: FORMAT_VERSION,

@@ -19,7 +19,7 @@ const SAMPLE_LENGTH: f64 = 1.0;
 
 /// A rectangular piece of the road on the run's lattice.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct HeightSample {
+pub(crate) struct HeightSample {
     /// Road coordinate of the first row \[m\].
     pub start: f64,
     /// Row spacing \[m\].
@@ -61,7 +61,7 @@ pub struct RoadDescription {
     /// Findings and actions of opening.
     pub report: RoadReport,
     /// A piece to draw.
-    pub sample: HeightSample,
+    pub(crate) sample: HeightSample,
 }
 
 /// Describes a road for a run with this `lattice` at `speed` \[m/s\].

@@ -22,13 +22,15 @@ mod surface;
 pub(crate) mod texture;
 
 pub use describe::{RoadDescription, describe};
-pub use error::RoadError;
+pub use error::{RoadError, RoadFileFault};
 pub use lattice::Lattice;
 pub use report::RoadReport;
-pub use slices::builder::SliceBuilder;
+pub use slices::builder::{SliceBuilder, SliceScratch};
+pub use slices::curve::Piece;
 pub use slices::{SliceError, StiffnessCurve};
 pub use surface::{Limits, RoadSurface};
-pub use texture::levels::TextureLevel;
+pub use texture::depth::ProfileDepth;
+pub use texture::levels::{OverallLevel, TextureLevel};
 
 #[cfg(test)]
 mod tests;

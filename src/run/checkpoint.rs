@@ -93,7 +93,7 @@ impl Checkpoint {
     pub(crate) fn read(folder: &Path) -> Result<Self, RunError> {
         let mut body = checkpoint::read(folder)?;
         let path = folder.join(CHECKPOINT_FILE);
-        let unusable = |reason: Unusable| CheckpointError::Unusable { path: path.clone(), reason };
+        let unusable = |reason: Unusable| CheckpointError::Unusable { path: path.clone(), reason: reason.into() };
         let program: String = body.take().map_err(|error| unusable(error.into()))?;
         if program != env!("CARGO_PKG_VERSION") {
             return Err(unusable(Unusable::Program { found: program }).into());
@@ -123,7 +123,7 @@ impl Checkpoint {
     /// [`CheckpointError::Unusable`]; the run is of no use then.
     pub(crate) fn restore(self, run: &mut Simulation) -> Result<[Duration; 2], RunError> {
         let Self { path, state, steps, .. } = self;
-        let unusable = |reason| CheckpointError::Unusable { path, reason };
+        let unusable = |reason: Unusable| CheckpointError::Unusable { path, reason: reason.into() };
         let state: RunState = match state.finish() {
             Ok(state) => state,
             Err(error) => return Err(unusable(error.into()).into()),

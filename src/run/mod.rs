@@ -21,8 +21,17 @@ mod zone_maker;
 #[cfg(test)]
 mod tests;
 
+pub use crate::contact::complementarity::active_set::Residuals;
+pub use crate::contact::error::ContactError;
+pub use crate::contact::footprint::{Footprint, WindowShape};
+pub use crate::contact::geometry::Geometry;
+pub use crate::contact::march::StepResult;
 pub use crate::counters::{Progress, Unwatched};
 pub use crate::effects::RunError;
+pub use crate::effects::channel::{KeptArray, Numbers};
+pub use crate::effects::sound::HeardSound;
+pub use crate::effects::vibration::results::HeardVibration;
+pub use crate::storage::state::StateError;
 pub use in_memory::{RunInMemory, run_in_memory};
 pub(crate) use simulation::Setup;
 pub use simulation::{Results, Simulation};

@@ -65,7 +65,7 @@ impl Diagnostic {
     }
 
     /// Returns the problem.
-    pub fn problem(&self) -> &Problem {
+    pub(crate) fn problem(&self) -> &Problem {
         &self.problem
     }
 

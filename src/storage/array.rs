@@ -21,7 +21,7 @@ const MOST_NUMBERS: u64 = 1 << 48;
 
 /// Why an array is not read.
 #[derive(Debug, Error)]
-pub enum ArrayError {
+pub(crate) enum ArrayError {
     /// The file cannot be read.
     #[error(transparent)]
     Io(#[from] Error),

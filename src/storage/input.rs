@@ -16,7 +16,7 @@ pub(crate) const TABLE_BYTES: u64 = 100_000_000;
 
 /// Why a file is not read.
 #[derive(Debug, Error)]
-pub enum InputError {
+pub(crate) enum InputError {
     /// The system's reason, or that it is no regular file.
     #[error(transparent)]
     Io(#[from] io::Error),

@@ -25,35 +25,35 @@ pub enum StateError {
 
 /// Bytes of a state whose parts are put down one after the other, and taken in the same order.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
-pub struct SavedState(Vec<u8>);
+pub(crate) struct SavedState(Vec<u8>);
 
 /// Writer of a [`SavedState`].
 #[derive(Debug, Default)]
-pub struct StateWriter(Vec<u8>);
+pub(crate) struct StateWriter(Vec<u8>);
 
 /// Reader of a [`SavedState`].
 #[derive(Clone, Debug)]
-pub struct StateReader<'a>(&'a [u8]);
+pub(crate) struct StateReader<'a>(&'a [u8]);
 
 impl StateWriter {
     /// Puts a value down.
     ///
     /// # Errors
     /// [`StateError::Value`] for one that has no bytes.
-    pub fn put<T: Serialize + ?Sized>(&mut self, value: &T) -> Result<(), StateError> {
+    pub(crate) fn put<T: Serialize + ?Sized>(&mut self, value: &T) -> Result<(), StateError> {
         self.0 = postcard::to_extend(value, std::mem::take(&mut self.0)).map_err(|_| StateError::Value)?;
         Ok(())
     }
 
     /// Hands over the bytes.
-    pub fn finish(self) -> SavedState {
+    pub(crate) fn finish(self) -> SavedState {
         SavedState(self.0)
     }
 }
 
 impl SavedState {
     /// Begins to read.
-    pub fn reader(&self) -> StateReader<'_> {
+    pub(crate) fn reader(&self) -> StateReader<'_> {
         StateReader(&self.0)
     }
 }
@@ -63,7 +63,7 @@ impl StateReader<'_> {
     ///
     /// # Errors
     /// [`StateError::Value`] where the bytes make none.
-    pub fn take<T: DeserializeOwned>(&mut self) -> Result<T, StateError> {
+    pub(crate) fn take<T: DeserializeOwned>(&mut self) -> Result<T, StateError> {
         let (value, rest) = postcard::take_from_bytes(self.0).map_err(|_| StateError::Value)?;
         self.0 = rest;
         Ok(value)
@@ -73,7 +73,7 @@ impl StateReader<'_> {
     ///
     /// # Errors
     /// [`StateError::Value`] otherwise.
-    pub fn finish(self) -> Result<(), StateError> {
+    pub(crate) fn finish(self) -> Result<(), StateError> {
         if self.0.is_empty() { Ok(()) } else { Err(StateError::Value) }
     }
 }

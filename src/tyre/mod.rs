@@ -18,12 +18,13 @@ pub(crate) mod poles;
 pub(crate) mod slowest_wave;
 pub(crate) mod views;
 
+pub use influence::lane_sum::FaceValues;
 pub use influence::mobility::{Mobility, driving_point};
 pub use influence::wave_compliance::wave_compliance;
 pub use influence::{Field, InfluenceSum, InfluenceValue, Projection, SumAt, Truncation};
 pub use layers::compliance::{Matrix3, NormalCompliance, Stack, StackAt};
 pub use modes::{Mode, Modes, ModesError, Motion, modes};
-pub use poles::FitError;
+pub use poles::error::{FitError, RefusalReason};
 pub use poles::fit::{FitOptions, fit};
 pub use poles::model::{FitStatistics, RationalModel};
 pub use slowest_wave::{SlowestWave, slowest_wave_below};

@@ -92,7 +92,7 @@ pub struct Mode {
     /// Periods round the tyre.
     pub n: usize,
     /// Direction, of a tyre that turns; `None` at rest and of n = 0, where both are the same.
-    pub direction: Option<Direction>,
+    pub(crate) direction: Option<Direction>,
     /// Lateral number.
     pub m: usize,
     /// How the tread's surface moves.
@@ -151,7 +151,7 @@ pub struct ModesError {
     /// Lateral number.
     pub m: usize,
     /// Error of the approximation.
-    pub source: RationalError,
+    pub(crate) source: RationalError,
 }
 
 /// Modes up to the frequency `highest` \[Hz\] of a tyre's waves n = 0..=`largest_n`, each with so many lateral numbers,

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::channel::{Channel, Read, RowShape};
 use super::effect::{Begin, Effect};
 use super::error::RunError;
-use super::observer::{End, Found, Observer, Step};
+use super::observer::{EffectObserver, End, Found, Observer, Step};
 use super::section::{Block, Figure, LevelTable, ReportError, Section, levels, pictures};
 use super::stored::Stored;
 use crate::counters::Meter;
@@ -111,7 +111,7 @@ impl Effect for ForceEffect {
         Ok(vec![Section { heading: "Contact", blocks: patch }, Section { heading: "Force spectrum", blocks: spectrum }])
     }
 
-    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, RunError> {
+    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
         let Begin { plan, contact, in_memory, .. } = *begin;
         let outputs = &plan.scene.outputs;
         let steps = plan.steps_drawn(contact.at_rest.length) as u64;
@@ -183,7 +183,9 @@ impl Observer for ForceObserver {
         }
         Ok(())
     }
+}
 
+impl EffectObserver for ForceObserver {
     fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
         state.put(&self.force)?;
         state.put(&self.indentation)?;

@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 
 use super::effect::{Begin, Effect};
 use super::error::RunError;
-use super::observer::{End, Found, Observer, Step};
+use super::observer::{EffectObserver, End, Found, Observer, Step};
 use super::section::{Figure, LevelTable, ReportError, Section};
 use super::stored::Stored;
 use crate::counters::{Counter, Meter, Stage, Work};
@@ -91,8 +91,8 @@ impl Effect for SoundEffect {
         Ok(vec![Section { heading: "Sound", blocks: shown::blocks(stored, all)? }])
     }
 
-    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, RunError> {
-        Ok(SoundObserver::begin(begin)?.map(|observer| Box::new(observer) as Box<dyn Observer>))
+    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
+        Ok(SoundObserver::begin(begin)?.map(|observer| Box::new(observer) as Box<dyn EffectObserver>))
     }
 }
 
@@ -123,7 +123,7 @@ pub struct HeardSound {
     /// A-weighted levels by receiver.
     pub rated: Vec<RatedLevel>,
     /// The body that radiates.
-    pub body: BodySummary,
+    pub(crate) body: BodySummary,
     /// How far off levels may be.
     pub error: SoundError,
 }
@@ -273,7 +273,9 @@ impl Observer for SoundObserver {
         }
         Ok(())
     }
+}
 
+impl EffectObserver for SoundObserver {
     fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
         state.put(&SoundState {
             stream: self.stream.save(),

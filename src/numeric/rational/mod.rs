@@ -27,7 +27,7 @@ use thiserror::Error;
 
 /// Errors of a rational fit.
 #[derive(Clone, Debug, Error, PartialEq)]
-pub enum RationalError {
+pub(crate) enum RationalError {
     /// Too few samples to determine the unknowns.
     #[error("{samples} samples cannot determine {unknowns} real unknowns")]
     TooFewSamples {

@@ -31,7 +31,7 @@ pub(crate) static MISSING: [Row; 1] =
 
 impl Decisions {
     /// Decides on a scene by rows, one after the other; `takes_models`: an effect takes the models of the tyre.
-    pub fn by<'a>(rows: impl Iterator<Item = &'a Row>, scene: &Scene, takes_models: bool) -> Self {
+    pub(crate) fn by<'a>(rows: impl Iterator<Item = &'a Row>, scene: &Scene, takes_models: bool) -> Self {
         let single = matches!(scene.road, Road::Smooth) || scene.contact.zone == Zone::Cells;
         let mut decisions = Self {
             zone: scene.contact.zone,

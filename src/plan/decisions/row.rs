@@ -4,7 +4,7 @@ use super::values::Decisions;
 use crate::scene::{Scene, Switch};
 
 /// One effect, or one choice of the physics.
-pub struct Row {
+pub(crate) struct Row {
     /// The effect in words.
     pub title: &'static str,
     /// The effect in a word.
@@ -18,7 +18,7 @@ pub struct Row {
 }
 
 /// Decision on a row.
-pub struct Decided {
+pub(crate) struct Decided {
     /// True if it is simulated.
     pub on: bool,
     /// Form of the simulation.

@@ -4,7 +4,7 @@
 //! out within a tolerance, [`statistics`] tells how the curves of a road spread.
 
 pub(crate) mod builder;
-mod curve;
+pub(crate) mod curve;
 mod error;
 mod half_space;
 mod reduce;

@@ -235,6 +235,7 @@ pub(crate) fn fill_line(line: &mut [f64], hold: bool) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::road::error::RoadFileFault;
 
     const N: f64 = f64::NAN;
 
@@ -248,7 +249,7 @@ mod tests {
         let refused = fill_missing(Path::new("x"), &mut [1.0, N, N, N], 2, 0.5, &mut notes);
         assert!(matches!(
             refused,
-            Err(RoadError::File { fault: FileFault::TooManyMissing { missing: 3, total: 4, .. }, .. })
+            Err(RoadError::File { fault: RoadFileFault(FileFault::TooManyMissing { missing: 3, total: 4, .. }), .. })
         ));
     }
 

@@ -95,7 +95,7 @@ impl OverallLevel {
 
 /// Level wanted of profiles in one band, and the level found.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct BandFit {
+pub(crate) struct BandFit {
     /// Middle of the band \[m\], geometric.
     pub wavelength: f64,
     /// Level asked for, dB re 1e-6 m.
@@ -106,7 +106,7 @@ pub struct BandFit {
 
 impl BandFit {
     /// How far the level is from the one asked for \[dB\].
-    pub fn deviation(&self) -> f64 {
+    pub(crate) fn deviation(&self) -> f64 {
         (self.fitted - self.target).abs()
     }
 }

@@ -187,7 +187,7 @@ impl Tyre {
 
     /// One of its sidewalls, turning with an angular velocity \[rad/s\], where they are arcs: they end at the inner
     /// face.
-    pub fn sidewall_arc(&self, angular_velocity: f64) -> Option<Arc> {
+    pub(crate) fn sidewall_arc(&self, angular_velocity: f64) -> Option<Arc> {
         let Sidewall { radius, angle, mass, shear, hoop, loss_factor } = *self.sidewall.as_ref()?;
         Some(Arc {
             radius,

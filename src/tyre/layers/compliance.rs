@@ -182,7 +182,7 @@ fn way(layer: &LayerAt<Complex64>, exponents: &Exponents<Complex64>) -> Way {
 
 impl StackAt {
     /// The outermost layer.
-    pub fn tread(&self) -> &LayerAt<Complex64> {
+    pub(crate) fn tread(&self) -> &LayerAt<Complex64> {
         // A checked scene has at least one layer.
         &self.layers[self.layers.len() - 1]
     }

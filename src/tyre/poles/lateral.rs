@@ -26,7 +26,7 @@ const ALIASES: usize = 8;
 
 /// Requirements of the models.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct LateralFitOptions {
+pub(crate) struct LateralFitOptions {
     /// As for a strip; its sums are not those of a strip.
     pub fit: FitOptions,
     /// Largest alias |p|; `None`: as far as the sums between cells go.
@@ -38,7 +38,7 @@ impl LateralFitOptions {
     ///
     /// # Errors
     /// A tyre whose numbers are not finite.
-    pub fn key(&self, tyre: &Tyre, m: usize) -> serde_json::Result<[u8; 32]> {
+    pub(crate) fn key(&self, tyre: &Tyre, m: usize) -> serde_json::Result<[u8; 32]> {
         key::<RationalModel>(&(tyre.levelled(), self, "lateral number", m))
     }
 

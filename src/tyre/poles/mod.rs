@@ -47,7 +47,7 @@ mod tree;
 pub(crate) mod turning_ring;
 mod wavenumber;
 
-pub use error::FitError;
+pub(crate) use error::FitError;
 #[cfg(test)]
 pub(crate) use fit::fit;
 pub(crate) use fit::{FitOptions, FitTimes, fit_timed, fit_unless_stopped};

@@ -75,7 +75,7 @@ pub struct TangentialModel {
 
 impl TangentialModel {
     /// The motion's modes, from those of the normal motion of the same wavenumber n.
-    pub fn modes<'a>(&'a self, n: usize, normal: Modes<'a>) -> Modes<'a> {
+    pub(crate) fn modes<'a>(&'a self, n: usize, normal: Modes<'a>) -> Modes<'a> {
         let odd = self.odd_residues.get(n).map_or(&[][..], Vec::as_slice);
         Modes { residues: &self.residues[n], odd, constant: self.constants[n], ..normal }
     }

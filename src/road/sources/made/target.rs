@@ -22,7 +22,7 @@ pub struct Band {
 
 impl Band {
     /// The band where `found` \[m^2\] was asked to be its energy.
-    pub fn fit(&self, found: f64) -> BandFit {
+    pub(crate) fn fit(&self, found: f64) -> BandFit {
         let wavelength = 1.0 / (self.lower * self.upper).sqrt();
         BandFit { wavelength, target: level(self.energy), fitted: level(found).max(LOWEST_LEVEL) }
     }

@@ -15,11 +15,11 @@ use num_complex::Complex64;
 use realfft::RealFftPlanner;
 use tyrewave::counters::{Meter, Stage};
 use tyrewave::internals::{
-    ActiveSet, DirectHistory, FactorCache, FactorCounts, INSTANTS, LagKernel, ModalHistory, PastForces, Ring, Weights,
-    fetch_model, plate_scene, plate_tyre,
+    ActiveSet, DirectHistory, FactorCache, FactorCounts, FitOptions, INSTANTS, LagKernel, ModalHistory, PastForces,
+    RationalModel, Ring, Weights, fetch_model, plate_scene, plate_tyre,
 };
 use tyrewave::scene::TimeRule;
-use tyrewave::tyre::{Field, FitOptions, InfluenceSum, RationalModel};
+use tyrewave::tyre::{Field, InfluenceSum};
 
 const ELEMENTS: usize = 512;
 /// Points in contact of the default tyre.

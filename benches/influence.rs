@@ -10,9 +10,9 @@ use std::time::Instant;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use num_complex::Complex64;
-use tyrewave::internals::{Cache, Weights, fetch_from, multiply_add_rate, operations, wide_tyre};
+use tyrewave::internals::{Cache, FitOptions, Weights, fetch_from, fit, multiply_add_rate, operations, wide_tyre};
 use tyrewave::scene::TimeRule;
-use tyrewave::tyre::{Field, FitOptions, InfluenceSum, Projection, SumAt, Truncation, fit};
+use tyrewave::tyre::{Field, InfluenceSum, Projection, SumAt, Truncation};
 
 fn compliance(criterion: &mut Criterion) {
     let tyre = wide_tyre();

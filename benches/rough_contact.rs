@@ -13,7 +13,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
-use tyrewave::half_space::{Control, Extent, HeightMap, Indentation, Limits, indent};
+use tyrewave::half_space::{Extent, HeightMap, Indentation, IndentationControl, IndentationLimits, indent};
 use tyrewave::internals::{Convolution, love_displacement};
 
 mod common;
@@ -100,9 +100,9 @@ fn table(sizes: &str) {
     for n in sizes.split(',').filter_map(|n| n.parse::<usize>().ok()) {
         for sphere in [true, false] {
             let map = surface(n, sphere);
-            let penetration = Control::Penetration(penetration(&map, sphere));
-            let solve = |control| indent(&map, MODULUS, control, Limits::default()).expect("a solution");
-            let load = Control::Load(solve(penetration).load);
+            let penetration = IndentationControl::Penetration(penetration(&map, sphere));
+            let solve = |control| indent(&map, MODULUS, control, IndentationLimits::default()).expect("a solution");
+            let load = IndentationControl::Load(solve(penetration).load);
             for (name, control) in [("penetration", penetration), ("load", load)] {
                 let mut times: [Vec<f64>; 3] = Default::default();
                 let mut contact = solve(control);
@@ -165,8 +165,8 @@ fn measure(criterion: &mut Criterion) {
     group.sample_size(10);
     for n in [64, 128, 256] {
         let map = surface(n, true);
-        let control = Control::Penetration(penetration(&map, true));
-        let solve = || indent(&map, MODULUS, control, Limits::default()).expect("a solution");
+        let control = IndentationControl::Penetration(penetration(&map, true));
+        let solve = || indent(&map, MODULUS, control, IndentationLimits::default()).expect("a solution");
         checked(&map, &solve());
         group.throughput(Throughput::Elements((n * n) as u64));
         group.bench_function(BenchmarkId::new("rough sphere", n), |bencher| bencher.iter(solve));

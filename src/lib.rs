@@ -85,7 +85,7 @@ pub mod half_space;
 pub mod internals;
 mod numeric;
 mod performance;
-pub mod plan;
+mod plan;
 mod planning;
 #[cfg(feature = "python")]
 mod python;
@@ -110,6 +110,6 @@ pub mod tyre;
 pub use cli::command_line;
 pub use effects::channel::{Channel, RowShape, When};
 pub use effects::observer::{Observer, Step};
-pub use plan::Plan;
+pub use plan::{Choice, Plan};
 pub use run::{Progress, Results, RunError as Error, Simulation};
 pub use scene::{LoadedScene, Scene, SceneError};

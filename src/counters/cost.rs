@@ -37,7 +37,7 @@ amounts! {
 }
 
 /// Says what the process has asked for so far, on all threads: the program's allocator knows, the library does not.
-pub type AllocationProbe = fn() -> Allocations;
+pub(crate) type AllocationProbe = fn() -> Allocations;
 
 /// Calls and time of one stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]

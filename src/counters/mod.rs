@@ -40,8 +40,9 @@ pub(crate) mod watch;
 
 pub use clock::Spent;
 pub(crate) use clock::{Clock, CpuClock};
+pub(crate) use cost::AllocationProbe;
 pub(crate) use cost::idle_share;
-pub use cost::{AllocationProbe, Allocations, StageCost, Work};
+pub use cost::{Allocations, StageCost, Work};
 pub use counter::Counter;
 pub(crate) use meter::Counters;
 pub use meter::Meter;

@@ -25,7 +25,7 @@ pub struct ContactFacts {
     /// Where the window's elements are.
     pub geometry: Geometry,
     /// Shape of the window.
-    pub shape: WindowShape,
+    pub(crate) shape: WindowShape,
     /// Size of a point along and across \[m\].
     pub point_size: [f64; 2],
     /// Static contact on a smooth road.

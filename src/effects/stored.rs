@@ -57,7 +57,7 @@ pub(crate) struct Spectrum {
 
 /// An array that a run has written.
 #[derive(Clone, Debug, PartialEq)]
-pub struct StoredArray {
+pub(crate) struct StoredArray {
     /// Its lengths.
     pub shape: Vec<usize>,
     /// Its numbers, row by row.
@@ -131,7 +131,7 @@ impl Stored {
     ///
     /// # Errors
     /// [`StoredError::Content`] of a file that holds none.
-    pub fn array(&self, name: &str) -> Result<Option<StoredArray>, StoredError> {
+    pub(crate) fn array(&self, name: &str) -> Result<Option<StoredArray>, StoredError> {
         let Some(path) = file(&self.folder, name)? else { return Ok(None) };
         let read = || {
             let array = Array::open(&path)?;

@@ -14,4 +14,4 @@ pub(crate) mod rough;
 
 pub use error::HalfSpaceError;
 pub(crate) use line::{GrowingContact, LineInfluence};
-pub use rough::{Control, Extent, HeightMap, Indentation, Limits, indent};
+pub use rough::{Extent, HeightMap, Indentation, IndentationControl, IndentationLimits, indent};

@@ -40,11 +40,12 @@ use crate::contact::static_contact::StaticContact;
 use crate::response::SliceErrors;
 use crate::response::vibration::{Across, SegmentLayout};
 use crate::road::{Lattice, RoadError};
-use crate::scene::{Axle, History, Numerics, Scene, Tread, Zone};
+use crate::scene::{Axle, History, Scene, Tread, Zone};
 use crate::storage::Cache;
 use crate::tyre::influence::Field;
 use crate::tyre::poles::cache::key;
 use crate::tyre::poles::{FitOptions, RationalModel};
+pub(crate) use models::fit_options;
 use resolution::{Need, Resolution};
 pub use settle::Choice;
 pub(crate) use smooth_contact::Expected;
@@ -85,7 +86,7 @@ pub struct Plan {
     /// The displacement that the contact feels.
     pub field: Field,
     /// Requirements of the fitted model, where one is needed.
-    pub fit: FitOptions,
+    pub(crate) fit: FitOptions,
     /// Poles of the model that a cache holds for it; `None`: it is still to be fitted, or none is needed.
     pub(crate) kept_poles: Option<usize>,
     /// Errors of contact over slices on the scene's road, once that is open.
@@ -230,18 +231,6 @@ fn contact_field(tread: Tread) -> Field {
     }
 }
 
-/// The options of a model of a scene's tyre under forces on a field.
-pub fn fit_options(scene: &Scene, field: Field) -> FitOptions {
-    let Numerics { elements, substeps, pole_tolerance, influence_tolerance, .. } = scene.numerics;
-    FitOptions {
-        driven: field,
-        tolerance: pole_tolerance,
-        // The sums must be exacter than the fit to them.
-        influence_tolerance: influence_tolerance.min(0.01 * pole_tolerance),
-        ..FitOptions::new(&scene.tyre, elements, scene.rolling.speed() * substeps as f64)
-    }
-}
-
 /// Counts the poles of the model that the user's cache holds for a plan; `None`: none is needed, there is none, or it
 /// cannot be used.
 pub(crate) fn kept_poles(plan: &Plan) -> Option<usize> {
@@ -251,7 +240,7 @@ pub(crate) fn kept_poles(plan: &Plan) -> Option<usize> {
 }
 
 /// A number of bytes for people.
-pub fn bytes(count: f64) -> String {
+pub(crate) fn bytes(count: f64) -> String {
     match count {
         c if c < 1e3 => format!("{c:.0} B"),
         c if c < 1e6 => format!("{:.1} kB", c / 1e3),

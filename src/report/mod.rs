@@ -20,11 +20,8 @@ pub(crate) mod tyre;
 pub(crate) mod validation;
 
 pub use crate::effects::section::ReportError;
-pub use crate::effects::stored::{Stored, StoredArray, StoredError};
+pub use crate::effects::stored::{Stored, StoredError};
 pub(crate) use compare::Comparison;
-pub use export::ExportError;
-pub use export::mat::mat;
-pub use export::uff::uff;
 pub(crate) use page::PAGE_HEAD;
 pub use page::page;
 pub(crate) use plan::plan_record;

@@ -32,9 +32,6 @@ pub use error::ResultsError;
 pub(crate) use files::ResultFiles;
 pub(crate) use folder::ResultsFolder;
 pub use plots::PlotError;
-pub use sound::{
-    AudioSummary, IntensitySummary, PassBySummary, RatedLevel, ReceiverSpectrum, ReceiverSummary, SoundError,
-    SoundSummary,
-};
+pub use sound::{RatedLevel, ReceiverSpectrum, ReceiverSummary, SoundError, SoundSummary};
 pub use summary::{AxleMotion, CellsSummary, ContactQuality, LoadResult, Outcome, RollingResistance, Summary};
-pub use vibration::{FieldSummary, PowerSummary, VelocityPlace, VelocitySpectrum, VibrationSummary};
+pub use vibration::{VelocityPlace, VelocitySpectrum};

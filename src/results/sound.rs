@@ -160,27 +160,27 @@ pub struct ReceiverSummary {
     pub level_a_error: f64,
     /// The bands of both levels, of the pass-by and of the files to listen to; absent where the run vouches for none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bands: Option<CoveredBands>,
+    pub(crate) bands: Option<CoveredBands>,
     /// Sound power level \[dB(A) re 1 pW\], of a hemisphere.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub power_level_a: Option<f64>,
     /// The pass-by's maximum, where the tyre passes.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub pass_by: Option<PassBySummary>,
+    pub(crate) pass_by: Option<PassBySummary>,
     /// Why a receiver that is passed has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub no_pass_by: Option<String>,
     /// Sound intensity, by pairs of microphones.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub intensity: Option<IntensitySummary>,
+    pub(crate) intensity: Option<IntensitySummary>,
     /// The files to listen to, and the pressure of their full scale \[Pa\].
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub audio: Option<AudioSummary>,
+    pub(crate) audio: Option<AudioSummary>,
 }
 
 /// Sound intensity at a receiver of pairs of microphones.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub struct IntensitySummary {
+pub(crate) struct IntensitySummary {
     /// Its table.
     pub file: String,
     /// Energetic mean of the probes' A-weighted levels \[dB(A) re 1 pW/m^2\].
@@ -271,7 +271,7 @@ impl ReceiverSummary {
 
 /// A tyre passing a microphone.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub struct PassBySummary {
+pub(crate) struct PassBySummary {
     /// Name of its table, level against time.
     #[serde(default)]
     pub file: String,
@@ -290,7 +290,7 @@ fn is_false(value: &bool) -> bool {
 
 /// A file to listen to.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub struct AudioSummary {
+pub(crate) struct AudioSummary {
     /// Its name.
     pub file: String,
     /// Pressure of its full scale \[Pa\].

@@ -42,7 +42,7 @@ pub struct Summary {
     pub contact: ContactQuality,
     /// Vibration of the tyre, where it was wanted and the run was long enough.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub vibration: Option<VibrationSummary>,
+    pub(crate) vibration: Option<VibrationSummary>,
     /// Sound at the receivers, where there are any and the run was long enough.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sound: Option<SoundSummary>,

@@ -93,7 +93,7 @@ pub(crate) fn vibration_narrow_csv(spectra: &[VelocitySpectrum]) -> String {
 
 /// Part of `summary.json` on the vibration.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub struct VibrationSummary {
+pub(crate) struct VibrationSummary {
     /// Segments averaged, half of each shared with the next.
     pub segments: u64,
     /// Length of a segment \[s\], and the revolutions that it is.
@@ -118,7 +118,7 @@ pub struct VibrationSummary {
 
 /// Velocities of a field, root mean squares over time and circumference.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub struct FieldSummary {
+pub(crate) struct FieldSummary {
     /// `tread`, `belt`, `tangential`.
     pub field: Cow<'static, str>,
     /// Root mean square of the vibration, the mean pattern left out \[m/s\].
@@ -134,7 +134,7 @@ pub struct FieldSummary {
 
 /// Power that the contact forces put in, against what the tyre dissipates \[W\].
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub struct PowerSummary {
+pub(crate) struct PowerSummary {
     /// Put in: forces times velocities, in the time domain.
     pub put_in: f64,
     /// Power of forces on cells that goes into the waves that the run carries, and that is dissipated there.

@@ -45,9 +45,9 @@ pub struct RoadDescription {
     /// wavelength first; the shortest has two spacings.
     pub levels: Vec<TextureLevel>,
     /// Level of the macrotexture, 0.5 to 50 mm; absent where no such band is valid.
-    pub macrotexture: Option<OverallLevel>,
+    pub(crate) macrotexture: Option<OverallLevel>,
     /// Level of the megatexture, 50 to 500 mm; absent where no such band is valid.
-    pub megatexture: Option<OverallLevel>,
+    pub(crate) megatexture: Option<OverallLevel>,
     /// Root-mean-square height of the profiles \[m\].
     pub rms: f64,
     /// Highest minus lowest height of the profiles \[m\].

@@ -26,11 +26,10 @@ pub use error::{RoadError, RoadFileFault};
 pub use lattice::Lattice;
 pub use report::RoadReport;
 pub use slices::builder::{SliceBuilder, SliceScratch};
-pub use slices::curve::Piece;
 pub use slices::{SliceError, StiffnessCurve};
 pub use surface::{Limits, RoadSurface};
 pub use texture::depth::ProfileDepth;
-pub use texture::levels::{OverallLevel, TextureLevel};
+pub use texture::levels::TextureLevel;
 
 #[cfg(test)]
 mod tests;

@@ -21,9 +21,8 @@ mod zone_maker;
 #[cfg(test)]
 mod tests;
 
-pub use crate::contact::complementarity::active_set::Residuals;
 pub use crate::contact::error::ContactError;
-pub use crate::contact::footprint::{Footprint, WindowShape};
+pub use crate::contact::footprint::Footprint;
 pub use crate::contact::geometry::Geometry;
 pub use crate::contact::march::StepResult;
 pub use crate::counters::{Progress, Unwatched};

@@ -93,7 +93,7 @@ pub struct Results {
     /// Work of the search for the forces.
     pub(crate) search: SearchCounts,
     /// How far the contact conditions are missed, at worst; relative to the largest force and displacement.
-    pub residuals: Residuals,
+    pub(crate) residuals: Residuals,
     /// Sound at the receivers, where there are any and the run was long enough.
     pub sound: Option<HeardSound>,
     /// Choices of the plan, and effects that it leaves out.

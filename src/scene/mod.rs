@@ -20,8 +20,9 @@ pub(crate) mod tests;
 
 pub use diagnostic::Diagnostic;
 pub use error::SceneError;
+pub use load::LoadedScene;
+pub(crate) use load::Reach;
 pub(crate) use load::settings_hash;
-pub use load::{LoadedScene, Reach};
 pub use model::*;
 pub(crate) use problem::Problem;
 pub(crate) use problem::short;

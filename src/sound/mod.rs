@@ -35,9 +35,9 @@ pub(crate) mod weighting;
 pub(crate) mod weighting_filter;
 
 pub use air::Air;
-pub use covered::CoveredBands;
+pub(crate) use covered::CoveredBands;
 pub use detector::{Detector, TimeWeighting, meter_levels};
-pub use frame::{Position, Side};
+pub use frame::Side;
 pub use levels::{
     REFERENCE_PRESSURE, SoundLevels, energetic_mean, energetic_sum, level, mean_square, spectrum_of_density,
 };

@@ -66,7 +66,7 @@ const SAME: f64 = 1e-7;
 /// Motion of a mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Motion {
+pub(crate) enum Motion {
     /// Along the radius, at least by a quarter: what a road excites and what radiates.
     Radial,
     /// Hardly along the radius, and most round the tyre: torsion for n = 0.
@@ -77,7 +77,7 @@ pub enum Motion {
 
 impl Motion {
     /// In a word.
-    pub const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Radial => "radial",
             Self::Circumferential => "circumferential",
@@ -88,7 +88,7 @@ impl Motion {
 
 /// A mode of a wave.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mode {
+pub(crate) struct Mode {
     /// Periods round the tyre.
     pub n: usize,
     /// Direction, of a tyre that turns; `None` at rest and of n = 0, where both are the same.
@@ -108,17 +108,18 @@ pub struct Mode {
 impl Mode {
     /// n of exp(i n theta' + s t), theta' rising with the elements, against the rotation: negative of a wave that runs
     /// against it.
-    pub fn signed_n(&self) -> i64 {
+    #[cfg(test)]
+    pub(crate) fn signed_n(&self) -> i64 {
         signed(self.n, self.direction)
     }
 
     /// Frequency |Im s|/2 pi \[Hz\].
-    pub fn frequency(&self) -> f64 {
+    pub(crate) fn frequency(&self) -> f64 {
         frequency(self.pole)
     }
 
     /// Damping -Re s/|s|, of the critical one.
-    pub fn damping(&self) -> f64 {
+    pub(crate) fn damping(&self) -> f64 {
         damping(self.pole)
     }
 }
@@ -133,7 +134,7 @@ fn damping(pole: Complex64) -> f64 {
 
 /// The modes of a tyre.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Modes {
+pub(crate) struct Modes {
     /// By n, of a tyre that turns with the rotation first, then m, then frequency.
     pub confirmed: Vec<Mode>,
     /// Poles of an approximation, as (n, m, pole), that were not found again in C itself.
@@ -145,7 +146,7 @@ pub struct Modes {
 /// Why the modes of a wave cannot be found.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("modes of the wave n = {n}, m = {m}: {source}")]
-pub struct ModesError {
+pub(crate) struct ModesError {
     /// Periods round the tyre.
     pub n: usize,
     /// Lateral number.
@@ -159,7 +160,7 @@ pub struct ModesError {
 ///
 /// # Errors
 /// As [`modes_of`].
-pub fn modes(tyre: &Tyre, largest_n: usize, lateral_count: usize, highest: f64) -> Result<Modes, ModesError> {
+pub(crate) fn modes(tyre: &Tyre, largest_n: usize, lateral_count: usize, highest: f64) -> Result<Modes, ModesError> {
     let kernel = Kernel::new(tyre, BEYOND * TAU * highest, TOLERANCE);
     let lateral = Waves::new(tyre).lateral_numbers().take(lateral_count);
     let turns = tyre.turns();

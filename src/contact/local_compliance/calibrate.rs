@@ -17,7 +17,7 @@ use super::formula::{local_compliance, tread_modulus};
 use super::line_law::ElementLine;
 use super::patch::{PatchGrid, patches};
 use crate::half_space::HalfSpaceError;
-use crate::half_space::rough::{HeightMap, Limits, PeriodicContact};
+use crate::half_space::rough::{HeightMap, IndentationLimits, PeriodicContact};
 use crate::numeric::in_parallel;
 use crate::road::slices::{SliceBuilder, SliceError, SliceScratch, StiffnessCurve};
 use crate::road::{RoadError, RoadSurface};
@@ -156,7 +156,7 @@ fn press(map: &HeightMap, grid: PatchGrid, pressures: &[f64]) -> Result<Pressed,
     };
     let per_element = grid.along * grid.columns;
     let curves = map.heights.chunks_exact(per_element).map(area_curve).collect::<Result<_, _>>()?;
-    let limits = Limits { tolerance: TOLERANCE, ..Limits::default() };
+    let limits = IndentationLimits { tolerance: TOLERANCE, ..IndentationLimits::default() };
     let mut contact = PeriodicContact::new(map)?;
     let found = pressures.iter().map(|&pressure| {
         let pressed = contact.press(pressure, limits)?;

@@ -136,7 +136,7 @@ fn influence(grid: PatchGrid) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::half_space::rough::{Extent, HeightMap, Limits, PeriodicContact};
+    use crate::half_space::rough::{Extent, HeightMap, IndentationLimits, PeriodicContact};
 
     const GRID: PatchGrid = PatchGrid { elements: 16, along: 1, columns: 2, dx: 2e-3, dy: 2e-3 };
 
@@ -151,7 +151,7 @@ mod tests {
         let mut contact = PeriodicContact::new(&map).unwrap();
         let line = ElementLine::new(GRID, (0..16).map(|i| StiffnessCurve::flat(height(i))).collect());
         for mean in [0.003, 0.03, 0.3] {
-            let exact = contact.press(mean, Limits::default()).unwrap();
+            let exact = contact.press(mean, IndentationLimits::default()).unwrap();
             // S(y) = y: the compliance drops out.
             for compliance in [1e-4, 5e-3] {
                 let found = line.pressures(compliance, mean).unwrap();

@@ -29,7 +29,7 @@ pub struct HeardVibration {
     /// Spectra by field, frame and place.
     pub spectra: Vec<VelocitySpectrum>,
     /// Part of a summary on them.
-    pub summary: VibrationSummary,
+    pub(crate) summary: VibrationSummary,
 }
 
 /// Findings of a complete run.

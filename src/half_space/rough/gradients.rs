@@ -24,7 +24,7 @@ use std::f64::consts::PI;
 use rayon::prelude::*;
 
 use super::convolution::{Convolution, Extent};
-use super::map::Limits;
+use super::map::IndentationLimits;
 use crate::half_space::{HalfSpaceError, love};
 use crate::numeric::transform_length;
 
@@ -146,7 +146,7 @@ impl<'a> Solver<'a> {
     pub(super) fn run(
         &mut self,
         constraint: Constraint,
-        limits: Limits,
+        limits: IndentationLimits,
         pressure: &mut [f64],
     ) -> Result<Progress, HalfSpaceError> {
         self.start(constraint, pressure);

@@ -16,7 +16,7 @@ pub(crate) const MAT_HEAD: &str = "MATLAB 5.0 MAT-file, Platform: tyrewave,";
 ///
 /// # Errors
 /// [`ExportError`].
-pub fn mat(stored: &Stored) -> Result<Vec<u8>, ExportError> {
+pub(crate) fn mat(stored: &Stored) -> Result<Vec<u8>, ExportError> {
     let mut variables = Vec::new();
     let (run, mut units) = figures(stored);
     for file in &stored.summary.files {

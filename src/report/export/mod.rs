@@ -19,7 +19,7 @@ mod mat_file;
 pub(crate) mod uff;
 pub(crate) mod vtk;
 
-pub use error::ExportError;
+pub(crate) use error::ExportError;
 pub(crate) use mat::{MAT_HEAD, mat};
 pub(crate) use uff::{UFF_HEAD, uff};
 pub(crate) use vtk::{Patch, VTK_HEAD};

@@ -125,7 +125,7 @@ struct Function<'a> {
 ///
 /// # Errors
 /// [`ExportError`]; [`ExportError::Missing`] of a run that has written neither arrays nor spectra.
-pub fn uff(stored: &Stored) -> Result<String, ExportError> {
+pub(crate) fn uff(stored: &Stored) -> Result<String, ExportError> {
     let mut text = header(stored);
     let mut nodes = 0;
     let time_step = stored.plan.time_step;

@@ -60,7 +60,7 @@ pub struct TextureLevel {
 
 /// The levels of neighbouring bands together.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct OverallLevel {
+pub(crate) struct OverallLevel {
     /// Level, dB re 1e-6 m.
     pub level: f64,
     /// Mid-wavelengths of the longest and of the shortest band in it \[m\].
@@ -73,12 +73,12 @@ pub struct OverallLevel {
 
 impl OverallLevel {
     /// Sums the macrotexture, the bands of 0.5 to 50 mm; `None` without a valid one.
-    pub fn macrotexture(levels: &[TextureLevel]) -> Option<Self> {
+    pub(crate) fn macrotexture(levels: &[TextureLevel]) -> Option<Self> {
         Self::of(levels, -33..=-13)
     }
 
     /// Sums the megatexture, from the bands above those up to 500 mm; `None` without a valid one.
-    pub fn megatexture(levels: &[TextureLevel]) -> Option<Self> {
+    pub(crate) fn megatexture(levels: &[TextureLevel]) -> Option<Self> {
         Self::of(levels, -12..=-3)
     }
 

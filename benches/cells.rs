@@ -15,16 +15,13 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use num_complex::Complex;
 use realfft::RealFftPlanner;
-use tyrewave::contact::cells::direct::DirectPast;
-use tyrewave::contact::cells::past::{RingParts, WavePast, first_influences};
-use tyrewave::contact::cells::wave_transform::{WaveNumber, WaveTransform};
-use tyrewave::contact::cells::{CellPast, CellSearch, InstantCells};
 use tyrewave::counters::Meter;
+use tyrewave::internals::{
+    CellFitOptions, CellGrid, CellModel, CellPast, CellSearch, CellSums, CellTruncation, DirectPast, InstantCells,
+    RingParts, RoughRoad, WaveBand, WaveNumber, WavePast, WaveTransform, first_influences, fit_cells, instant_cells,
+    plate_tyre,
+};
 use tyrewave::scene::TimeRule;
-use tyrewave::test_models::cells::{RoughRoad, instant_cells};
-use tyrewave::test_models::plate_tyre;
-use tyrewave::tyre::influence::{CellGrid, CellSums, CellTruncation, WaveBand};
-use tyrewave::tyre::poles::cells::{CellFitOptions, CellModel, fit_cells};
 
 fn cells(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("cells");

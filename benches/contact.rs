@@ -13,16 +13,13 @@ use std::sync::atomic::AtomicBool;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use num_complex::Complex64;
 use realfft::RealFftPlanner;
-use tyrewave::contact::complementarity::{ActiveSet, FactorCache, FactorCounts};
-use tyrewave::contact::history::{DirectHistory, INSTANTS, LagKernel, ModalHistory, PastForces};
 use tyrewave::counters::{Meter, Stage};
-use tyrewave::numeric::Ring;
-use tyrewave::plan::models::fetch;
+use tyrewave::internals::{
+    ActiveSet, DirectHistory, FactorCache, FactorCounts, FitOptions, INSTANTS, LagKernel, ModalHistory, PastForces,
+    RationalModel, Ring, Weights, fetch_model, plate_scene, plate_tyre,
+};
 use tyrewave::scene::TimeRule;
-use tyrewave::test_models::{plate_scene, plate_tyre};
-use tyrewave::tyre::influence::convolution_quadrature::Weights;
-use tyrewave::tyre::influence::{Field, InfluenceSum};
-use tyrewave::tyre::poles::{FitOptions, RationalModel};
+use tyrewave::tyre::{Field, InfluenceSum};
 
 const ELEMENTS: usize = 512;
 /// Points in contact of the default tyre.
@@ -117,7 +114,7 @@ fn modal(criterion: &mut Criterion) {
     for elements in wanted.map_or_else(|| vec![128_usize, 256, 512, 1024], |elements| vec![elements]) {
         let time_step = tyre.circumference / elements as f64 / (80.0 / 3.6);
         let options = FitOptions::new(&tyre, elements, 80.0 / 3.6);
-        let model = fetch(&tyre, &options, &AtomicBool::new(false))
+        let model = fetch_model(&tyre, &options, &AtomicBool::new(false))
             .unwrap_or_else(|error| panic!("the default tyre is refused: {error}"))
             .model;
         let columns = elements * 9 / 64;

@@ -10,15 +10,9 @@ use std::time::Instant;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use num_complex::Complex64;
-use tyrewave::counters::peak::multiply_add_rate;
+use tyrewave::internals::{Cache, FitOptions, Weights, fetch_from, fit, multiply_add_rate, operations, wide_tyre};
 use tyrewave::scene::TimeRule;
-use tyrewave::storage::Cache;
-use tyrewave::test_models::wide_tyre;
-use tyrewave::tyre::influence::convolution_quadrature::Weights;
-use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, SumAt, Truncation};
-use tyrewave::tyre::layers::operations;
-use tyrewave::tyre::poles::cache::fetch;
-use tyrewave::tyre::poles::{FitOptions, fit};
+use tyrewave::tyre::{Field, InfluenceSum, Projection, SumAt, Truncation};
 
 fn compliance(criterion: &mut Criterion) {
     let tyre = wide_tyre();
@@ -126,7 +120,7 @@ fn model(criterion: &mut Criterion, elements: usize) {
     let folder = std::env::temp_dir().join(format!("tyrewave-bench-{}", std::process::id()));
     let cache = Cache::at(folder.clone(), u64::MAX);
     let never = AtomicBool::new(false);
-    let _ = fetch(&cache, &tyre, &options, &never);
+    let _ = fetch_from(&cache, &tyre, &options, &never);
     let mut group = criterion.benchmark_group(format!("influence N = {elements}"));
     // Time per element is time per influence function.
     group.sample_size(10).throughput(Throughput::Elements(elements as u64 / 2 + 1));
@@ -135,7 +129,7 @@ fn model(criterion: &mut Criterion, elements: usize) {
         bencher.iter(|| Weights::new(&sum, Field::Surface, TimeRule::Bdf2, time_step, lags).evaluations);
     });
     group.bench_function("from the cache", |bencher| {
-        bencher.iter(|| fetch(&cache, &tyre, &options, &never).map(|fetched| fetched.warm));
+        bencher.iter(|| fetch_from(&cache, &tyre, &options, &never).map(|fetched| fetched.warm));
     });
     group.finish();
     let _ = std::fs::remove_dir_all(folder);

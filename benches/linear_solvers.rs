@@ -19,11 +19,8 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, Side};
 use num_complex::Complex64;
 use pulp::Arch;
-use tyrewave::contact::complementarity::{LINE, Ldlt, add_to_diagonal, room};
-use tyrewave::contact::windows::add_windows;
-use tyrewave::numeric::{Aligned, Ring};
-use tyrewave::test_models::plate_scene;
-use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
+use tyrewave::internals::{Aligned, LINE, Ldlt, Ring, add_to_diagonal, add_windows, plate_scene, room};
+use tyrewave::tyre::{Field, InfluenceSum, Projection, Truncation};
 
 /// G0 by distance: the default tyre with so many elements at 80 km/h, its rule's first weight at `rate`/dt; as it would
 /// be by waves of O_n = `skew` E_n, symmetric and skew part.

@@ -10,11 +10,9 @@ use std::f64::consts::{PI, TAU};
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use num_complex::Complex64;
-use tyrewave::counters::MachinePeak;
-use tyrewave::numeric::double;
-use tyrewave::radiation::{
-    Block, Body, Drive, Problem, Resolution, Shape, Transfer, TransferGrid, TransferProblem, Vector,
-    draft::{self, DraftErrors},
+use tyrewave::internals::{
+    Block, Body, DraftErrors, Drive, MachinePeak, Problem, Resolution, Shape, Transfer, TransferGrid, TransferProblem,
+    Vector, double, draft_transfers_at,
 };
 
 const MEMORY: u64 = 4 << 30;
@@ -112,7 +110,7 @@ fn qualities(criterion: &mut Criterion) {
     for frequency in [500.0, 1000.0] {
         let wavenumber = TAU * frequency / 343.2;
         let (full, _) = problem.solve(wavenumber).unwrap();
-        for (full, draft) in full.iter().zip(draft::transfers_at(&problem, wavenumber)) {
+        for (full, draft) in full.iter().zip(draft_transfers_at(&problem, wavenumber)) {
             let error = 10.0 * (strength(&draft) / strength(full)).log10();
             println!("draft, {frequency} Hz, at {:?}: {error:+.1} dB of the full method", full.receiver);
             assert!(error.abs() < stated, "{error}");
@@ -120,7 +118,7 @@ fn qualities(criterion: &mut Criterion) {
         let full = BenchmarkId::new("full", frequency);
         group.bench_function(full, |bench| bench.iter(|| problem.solve(wavenumber).unwrap()));
         let quick = BenchmarkId::new("draft", frequency);
-        group.bench_function(quick, |bench| bench.iter(|| draft::transfers_at(&problem, wavenumber)));
+        group.bench_function(quick, |bench| bench.iter(|| draft_transfers_at(&problem, wavenumber)));
     }
     group.finish();
 }

@@ -14,12 +14,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
-use tyrewave::numeric::transform_length;
-use tyrewave::road::resample::Resampled;
-use tyrewave::road::slices::SliceBuilder;
-use tyrewave::road::sources::height_map::HeightMap;
-use tyrewave::road::sources::made::{RingSpectrum, TargetSpectrum};
-use tyrewave::road::{Lattice, Limits, RoadSurface};
+use tyrewave::internals::{Resampled, RingSpectrum, RoadHeightMap, TargetSpectrum, transform_length};
+use tyrewave::road::{Lattice, Limits, RoadSurface, SliceBuilder};
 use tyrewave::scene::{AtEnd, MadeRoad, Road};
 
 const METRES: f64 = 10.0;
@@ -135,7 +131,7 @@ fn measured(criterion: &mut Criterion) {
         let rows = (METRES / lattice.dx) as usize;
         let map = |columns: usize, dy: f64, first_y: f64| {
             let heights = profile.iter().flat_map(|z| vec![*z; columns]).collect();
-            HeightMap { path: "bench".into(), dx: spacing, dy, first_y, columns, heights, missing: Vec::new() }
+            RoadHeightMap { path: "bench".into(), dx: spacing, dy, first_y, columns, heights, missing: Vec::new() }
         };
         let level = Resampled::new(map(1, 0.0, 0.0), lattice, AtEnd::Repeat);
         let by_column = Resampled::new(map(lattice.columns, lattice.dy, lattice.y(0)), lattice, AtEnd::Repeat);

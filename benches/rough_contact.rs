@@ -13,8 +13,8 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
-use tyrewave::half_space::love;
-use tyrewave::half_space::rough::{Control, Convolution, Extent, HeightMap, Indentation, Limits, indent};
+use tyrewave::half_space::{Extent, HeightMap, Indentation, IndentationControl, IndentationLimits, indent};
+use tyrewave::internals::{Convolution, love_displacement};
 
 mod common;
 use common::{median, thread_seconds};
@@ -78,8 +78,7 @@ fn penetration(map: &HeightMap, sphere: bool) -> f64 {
 fn checked(map: &HeightMap, contact: &Indentation) {
     assert!(contact.residual <= 1e-8, "residual {:e}", contact.residual);
     let Extent { nx, ny } = map.extent;
-    let kernel =
-        |i: usize, j: usize| love::displacement(i as f64 * map.dx, j as f64 * map.dy, map.dx, map.dy) / MODULUS;
+    let kernel = |i: usize, j: usize| love_displacement(i as f64 * map.dx, j as f64 * map.dy, map.dx, map.dy) / MODULUS;
     let mut displacement = vec![0.0; nx * ny];
     Convolution::<f64>::from_kernel(map.extent, kernel).apply(&contact.pressure, &mut displacement, |_| true);
     let peak = map.heights.iter().copied().fold(f64::MIN, f64::max);
@@ -101,9 +100,9 @@ fn table(sizes: &str) {
     for n in sizes.split(',').filter_map(|n| n.parse::<usize>().ok()) {
         for sphere in [true, false] {
             let map = surface(n, sphere);
-            let penetration = Control::Penetration(penetration(&map, sphere));
-            let solve = |control| indent(&map, MODULUS, control, Limits::default()).expect("a solution");
-            let load = Control::Load(solve(penetration).load);
+            let penetration = IndentationControl::Penetration(penetration(&map, sphere));
+            let solve = |control| indent(&map, MODULUS, control, IndentationLimits::default()).expect("a solution");
+            let load = IndentationControl::Load(solve(penetration).load);
             for (name, control) in [("penetration", penetration), ("load", load)] {
                 let mut times: [Vec<f64>; 3] = Default::default();
                 let mut contact = solve(control);
@@ -166,12 +165,12 @@ fn measure(criterion: &mut Criterion) {
     group.sample_size(10);
     for n in [64, 128, 256] {
         let map = surface(n, true);
-        let control = Control::Penetration(penetration(&map, true));
-        let solve = || indent(&map, MODULUS, control, Limits::default()).expect("a solution");
+        let control = IndentationControl::Penetration(penetration(&map, true));
+        let solve = || indent(&map, MODULUS, control, IndentationLimits::default()).expect("a solution");
         checked(&map, &solve());
         group.throughput(Throughput::Elements((n * n) as u64));
         group.bench_function(BenchmarkId::new("rough sphere", n), |bencher| bencher.iter(solve));
-        let kernel = |i: usize, j: usize| love::displacement(i as f64 * map.dx, j as f64 * map.dy, map.dx, map.dy);
+        let kernel = |i: usize, j: usize| love_displacement(i as f64 * map.dx, j as f64 * map.dy, map.dx, map.dy);
         let mut convolution = Convolution::<f64>::from_kernel(map.extent, kernel);
         let mut output = vec![0.0; n * n];
         convolution.apply(&map.heights, &mut output, |_| true);

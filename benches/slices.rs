@@ -11,11 +11,8 @@ use std::time::Instant;
 use criterion::{BenchmarkId, Criterion, Throughput};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use tyrewave::contact::pressed::PressedRoad;
-use tyrewave::half_space::{GrowingContact, LineInfluence};
-use tyrewave::road::maker::StripCurves;
-use tyrewave::road::slices::SliceBuilder;
-use tyrewave::road::{Lattice, Limits, RoadSurface};
+use tyrewave::internals::{GrowingContact, LineInfluence, PressedRoad, StripCurves};
+use tyrewave::road::{Lattice, Limits, RoadSurface, SliceBuilder};
 use tyrewave::scene::{DEFAULT, Scene};
 
 mod common;

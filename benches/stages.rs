@@ -21,20 +21,15 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use realfft::RealFftPlanner;
 use rustfft::FftPlanner;
+use tyrewave::Plan;
 use tyrewave::counters::{Meter, Watch};
-use tyrewave::numeric::Ring;
-use tyrewave::plan::models::fetch;
-use tyrewave::plan::{Plan, fit_options};
-use tyrewave::response::vibration::transfer::symbols;
-use tyrewave::response::vibration::{
-    Across, SegmentLayout, TransferKind, TyreResponse, VibrationAccumulator, VibrationField,
+use tyrewave::internals::{
+    self, Across, CIRCUMFERENCE, NpyWriter, Prepared, Ring, Row, SegmentLayout, TransferKind, TyreResponse,
+    VibrationAccumulator, VibrationField, add, edit, fetch_model, fit_options, prepare, symbols,
 };
 use tyrewave::response::{PowerSpectrum, ThirdOctaveBand};
-use tyrewave::results::npy::{NpyWriter, Row};
-use tyrewave::run::prepare::{Prepared, prepare};
 use tyrewave::scene::{LoadedScene, PLATE, TimeRule};
-use tyrewave::test_models::{self, CIRCUMFERENCE, add, edit};
-use tyrewave::tyre::influence::Field;
+use tyrewave::tyre::Field;
 
 /// Elements round the tyre.
 const SIZES: [usize; 4] = [128, 256, 512, 1024];
@@ -91,7 +86,7 @@ fn scene(elements: usize, history: &str, more: &str) -> LoadedScene {
             ("rolling.duration", "1e5"),
         ],
     );
-    test_models::scene(&add(&text, "numerics", more))
+    internals::scene(&add(&text, "numerics", more))
 }
 
 /// A rolling contact on the default road.
@@ -271,7 +266,7 @@ fn velocities(criterion: &mut Criterion) {
     const N: usize = 10;
     let scene = scene(ELEMENTS, "modal", "").scene;
     let options = fit_options(&scene, Field::Surface);
-    let model = fetch(&scene.tyre, &options, &AtomicBool::new(false)).expect("the default tyre").model;
+    let model = fetch_model(&scene.tyre, &options, &AtomicBool::new(false)).expect("the default tyre").model;
     let response = TyreResponse { model: &model, scale: 1.0, spring: 0.0, tangential: None };
     let mut group = criterion.benchmark_group("velocity for unit force");
     for revolutions in [4, 8, 16, 32] {

@@ -11,13 +11,9 @@ use std::sync::Arc as Shared;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use num_complex::Complex64;
+use tyrewave::internals::{Arc, CurvedStack, Cylinder, FINE_STEP, Relaxation, STEP, Sidewall, plate_scene, plate_tyre};
 use tyrewave::scene::{DEFAULT, Scene, Tyre};
-use tyrewave::sidewall::{Arc, Relaxation, Sidewall};
-use tyrewave::test_models::{plate_scene, plate_tyre};
-use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
-use tyrewave::tyre::layers::Stack;
-use tyrewave::tyre::layers::curved::{CurvedStack, FINE_STEP, STEP};
-use tyrewave::tyre::layers::cylinder::Cylinder;
+use tyrewave::tyre::{Field, InfluenceSum, Projection, Stack, Truncation};
 
 const ELEMENTS: usize = 512;
 

@@ -73,33 +73,43 @@
 //! SI units throughout; the time factor is exp(+s t); a contact force F >= 0 pushes the tread inwards and a
 //! displacement u > 0 is inwards.
 
-pub mod contact;
+#[cfg(test)]
+extern crate self as tyrewave;
+
+mod cli;
+mod contact;
 pub mod counters;
-pub mod effects;
+mod effects;
 pub mod half_space;
-pub mod numeric;
-pub mod performance;
-pub mod plan;
-pub mod planning;
+#[doc(hidden)]
+pub mod internals;
+mod numeric;
+mod performance;
+mod plan;
+mod planning;
 #[cfg(feature = "python")]
 mod python;
-pub mod radiation;
+mod radiation;
 pub mod report;
 pub mod response;
 pub mod results;
 pub mod road;
 pub mod run;
 pub mod scene;
-pub mod sidewall;
+mod sidewall;
 pub mod sound;
-pub mod storage;
-pub mod study;
-#[doc(hidden)]
-pub mod test_models;
-pub mod time_rule;
+mod storage;
+mod study;
+#[cfg(test)]
+#[path = "../tests/suite/main.rs"]
+mod suite;
+mod test_models;
+mod time_rule;
 pub mod tyre;
 
-pub use effects::{Channel, Observer, Step};
-pub use plan::Plan;
+pub use cli::command_line;
+pub use effects::channel::{Channel, RowShape, When};
+pub use effects::observer::{Observer, Step};
+pub use plan::{Choice, Plan};
 pub use run::{Progress, Results, RunError as Error, Simulation};
-pub use scene::{LoadedScene, Scene};
+pub use scene::{LoadedScene, Scene, SceneError};

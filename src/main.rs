@@ -4,11 +4,9 @@
 //! costs atomic additions that all threads share, which an ordinary run must not pay for (and on stable Rust
 //! `stats_alloc` wraps no other allocator in a constant).
 
-mod cli;
-
 use std::process::ExitCode;
 
-use tyrewave::counters::AllocationProbe;
+use tyrewave::counters::Allocations;
 
 #[cfg(not(feature = "count-allocations"))]
 #[global_allocator]
@@ -19,17 +17,14 @@ static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 static ALLOCATOR: &stats_alloc::StatsAlloc<std::alloc::System> = &stats_alloc::INSTRUMENTED_SYSTEM;
 
 #[cfg(not(feature = "count-allocations"))]
-const PROBE: Option<AllocationProbe> = None;
+const PROBE: Option<fn() -> Allocations> = None;
 
 #[cfg(feature = "count-allocations")]
-const PROBE: Option<AllocationProbe> = Some(|| {
+const PROBE: Option<fn() -> Allocations> = Some(|| {
     let stats = ALLOCATOR.stats();
-    tyrewave::counters::Allocations {
-        count: (stats.allocations + stats.reallocations) as u64,
-        bytes: stats.bytes_allocated as u64,
-    }
+    Allocations { count: (stats.allocations + stats.reallocations) as u64, bytes: stats.bytes_allocated as u64 }
 });
 
 fn main() -> ExitCode {
-    cli::start(PROBE)
+    tyrewave::command_line(PROBE)
 }

@@ -10,13 +10,9 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use tyrewave::counters::{Meter, Unwatched, Watch};
-use tyrewave::effects::vibration::VibrationEffect;
-use tyrewave::effects::{Begin, Effect, Step};
-use tyrewave::plan::Plan;
-use tyrewave::road::slices::StiffnessCurve;
-use tyrewave::road::strip::RoadStrip;
-use tyrewave::run::prepare::prepare;
-use tyrewave::test_models::{scene, scene_text};
+use tyrewave::internals::{RoadStrip, VibrationObserver, prepare, scene, scene_text};
+use tyrewave::road::StiffnessCurve;
+use tyrewave::{Observer, Plan, Step};
 
 #[global_allocator]
 static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
@@ -37,19 +33,9 @@ fn count(history: &str, tread: &str, rule: &str, elements: usize, cached: usize,
     let plan = Plan::new(&loaded.scene);
     let (stop, mut meter) = (AtomicBool::new(false), Meter::default());
     let mut prepared = prepare(&loaded, &plan, &stop, &mut meter).unwrap();
-    let mut begin = Begin {
-        loaded: &loaded,
-        plan: &plan,
-        contact: &prepared.contact,
-        models: &mut prepared.models,
-        in_memory: true,
-        planned_memory: |plan| plan.amounts().memory_on(1),
-        warnings: &mut prepared.warnings,
-        stop: &stop,
-        progress: &mut Unwatched,
-        meter: &mut meter,
-    };
-    let mut vibration = VibrationEffect.begin(&mut begin).unwrap();
+    let mut progress = Unwatched;
+    let mut begin = prepared.begin(&loaded, &plan, true, &stop, &mut progress, &mut meter);
+    let mut vibration = VibrationObserver::begin(&mut begin).unwrap();
     let march = &mut prepared.march;
     let mut random = ChaCha8Rng::seed_from_u64(8);
     let first = march.geometry().first_element(0);

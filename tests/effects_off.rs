@@ -9,11 +9,8 @@ use std::sync::atomic::AtomicBool;
 
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use tyrewave::counters::{Counter, Stage, Work};
-use tyrewave::plan::Plan;
-use tyrewave::results::profile_table::cost_table;
-use tyrewave::results::summary::Cost;
-use tyrewave::run::Simulation;
-use tyrewave::test_models::{add, scene, scene_text};
+use tyrewave::internals::{Cost, add, cost_table, scene, scene_text};
+use tyrewave::{Plan, Simulation};
 
 #[global_allocator]
 static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;

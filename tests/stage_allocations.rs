@@ -9,9 +9,8 @@ use std::time::Duration;
 
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use tyrewave::counters::{Allocations, Meter, Phase, Spent, Stage, Watch};
-use tyrewave::plan::Plan;
-use tyrewave::run::Simulation;
-use tyrewave::test_models::{scene, scene_text};
+use tyrewave::internals::{scene, scene_text};
+use tyrewave::{Plan, Simulation};
 
 #[global_allocator]
 static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
@@ -65,5 +64,5 @@ fn stages_outside_of_the_steps_know_what_they_asked_for_and_a_trace_of_steps_ask
     }
     let change = region.change();
     assert_eq!((change.allocations, change.reallocations), (0, 0));
-    assert!(meter.trace().unwrap().spans().len() > 5000 && meter.trace().unwrap().dropped() == 0);
+    assert!(meter.trace().unwrap().span_count() > 5000 && meter.trace().unwrap().dropped() == 0);
 }

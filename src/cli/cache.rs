@@ -1,13 +1,13 @@
 //! `tyrewave cache`: what is kept on disk for the next run.
 
+use crate::contact::pressed::KeptBlock;
+use crate::effects::sound::KeptReceiver;
+use crate::results::table::{Report, row, words};
+use crate::storage::{Cache, Cached};
+use crate::tyre::influence::{CellInfluence, SurfaceWaves};
+use crate::tyre::poles::RationalModel;
+use crate::tyre::poles::cells::CellModel;
 use clap::{Args, Subcommand};
-use tyrewave::contact::pressed::KeptBlock;
-use tyrewave::effects::sound::KeptReceiver;
-use tyrewave::results::table::{Report, row, words};
-use tyrewave::storage::{Cache, Cached};
-use tyrewave::tyre::influence::{CellInfluence, SurfaceWaves};
-use tyrewave::tyre::poles::RationalModel;
-use tyrewave::tyre::poles::cells::CellModel;
 
 use super::context::{Context, print};
 use super::error::CliError;
@@ -25,7 +25,7 @@ Examples:
 /// Arguments of `tyrewave cache`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct CacheArguments {
+pub(crate) struct CacheArguments {
     /// Action on the cache.
     #[command(subcommand)]
     pub action: CacheAction,
@@ -33,7 +33,7 @@ pub struct CacheArguments {
 
 /// Actions on the cache.
 #[derive(Clone, Copy, Debug, Subcommand)]
-pub enum CacheAction {
+pub(crate) enum CacheAction {
     /// List the entries with their size and whether they can be used.
     List,
     /// Remove all entries.
@@ -45,7 +45,7 @@ impl CacheArguments {
     ///
     /// # Errors
     /// [`CliError::Cache`].
-    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+    pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let cache = Cache::open()?;
         let folder = cache.folder().display();
         match self.action {

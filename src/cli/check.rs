@@ -1,11 +1,11 @@
 //! `tyrewave check`: whether scenes can be run.
 
+use crate::plan::Plan;
+use crate::planning::foreseen;
+use crate::results::table::{Report, row, words};
+use crate::run::prepare::checked;
+use crate::scene::Setting;
 use clap::Args;
-use tyrewave::plan::Plan;
-use tyrewave::planning::foreseen;
-use tyrewave::results::table::{Report, row, words};
-use tyrewave::run::prepare::checked;
-use tyrewave::scene::Setting;
 
 use super::context::Context;
 use super::error::CliError;
@@ -25,7 +25,7 @@ Examples:
 /// Arguments of `tyrewave check`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct CheckArguments {
+pub(crate) struct CheckArguments {
     /// The scenes, TOML files.
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<std::path::PathBuf>,
@@ -36,7 +36,7 @@ pub struct CheckArguments {
 
 impl CheckArguments {
     /// Checks one scene after the other; the first with a mistake ends it.
-    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+    pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let mut rows = Vec::new();
         let mut notes = Report::default();
         for path in &self.scenes {

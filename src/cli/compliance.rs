@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
+use crate::storage::input::{self, TABLE_BYTES};
+use crate::tyre::layers::cases;
 use clap::Args;
-use tyrewave::storage::input::{self, TABLE_BYTES};
-use tyrewave::tyre::layers::cases;
 
 use super::context::print;
 use super::error::CliError;
@@ -29,14 +29,14 @@ Examples:
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct ComplianceArguments {
+pub(crate) struct ComplianceArguments {
     /// The cases, a JSON file.
     cases: PathBuf,
 }
 
 impl ComplianceArguments {
     /// Prints the cases with their computed matrices.
-    pub fn execute(self) -> Result<(), CliError> {
+    pub(crate) fn execute(self) -> Result<(), CliError> {
         let path = self.cases;
         let text = input::read_text(&path, TABLE_BYTES).map_err(CliError::reading(&path))?;
         let answer = cases::evaluate(&text).map_err(|error| CliError::Usage(format!("{}: {error}", path.display())))?;

@@ -2,12 +2,12 @@
 
 use std::io::Write;
 
+use crate::counters::AllocationProbe;
+use crate::results::table::Report;
+use crate::run::RunError;
+use crate::scene::{LoadedScene, Reach, Scene, SceneError};
 use indicatif::ProgressBar;
 use terminal_size::{Width, terminal_size_of};
-use tyrewave::counters::AllocationProbe;
-use tyrewave::results::table::Report;
-use tyrewave::run::RunError;
-use tyrewave::scene::{LoadedScene, Reach, Scene, SceneError};
 
 use super::error::CliError;
 use super::interrupt::Interrupt;
@@ -17,7 +17,7 @@ use super::scene_file::SceneFile;
 
 /// Context of a command beside its own arguments.
 #[derive(Debug)]
-pub struct Context {
+pub(crate) struct Context {
     pub options: GlobalOptions,
     /// Threads that the command is executed on.
     pub threads: usize,
@@ -31,13 +31,13 @@ pub struct Context {
 
 impl Context {
     /// A scene file, whose tyre and road are where the options let them be.
-    pub fn load(&self, file: &SceneFile) -> Result<LoadedScene, CliError> {
+    pub(crate) fn load(&self, file: &SceneFile) -> Result<LoadedScene, CliError> {
         let reach = if self.options.allow_outside { Reach::Anywhere } else { Reach::Folder };
         Ok(Scene::load_with(&file.scene, &file.settings, reach)?)
     }
 
     /// A scene file, or the file of a tyre, on which the default scene rolls then; with it whether it is one.
-    pub fn load_scene_or_tyre(&self, file: &SceneFile) -> Result<(LoadedScene, bool), CliError> {
+    pub(crate) fn load_scene_or_tyre(&self, file: &SceneFile) -> Result<(LoadedScene, bool), CliError> {
         match self.load(file) {
             Err(CliError::Run(RunError::Scene(SceneError::Tyre { path }))) => {
                 Ok((Scene::with_tyre(path, &file.settings)?, true))
@@ -47,22 +47,22 @@ impl Context {
     }
 
     /// Progress as the options want it.
-    pub fn progress(&self) -> TerminalProgress {
+    pub(crate) fn progress(&self) -> TerminalProgress {
         TerminalProgress::new(self.options.quiet)
     }
 
     /// A bar over so many equal pieces of work.
-    pub fn bar(&self, title: &str, count: u64) -> ProgressBar {
+    pub(crate) fn bar(&self, title: &str, count: u64) -> ProgressBar {
         pieces(self.options.quiet, title, count)
     }
 
     /// Says something beside the answer: nothing where the user wants silence, or JSON alone.
-    pub fn say(&self, text: &str) -> Result<(), CliError> {
+    pub(crate) fn say(&self, text: &str) -> Result<(), CliError> {
         if self.options.quiet || self.options.json { Ok(()) } else { print(text) }
     }
 
     /// Prints a report, its tables within the terminal's width where there is a terminal; as JSON where that is wanted.
-    pub fn print_report(&self, report: &Report) -> Result<(), CliError> {
+    pub(crate) fn print_report(&self, report: &Report) -> Result<(), CliError> {
         if self.options.json {
             return print(&format!("{:#}\n", report.to_json()));
         }
@@ -74,7 +74,7 @@ impl Context {
 }
 
 /// Writes to standard output; a closed pipe is no panic.
-pub fn print(text: &str) -> Result<(), CliError> {
+pub(super) fn print(text: &str) -> Result<(), CliError> {
     let mut out = std::io::stdout();
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(CliError::Print)
 }

@@ -1,15 +1,15 @@
 //! `tyrewave effects`: what each effect is worth, before it is paid for.
 
+use crate::counters::Stage;
+use crate::plan::{Plan, bytes, process_memory};
+use crate::response::BandLevel;
+use crate::results::plots::{Axis, LinePlot, Series};
+use crate::results::table::{Report, Table, aligned};
+use crate::sound::SoundLevels;
+use crate::study::calibration::calibrated;
+use crate::study::effects::{self, Comparison, Effect, LONGEST, Way};
+use crate::study::trial::{LOWEST_BAND, Trial, level_changes};
 use clap::Args;
-use tyrewave::counters::Stage;
-use tyrewave::plan::{Plan, bytes, process_memory};
-use tyrewave::response::BandLevel;
-use tyrewave::results::plots::{Axis, LinePlot, Series};
-use tyrewave::results::table::{Report, Table, aligned};
-use tyrewave::sound::SoundLevels;
-use tyrewave::study::calibration::calibrated;
-use tyrewave::study::effects::{self, Comparison, Effect, LONGEST, Way};
-use tyrewave::study::trial::{LOWEST_BAND, Trial, level_changes};
 
 use super::context::Context;
 use super::error::CliError;
@@ -33,7 +33,7 @@ Examples:
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct EffectsArguments {
+pub(crate) struct EffectsArguments {
     #[command(flatten)]
     place: Place,
     /// Time rolled after the warm-up for each variant, in s; default: the scene's, at most 3.
@@ -43,7 +43,7 @@ pub struct EffectsArguments {
 
 impl EffectsArguments {
     /// Compares and prints the tables.
-    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+    pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let mut side = self.place.open("effects", context)?;
         side.loaded.check_time_domain()?;
         let duration = self.duration.unwrap_or(side.loaded.scene.rolling.duration.min(LONGEST));

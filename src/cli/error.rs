@@ -2,30 +2,30 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::half_space::HalfSpaceError;
+use crate::performance::PerformanceError;
+use crate::results::{PlotError, ResultsError};
+use crate::road::slices::SliceError;
+use crate::run::RunError;
+use crate::scene::SceneError;
+use crate::storage::{CacheError, InputError};
+use crate::study::sweep::SweepError;
+use crate::study::sweep::tasks::TaskError;
+use crate::study::validation::ValidationError;
 use thiserror::Error;
-use tyrewave::half_space::HalfSpaceError;
-use tyrewave::performance::PerformanceError;
-use tyrewave::results::{PlotError, ResultsError};
-use tyrewave::road::slices::SliceError;
-use tyrewave::run::RunError;
-use tyrewave::scene::SceneError;
-use tyrewave::storage::{CacheError, InputError};
-use tyrewave::study::sweep::SweepError;
-use tyrewave::study::sweep::tasks::TaskError;
-use tyrewave::study::validation::ValidationError;
 
 /// Exit code of a run that failed on its way.
-pub const FAILED: u8 = 1;
+pub(super) const FAILED: u8 = 1;
 /// Exit code of a command line or a scene that makes no sense.
-pub const USAGE: u8 = 2;
+pub(super) const USAGE: u8 = 2;
 /// Exit code of results that could not be written.
-pub const NOT_WRITABLE: u8 = 3;
+pub(super) const NOT_WRITABLE: u8 = 3;
 /// Exit code after Ctrl-C: 128 + SIGINT, as shells do.
-pub const INTERRUPTED: u8 = 130;
+pub(super) const INTERRUPTED: u8 = 130;
 
 /// Why a command did not do what it was asked for.
 #[derive(Debug, Error)]
-pub enum CliError {
+pub(crate) enum CliError {
     /// Errors of the library's stages: scene, road, contact, results.
     #[error(transparent)]
     Run(RunError),
@@ -70,12 +70,12 @@ pub enum CliError {
 
 impl CliError {
     /// The error of reading a file that was named on the command line.
-    pub fn reading(path: &Path) -> impl FnOnce(InputError) -> Self {
+    pub(crate) fn reading(path: &Path) -> impl FnOnce(InputError) -> Self {
         move |error| Self::Read { path: path.to_owned(), source: error.into() }
     }
 
     /// The exit code that this error ends the program with.
-    pub fn exit_code(&self) -> u8 {
+    pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Self::Run(error) => match error {
                 RunError::Scene(_) | RunError::Road(_) | RunError::Slices(_) | RunError::Checkpoint(_) => USAGE,
@@ -102,12 +102,12 @@ impl CliError {
     }
 
     /// The same, said of a file.
-    pub fn in_file(self, path: &Path) -> Self {
+    pub(crate) fn in_file(self, path: &Path) -> Self {
         Self::InFile { path: path.to_owned(), source: Box::new(self) }
     }
 
     /// The message for people; a mistake in a scene is shown in its place.
-    pub fn render(&self, colour: bool) -> String {
+    pub(crate) fn render(&self, colour: bool) -> String {
         match self {
             Self::Run(RunError::Scene(error)) => error.render(colour),
             Self::Tasks(TaskError::Scene { task, source }) => format!("task {task}:\n{}", source.render(colour)),
@@ -161,7 +161,7 @@ of_a_run!(SceneError, SliceError, ResultsError, PlotError);
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tyrewave::contact::ContactError;
+    use crate::contact::ContactError;
 
     #[test]
     fn codes_and_messages() {

@@ -5,11 +5,11 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
+use crate::report::Stored;
+use crate::report::export::{ExportError, MAT_HEAD, PYTHON, Patch, UFF_HEAD, VTK_HEAD, mat, uff};
+use crate::results::ResultsError;
+use crate::storage::flat_folder;
 use clap::{Args, ValueEnum};
-use tyrewave::report::Stored;
-use tyrewave::report::export::{ExportError, MAT_HEAD, PYTHON, Patch, UFF_HEAD, VTK_HEAD, mat, uff};
-use tyrewave::results::ResultsError;
-use tyrewave::storage::flat_folder;
 
 use super::context::Context;
 use super::error::CliError;
@@ -47,7 +47,7 @@ Python needs no export; this prints mean force and level of a results folder:
 /// Arguments of `tyrewave export`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = examples())]
-pub struct ExportArguments {
+pub(crate) struct ExportArguments {
     /// A results folder of `tyrewave run`.
     results: PathBuf,
     /// Format to write.
@@ -74,7 +74,7 @@ enum Format {
 
 impl ExportArguments {
     /// Writes the file or folder and says where it is.
-    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+    pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         if self.every.is_some() && self.format != Format::Vtk {
             return Err(CliError::Usage("--every is for --format vtk".to_owned()));
         }

@@ -2,17 +2,17 @@
 
 use std::path::PathBuf;
 
+use crate::counters::Stage;
+use crate::results::plots::{Axis, ComparisonPanel, ComparisonPlot};
+use crate::results::table::{Report, aligned, csv, row};
+use crate::scene::{LoadedScene, SceneError, Tyre};
+use crate::storage::input::{self, TABLE_BYTES};
+use crate::study::fit_tyre::measured::{Point, read};
+use crate::study::fit_tyre::{BOUND, Estimate, Fit, FitTyreError, PIECES, Parameter, Uncertainty, fit};
+use crate::tyre::influence::mobility::{level, phase};
 use clap::Args;
 use num_complex::Complex64;
 use serde_json::json;
-use tyrewave::counters::Stage;
-use tyrewave::results::plots::{Axis, ComparisonPanel, ComparisonPlot};
-use tyrewave::results::table::{Report, aligned, csv, row};
-use tyrewave::scene::{LoadedScene, SceneError, Tyre};
-use tyrewave::storage::input::{self, TABLE_BYTES};
-use tyrewave::study::fit_tyre::measured::{Point, read};
-use tyrewave::study::fit_tyre::{BOUND, Estimate, Fit, FitTyreError, PIECES, Parameter, Uncertainty, fit};
-use tyrewave::tyre::influence::mobility::{level, phase};
 
 use super::context::Context;
 use super::error::CliError;
@@ -53,7 +53,7 @@ const WORST: f64 = 10.0;
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct FitTyreArguments {
+pub(crate) struct FitTyreArguments {
     /// Measured mobilities, see below.
     #[arg(value_name = "MOBILITY.csv")]
     mobility: PathBuf,
@@ -75,7 +75,7 @@ pub struct FitTyreArguments {
 
 impl FitTyreArguments {
     /// Fits, writes the tyre with all that tells how good it is, and prints tables or JSON.
-    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+    pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let Self { mobility: path, place, fix, free, level_error, phase_error } = self;
         let mut side = place.open_tyre("fit-tyre", context)?;
         let free = free_parameters(&side.loaded, &fix, &free)?;

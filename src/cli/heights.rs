@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use tyrewave::storage::array::{Array, ArrayError};
+use crate::storage::array::{Array, ArrayError};
 
 use super::error::CliError;
 
@@ -11,7 +11,7 @@ const STEEPEST: f64 = 20.0;
 
 /// A row (one dimension) or a grid of heights \[m\], row-major.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Heights {
+pub(super) struct Heights {
     pub values: Vec<f64>,
     /// Rows; 1 for a one-dimensional array.
     pub rows: usize,
@@ -20,12 +20,12 @@ pub struct Heights {
 
 impl Heights {
     /// Reads one row of heights with cells of so many metres.
-    pub fn read_row(path: &Path, cell: [f64; 2]) -> Result<Self, CliError> {
+    pub(super) fn read_row(path: &Path, cell: [f64; 2]) -> Result<Self, CliError> {
         Self::read(path, "a one-dimensional array", |shape| (shape.len() == 1).then(|| (1, shape[0])), cell)
     }
 
     /// Reads a grid of heights with cells of so many metres.
-    pub fn read_grid(path: &Path, cell: [f64; 2]) -> Result<Self, CliError> {
+    pub(super) fn read_grid(path: &Path, cell: [f64; 2]) -> Result<Self, CliError> {
         Self::read(path, "a two-dimensional array", |shape| (shape.len() == 2).then(|| (shape[0], shape[1])), cell)
     }
 

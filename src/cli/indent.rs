@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
+use crate::half_space::rough::{Extent, HeightMap, IndentationControl, IndentationLimits, indent};
+use crate::results::npy::{NpyWriter, Row};
 use clap::Args;
 use serde_json::json;
-use tyrewave::half_space::rough::{Control, Extent, HeightMap, Limits, indent};
-use tyrewave::results::npy::{NpyWriter, Row};
 
 use super::context::print;
 use super::error::CliError;
@@ -27,7 +27,7 @@ Examples:
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 #[command(allow_negative_numbers = true)]
-pub struct IndentArguments {
+pub(crate) struct IndentArguments {
     /// Heights, in m: a two-dimensional .npy array, rows along x, columns along y.
     #[arg(long, value_name = "GRID.npy")]
     heights: PathBuf,
@@ -56,7 +56,7 @@ pub struct IndentArguments {
     #[arg(long, value_name = "M", value_parser = positive)]
     penetration: Option<f64>,
     /// Tolerance of the contact conditions, relative to the penetration.
-    #[arg(long, value_name = "T", default_value_t = Limits::default().tolerance, value_parser = positive)]
+    #[arg(long, value_name = "T", default_value_t = IndentationLimits::default().tolerance, value_parser = positive)]
     tolerance: f64,
     /// Where to write the pressure in Pa, an array of the heights' shape. A file that exists is refused without
     /// --force.
@@ -69,11 +69,11 @@ pub struct IndentArguments {
 
 impl IndentArguments {
     /// Solves, writes the pressure if wanted, prints the answer.
-    pub fn execute(self) -> Result<(), CliError> {
+    pub(crate) fn execute(self) -> Result<(), CliError> {
         let Self { dx, dy, modulus, poisson, tolerance, .. } = self;
         let control = match (self.load, self.penetration) {
-            (Some(load), _) => Control::Load(load),
-            (None, penetration) => Control::Penetration(penetration.unwrap_or(f64::NAN)),
+            (Some(load), _) => IndentationControl::Load(load),
+            (None, penetration) => IndentationControl::Penetration(penetration.unwrap_or(f64::NAN)),
         };
         let inputs = [self.heights.as_path()];
         let replaces = if self.force { Replaces::AllBut(&inputs) } else { Replaces::Nothing("--force") };
@@ -81,7 +81,7 @@ impl IndentArguments {
         let Heights { values, rows, columns } = Heights::read_grid(&self.heights, [dx, dy])?;
         let map = HeightMap { heights: values, extent: Extent { nx: rows, ny: columns }, dx, dy };
         let begin = Instant::now();
-        let limits = Limits { tolerance, ..Limits::default() };
+        let limits = IndentationLimits { tolerance, ..IndentationLimits::default() };
         let contact = indent(&map, modulus / (1.0 - poisson * poisson), control, limits)
             .map_err(|error| CliError::from(error).in_file(&self.heights))?;
         let answer = json!({

@@ -3,22 +3,22 @@
 use std::f64::consts::PI;
 use std::time::Instant;
 
+use crate::counters::{Counter, Stage};
+use crate::plan::models::{fetch, refused};
+use crate::plan::{Decisions, fit_options};
+use crate::results::PlotError;
+use crate::results::plots::{Axis, Colours, ComparisonPanel, ComparisonPlot, HeatMap, LinePlot, Series};
+use crate::results::table::{Report, Table, aligned};
+use crate::run::Progress;
+use crate::run::RunError;
+use crate::scene::{Law, TimeRule, Tyre};
+use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
+use crate::tyre::poles::{Direction, RationalModel};
+use crate::tyre::views::{Causality, causality, element_mobility, impulse_responses, magnitudes, static_ratios};
 use clap::Args;
 use ndarray::Array2;
 use num_complex::Complex64;
 use serde_json::{Value, json};
-use tyrewave::counters::{Counter, Stage};
-use tyrewave::plan::models::{fetch, refused};
-use tyrewave::plan::{Decisions, fit_options};
-use tyrewave::results::PlotError;
-use tyrewave::results::plots::{Axis, Colours, ComparisonPanel, ComparisonPlot, HeatMap, LinePlot, Series};
-use tyrewave::results::table::{Report, Table, aligned};
-use tyrewave::run::Progress;
-use tyrewave::run::RunError;
-use tyrewave::scene::{Law, TimeRule, Tyre};
-use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
-use tyrewave::tyre::poles::{Direction, RationalModel};
-use tyrewave::tyre::views::{Causality, causality, element_mobility, impulse_responses, magnitudes, static_ratios};
 
 use super::context::Context;
 use super::error::CliError;
@@ -50,7 +50,7 @@ const CHECKED: [usize; 4] = [0, 5, 20, 100];
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct InfluenceArguments {
+pub(crate) struct InfluenceArguments {
     #[command(flatten)]
     place: Place,
     /// Fit anew with 512 to 8192 elements, with 2 to 9 layers, and on one thread beside all of them, and report what
@@ -70,7 +70,7 @@ struct View<'a> {
 
 impl InfluenceArguments {
     /// Fits (or takes from the cache), checks, draws.
-    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+    pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let mut side = self.place.open("influence", context)?;
         let loaded = side.loaded.clone();
         let (title, scene, stop) = (loaded.title(), &loaded.scene, context.interrupt.flag());

@@ -2,13 +2,13 @@
 
 use std::sync::atomic::AtomicBool;
 
+use crate::numeric::StraightLine;
+use crate::results::plots::{Axis, LinePlot, PlotError, Series};
+use crate::results::table::{Report, aligned, grouped};
+use crate::scene::Tyre;
+use crate::tyre::poles::scaling::{FitCost, cost, cut};
+use crate::tyre::poles::{FitError, FitOptions};
 use serde_json::{Value, json};
-use tyrewave::numeric::StraightLine;
-use tyrewave::results::plots::{Axis, LinePlot, PlotError, Series};
-use tyrewave::results::table::{Report, aligned, grouped};
-use tyrewave::scene::Tyre;
-use tyrewave::tyre::poles::scaling::{FitCost, cost, cut};
-use tyrewave::tyre::poles::{FitError, FitOptions};
 
 /// Elements of the table.
 const ELEMENTS: [usize; 5] = [512, 1024, 2048, 4096, 8192];
@@ -28,7 +28,7 @@ const QUANTITIES: [(&str, Measure); 3] = [
 ];
 
 /// Everything that was timed.
-pub struct CostReport {
+pub(super) struct CostReport {
     elements: Vec<FitCost>,
     layers: Vec<FitCost>,
     /// Wall time of one thread \[s\], number of threads, wall time of all \[s\].
@@ -45,7 +45,12 @@ impl CostReport {
     ///
     /// # Errors
     /// [`FitError`] of the first fit that is refused, or stopped.
-    pub fn new(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool, tick: &mut dyn FnMut()) -> Result<Self, FitError> {
+    pub(super) fn new(
+        tyre: &Tyre,
+        options: &FitOptions,
+        stop: &AtomicBool,
+        tick: &mut dyn FnMut(),
+    ) -> Result<Self, FitError> {
         let mut of = |tyre: &Tyre, elements: usize| {
             tick();
             cost(tyre, &FitOptions { elements, ..*options }, stop)
@@ -69,7 +74,7 @@ impl CostReport {
     }
 
     /// For `influence.json`.
-    pub fn to_json(&self) -> Value {
+    pub(super) fn to_json(&self) -> Value {
         json!({
             "elements": self.elements,
             "layers": self.layers,
@@ -81,7 +86,7 @@ impl CostReport {
     }
 
     /// Two tables with their exponents, and the efficiency of the threads.
-    pub fn report(&self) -> Report {
+    pub(super) fn report(&self) -> Report {
         let mut report = Report::default();
         for (title, costs, x) in [
             ("elements", &self.elements, (|cost| cost.elements as f64) as Measure),
@@ -112,7 +117,7 @@ impl CostReport {
     }
 
     /// Evaluations and time over elements, relative to the first.
-    pub fn plot(&self, title: &str) -> Result<String, PlotError> {
+    pub(super) fn plot(&self, title: &str) -> Result<String, PlotError> {
         let x = |cost: &FitCost| cost.elements as f64;
         let curves = QUANTITIES.map(|(quantity, y)| {
             let points = self.elements.iter().map(|cost| (x(cost), y(cost) / y(&self.elements[0])));

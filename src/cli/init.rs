@@ -3,10 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::results::ResultsError;
+use crate::scene::{DEFAULT, Scene};
+use crate::storage::PendingFile;
 use clap::Args;
-use tyrewave::results::ResultsError;
-use tyrewave::scene::{DEFAULT, Scene};
-use tyrewave::storage::PendingFile;
 
 use super::context::{Context, print};
 use super::error::CliError;
@@ -29,7 +29,7 @@ const TYRE_TO: &str = "# An endless random texture";
 /// Arguments of `tyrewave init`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct InitArguments {
+pub(crate) struct InitArguments {
     /// The folder; made if it is not there.
     #[arg(default_value = ".")]
     folder: PathBuf,
@@ -37,7 +37,7 @@ pub struct InitArguments {
 
 impl InitArguments {
     /// Writes the files, none where one of them is there already, and says what to do next.
-    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+    pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let schema = format!("{:#}\n", Scene::json_schema());
         let files = [("scene.toml", scene()), ("tyre.toml", TYRE.to_owned()), ("scene.schema.json", schema)];
         let place = |name: &str| self.folder.join(name);

@@ -13,7 +13,7 @@ const SAME_REQUEST: Duration = Duration::from_millis(500);
 
 /// From now on a file that would grow past the system's limit (`ulimit -f`) is an error of writing, as a full disk is,
 /// and not the end of the program.
-pub fn outlive_file_limits() {
+pub(super) fn outlive_file_limits() {
     // A handler that does nothing of use takes the place of the signal's deadly default; without it all is as before.
     #[cfg(unix)]
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
@@ -21,7 +21,7 @@ pub fn outlive_file_limits() {
 
 /// True if the user has asked for the end. Clones share the answer.
 #[derive(Clone, Debug, Default)]
-pub struct Interrupt {
+pub(crate) struct Interrupt {
     asked: Arc<AtomicBool>,
     /// When that was first asked for.
     first: Arc<OnceLock<Instant>>,
@@ -41,7 +41,7 @@ impl Interrupt {
     ///
     /// # Errors
     /// Fails if the system does not allow it, or another part of the program listens already.
-    pub fn listen() -> Result<Self, CliError> {
+    pub(crate) fn listen() -> Result<Self, CliError> {
         let interrupt = Self::default();
         let shared = interrupt.clone();
         ctrlc::set_handler(move || match shared.request(Instant::now()) {
@@ -67,7 +67,7 @@ impl Interrupt {
     }
 
     /// Returns the flag that a run looks at between two steps.
-    pub fn flag(&self) -> &AtomicBool {
+    pub(crate) fn flag(&self) -> &AtomicBool {
         &self.asked
     }
 }

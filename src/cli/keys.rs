@@ -1,10 +1,10 @@
 //! `tyrewave keys`: every key that a scene may have.
 
+use crate::results::table::{Report, words};
+use crate::scene::Scene;
+use crate::scene::schema::{Section, sections};
 use clap::Args;
 use serde_json::Value;
-use tyrewave::results::table::{Report, words};
-use tyrewave::scene::Scene;
-use tyrewave::scene::schema::{Section, sections};
 
 use super::context::{Context, print};
 use super::error::CliError;
@@ -26,7 +26,7 @@ Examples:
 /// Arguments of `tyrewave keys`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct KeysArguments {
+pub(crate) struct KeysArguments {
     /// Only this table and those in it, such as rolling or tyre.layers, or one key, such as rolling.speed_kmh.
     pub section: Option<String>,
     /// Print all of it as a JSON Schema (draft 2020-12).
@@ -39,7 +39,7 @@ impl KeysArguments {
     ///
     /// # Errors
     /// [`CliError::Usage`] for a table or key that scenes do not have.
-    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+    pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         if self.schema {
             print(&format!("{:#}\n", Scene::json_schema()))
         } else {

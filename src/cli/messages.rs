@@ -6,7 +6,7 @@
 use std::io::{self, Write};
 
 /// Says a message, which ends with a line's end; one that cannot be written is lost.
-pub fn tell(message: &str) {
+pub(super) fn tell(message: &str) {
     tell_to(&mut io::stderr(), message);
 }
 

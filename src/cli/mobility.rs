@@ -1,12 +1,12 @@
 //! `tyrewave mobility`: driving-point mobility of the tread surface.
 
+use crate::counters::{Counter, Stage};
+use crate::report::mobility::{LEVEL, plot};
+use crate::results::table::{Report, csv};
+use crate::run::Progress;
+use crate::tyre::influence::mobility::{Mobility, driving_point, frequencies, level};
 use clap::Args;
 use serde_json::json;
-use tyrewave::counters::{Counter, Stage};
-use tyrewave::report::mobility::{LEVEL, plot};
-use tyrewave::results::table::{Report, csv};
-use tyrewave::run::Progress;
-use tyrewave::tyre::influence::mobility::{Mobility, driving_point, frequencies, level};
 
 use super::context::Context;
 use super::error::CliError;
@@ -25,7 +25,7 @@ Examples:
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct MobilityArguments {
+pub(crate) struct MobilityArguments {
     #[command(flatten)]
     place: Place,
     /// Sides of the square patches, in mm.
@@ -55,7 +55,7 @@ pub(super) fn to_csv(mobility: &Mobility, patches: &[f64]) -> String {
 
 impl MobilityArguments {
     /// Computes, writes `mobility.csv` and `mobility.svg`.
-    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+    pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let frequencies = frequencies(self.from, self.to, self.points);
         let Self { place, patch, from, to, points } = self;
         let mut side = place.open_tyre("mobility", context)?;

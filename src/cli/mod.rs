@@ -1,6 +1,6 @@
 //! The command line: one file per command, a folder for `paper`.
 //!
-//! [`start`] is all of the program: it reads the arguments, listens for Ctrl-C, starts the threads, has the command
+//! [`command_line`] is all of the program: it reads the arguments, listens for Ctrl-C, starts the threads, has the command
 //! executed on them, and turns its error into a message on standard error and an exit code.
 
 mod cache;
@@ -49,8 +49,8 @@ mod validate;
 
 use std::process::ExitCode;
 
+use crate::counters::AllocationProbe;
 use clap::{CommandFactory, Parser, Subcommand};
-use tyrewave::counters::AllocationProbe;
 
 use context::Context;
 use error::CliError;
@@ -80,7 +80,7 @@ Examples:
 /// to the contact, and finds the contact forces in the time domain, step by step.
 #[derive(Debug, Parser)]
 #[command(name = "tyrewave", version, arg_required_else_help = true, after_help = AFTER_HELP)]
-pub struct CommandLine {
+pub(crate) struct CommandLine {
     #[command(flatten)]
     options: GlobalOptions,
     /// Command to execute.
@@ -90,7 +90,7 @@ pub struct CommandLine {
 
 /// Commands of tyrewave.
 #[derive(Clone, Debug, Subcommand)]
-pub enum Command {
+pub(crate) enum Command {
     /// Roll a tyre: contact forces over time, and their spectrum.
     Run(run::RunArguments),
     /// Say what a run would do, why, and what it would take; nothing is simulated.
@@ -195,7 +195,7 @@ impl Command {
 
 /// The program: what `main` returns. The command is carried out on threads of its own pool; `allocations` says what the
 /// program's allocator has counted, if it counts.
-pub fn start(allocations: Option<AllocationProbe>) -> ExitCode {
+pub fn command_line(allocations: Option<AllocationProbe>) -> ExitCode {
     interrupt::outlive_file_limits();
     let line = match CommandLine::try_parse() {
         Ok(line) => line,

@@ -15,7 +15,7 @@ const THREADS_VARIABLE: &str = "RAYON_NUM_THREADS";
 
 /// Options that every command takes, before or after its name.
 #[derive(Clone, Debug, Args)]
-pub struct GlobalOptions {
+pub(crate) struct GlobalOptions {
     /// Number of threads; default: RAYON_NUM_THREADS of the environment, or one per processor. The results do not
     /// depend on it, not even in the last bit.
     #[arg(long, global = true, value_name = "N")]
@@ -40,7 +40,7 @@ impl GlobalOptions {
     ///
     /// # Errors
     /// [`CliError::Usage`] for an environment that asks for too many.
-    pub fn threads(&self) -> Result<usize, CliError> {
+    pub(crate) fn threads(&self) -> Result<usize, CliError> {
         match self.threads {
             Some(threads) => Ok(threads.into()),
             None => default_threads(&std::env::var(THREADS_VARIABLE).unwrap_or_default()),

@@ -8,14 +8,14 @@ use std::fs::{self, File, Metadata};
 use std::io::{ErrorKind, Read};
 use std::path::Path;
 
-use tyrewave::results::ResultsError;
-use tyrewave::storage::PendingFile;
+use crate::results::ResultsError;
+use crate::storage::PendingFile;
 
 use super::error::CliError;
 
 /// Replacement that is allowed.
 #[derive(Clone, Copy, Debug)]
-pub enum Replaces<'a> {
+pub(super) enum Replaces<'a> {
     /// Files that begin like this.
     Beginning(&'static str),
     /// Any file but the inputs.
@@ -26,7 +26,7 @@ pub enum Replaces<'a> {
 
 /// A file that takes its name when it is complete.
 #[derive(Debug)]
-pub struct OutputFile<'a> {
+pub(super) struct OutputFile<'a> {
     file: PendingFile,
     replaces: Replaces<'a>,
 }
@@ -36,14 +36,14 @@ impl<'a> OutputFile<'a> {
     ///
     /// # Errors
     /// [`CliError::Usage`] for what must not be replaced, [`ResultsError::Create`].
-    pub fn begin(path: &Path, replaces: Replaces<'a>) -> Result<Self, CliError> {
+    pub(super) fn begin(path: &Path, replaces: Replaces<'a>) -> Result<Self, CliError> {
         check(path, replaces)?;
         let file = PendingFile::create(path).map_err(ResultsError::creating(path))?;
         Ok(Self { file, replaces })
     }
 
     /// Returns the path at which another writer may put the content, before [`Self::publish`].
-    pub fn temporary(&self) -> &Path {
+    pub(super) fn temporary(&self) -> &Path {
         self.file.temporary()
     }
 
@@ -51,7 +51,7 @@ impl<'a> OutputFile<'a> {
     ///
     /// # Errors
     /// [`CliError::Usage`] for what has come there meanwhile and must not be replaced, [`ResultsError::Write`].
-    pub fn complete(self, content: &(impl AsRef<[u8]> + ?Sized)) -> Result<(), CliError> {
+    pub(super) fn complete(self, content: &(impl AsRef<[u8]> + ?Sized)) -> Result<(), CliError> {
         let path = self.file.path().to_owned();
         check(&path, self.replaces)?;
         Ok(self.file.complete(content).map_err(ResultsError::writing(&path))?)
@@ -61,7 +61,7 @@ impl<'a> OutputFile<'a> {
     ///
     /// # Errors
     /// As [`Self::complete`].
-    pub fn publish(self) -> Result<(), CliError> {
+    pub(super) fn publish(self) -> Result<(), CliError> {
         let path = self.file.path().to_owned();
         check(&path, self.replaces)?;
         Ok(self.file.publish().map_err(ResultsError::writing(&path))?)
@@ -69,7 +69,7 @@ impl<'a> OutputFile<'a> {
 }
 
 /// Refuses two outputs of one name.
-pub fn check_apart(one: Option<&Path>, other: Option<&Path>) -> Result<(), CliError> {
+pub(super) fn check_apart(one: Option<&Path>, other: Option<&Path>) -> Result<(), CliError> {
     match one.zip(other) {
         Some((one, other)) if place(one) == place(other) => {
             Err(CliError::Usage(format!("{} is named twice as a file to be written", one.display())))
@@ -88,7 +88,7 @@ fn place(path: &Path) -> Option<std::path::PathBuf> {
 ///
 /// # Errors
 /// [`CliError::Usage`], [`CliError::Read`].
-pub fn check(path: &Path, replaces: Replaces<'_>) -> Result<(), CliError> {
+pub(super) fn check(path: &Path, replaces: Replaces<'_>) -> Result<(), CliError> {
     let present = match fs::symlink_metadata(path) {
         Ok(present) => present,
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),

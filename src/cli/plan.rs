@@ -1,13 +1,13 @@
 //! `tyrewave plan`: what a run would do, why, and what it would take.
 
+use crate::plan::{Amounts, Forecast, Plan, bytes, process_memory};
+use crate::planning::foreseen;
+use crate::report::{decision_table, plan_record};
+use crate::results::table::{Report, aligned, grouped, row, words};
+use crate::run::prepare::checked;
+use crate::scene::LoadedScene;
+use crate::study::calibration::{calibrate, calibrated};
 use clap::Args;
-use tyrewave::plan::{Amounts, Forecast, Plan, bytes, process_memory};
-use tyrewave::planning::foreseen;
-use tyrewave::report::{decision_table, plan_record};
-use tyrewave::results::table::{Report, aligned, grouped, row, words};
-use tyrewave::run::prepare::checked;
-use tyrewave::scene::LoadedScene;
-use tyrewave::study::calibration::{calibrate, calibrated};
 
 use super::context::{Context, print};
 use super::error::CliError;
@@ -30,7 +30,7 @@ Examples:
 /// Arguments of `tyrewave plan`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct PlanArguments {
+pub(crate) struct PlanArguments {
     #[command(flatten)]
     pub scene: SceneFile,
     /// Measure this machine again.
@@ -43,7 +43,7 @@ impl PlanArguments {
     ///
     /// # Errors
     /// [`CliError`].
-    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+    pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let process = process_memory();
         let loaded = context.load(&self.scene)?;
         let plan = checked(&loaded)?;

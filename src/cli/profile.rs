@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
+use crate::counters::machine::instruction_set;
+use crate::performance::changes::AcceptedChanges;
+use crate::performance::judge::{Effort, Side, judge};
+use crate::performance::program::Program;
+use crate::performance::record::RecordedWorkload;
+use crate::performance::report::{JSON_HEAD, MARKDOWN_HEAD};
+use crate::performance::{Measurement, PerformanceError, Record, Workload, instructions, measure};
 use clap::{Args, Subcommand};
-use tyrewave::counters::machine::instruction_set;
-use tyrewave::performance::changes::AcceptedChanges;
-use tyrewave::performance::judge::{Effort, Side, judge};
-use tyrewave::performance::program::Program;
-use tyrewave::performance::record::RecordedWorkload;
-use tyrewave::performance::report::{JSON_HEAD, MARKDOWN_HEAD};
-use tyrewave::performance::{Measurement, PerformanceError, Record, Workload, instructions, measure};
 
 use super::context::{Context, print};
 use super::error::CliError;
@@ -41,7 +41,7 @@ Examples:
 /// Arguments of `tyrewave profile`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct ProfileArguments {
+pub(crate) struct ProfileArguments {
     /// Action on performance.
     #[command(subcommand)]
     pub action: ProfileAction,
@@ -49,7 +49,7 @@ pub struct ProfileArguments {
 
 /// Actions on performance.
 #[derive(Clone, Debug, Subcommand)]
-pub enum ProfileAction {
+pub(crate) enum ProfileAction {
     /// Do all workloads and write what they took, stamped with commit, compiler and machine.
     Record(RecordArguments),
     /// Hold a program or record against another one; exit code 1 if it is worse.
@@ -67,7 +67,7 @@ pub enum ProfileAction {
 
 /// Arguments of `tyrewave profile record`.
 #[derive(Clone, Debug, Args)]
-pub struct RecordArguments {
+pub(crate) struct RecordArguments {
     /// Folder of the records.
     #[arg(long, value_name = "FOLDER", default_value = RECORDS)]
     pub out: PathBuf,
@@ -78,7 +78,7 @@ pub struct RecordArguments {
 
 /// Arguments of `tyrewave profile compare`.
 #[derive(Clone, Debug, Args)]
-pub struct CompareArguments {
+pub(crate) struct CompareArguments {
     /// A record (.json) or a program to hold against; default: the record of this processor's instructions in
     /// profiles/record.
     pub first: Option<PathBuf>,
@@ -114,7 +114,7 @@ impl ProfileArguments {
     ///
     /// # Errors
     /// [`CliError`].
-    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+    pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         match self.action {
             ProfileAction::Record(arguments) => arguments.execute(context),
             ProfileAction::Compare(arguments) => arguments.execute(context),

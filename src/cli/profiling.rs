@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
+use crate::counters::{Timing, Watch};
+use crate::results::profile_table::cost_table;
+use crate::results::table::Report;
+use crate::results::trace::{FOLDED_HEAD, TRACE_HEAD, chrome_trace, folded_stacks};
+use crate::run::RunReport;
 use clap::Args;
-use tyrewave::counters::{Timing, Watch};
-use tyrewave::results::profile_table::cost_table;
-use tyrewave::results::table::Report;
-use tyrewave::results::trace::{FOLDED_HEAD, TRACE_HEAD, chrome_trace, folded_stacks};
-use tyrewave::run::RunReport;
 
 use super::context::Context;
 use super::error::CliError;
@@ -15,7 +15,7 @@ use super::output_file::{OutputFile, Replaces, check_apart};
 
 /// How closely the cost of a run is watched, and where it is shown. The results are the same bytes.
 #[derive(Clone, Debug, Default, Args)]
-pub struct ProfileOptions {
+pub(super) struct ProfileOptions {
     /// Print what every stage took, with rates and work counters, at the end; the numbers are also in summary.json.
     #[arg(long)]
     pub profile: bool,
@@ -31,7 +31,7 @@ pub struct ProfileOptions {
 
 /// Files that are written when the run is done.
 #[derive(Debug)]
-pub struct PendingProfile {
+pub(super) struct PendingProfile {
     profile: bool,
     trace: Option<OutputFile<'static>>,
     folded: Option<OutputFile<'static>>,
@@ -39,7 +39,7 @@ pub struct PendingProfile {
 
 impl ProfileOptions {
     /// How the run is to be watched.
-    pub fn watch(&self, context: &Context) -> Watch {
+    pub(super) fn watch(&self, context: &Context) -> Watch {
         let trace = self.trace.is_some() || self.folded.is_some();
         let timing = match (trace, self.profile) {
             (true, _) => Timing::Every,
@@ -53,7 +53,7 @@ impl ProfileOptions {
     ///
     /// # Errors
     /// As [`OutputFile::begin`].
-    pub fn begin(self) -> Result<PendingProfile, CliError> {
+    pub(super) fn begin(self) -> Result<PendingProfile, CliError> {
         let Self { profile, trace, folded } = self;
         check_apart(trace.as_deref(), folded.as_deref())?;
         let begin = |path: Option<PathBuf>, head: &'static str| {
@@ -68,7 +68,7 @@ impl PendingProfile {
     ///
     /// # Errors
     /// Errors of the files.
-    pub fn complete(self, report: &RunReport) -> Result<Option<Report>, CliError> {
+    pub(super) fn complete(self, report: &RunReport) -> Result<Option<Report>, CliError> {
         if let Some(trace) = report.meter.trace() {
             if let Some(file) = self.trace {
                 file.complete(&chrome_trace(trace, &report.summary.title))?;

@@ -3,9 +3,9 @@
 use std::fmt::Write;
 use std::time::{Duration, Instant};
 
+use crate::counters::Stage;
+use crate::run::Progress;
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
-use tyrewave::counters::Stage;
-use tyrewave::run::Progress;
 
 use super::messages::tell;
 
@@ -16,7 +16,7 @@ const SHARES: u64 = 1000;
 
 /// A line on standard error; silent where that is not a terminal, so that logs stay clean.
 #[derive(Debug)]
-pub struct TerminalProgress {
+pub(crate) struct TerminalProgress {
     bar: ProgressBar,
     quiet: bool,
     /// The stage that is going on.
@@ -25,7 +25,7 @@ pub struct TerminalProgress {
 
 impl TerminalProgress {
     /// A line that draws nothing yet; `quiet`: ever.
-    pub fn new(quiet: bool) -> Self {
+    pub(crate) fn new(quiet: bool) -> Self {
         Self::with_target(quiet, ProgressDrawTarget::stderr())
     }
 

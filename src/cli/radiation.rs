@@ -3,24 +3,24 @@
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
-use clap::Args;
-use serde_json::json;
-use tyrewave::counters::Stage;
-use tyrewave::plan::{Plan, bytes};
-use tyrewave::radiation::cases::{self, CasesError};
-use tyrewave::radiation::{Cost, RadiationError};
-use tyrewave::report::radiation::radiation_record;
-use tyrewave::response::pressure::PressureShares;
-use tyrewave::results::PlotError;
-use tyrewave::results::plots::{Axis, LinePlot, PolarPlot, Series, ShareMap};
-use tyrewave::results::table::{Report, aligned, csv};
-use tyrewave::run::{Progress, RunError};
-use tyrewave::storage::input::{self, TABLE_BYTES};
-use tyrewave::study::loads::Standing;
-use tyrewave::study::radiation::{
+use crate::counters::Stage;
+use crate::plan::{Plan, bytes};
+use crate::radiation::cases::{self, CasesError};
+use crate::radiation::{Cost, RadiationError};
+use crate::report::radiation::radiation_record;
+use crate::response::pressure::PressureShares;
+use crate::results::PlotError;
+use crate::results::plots::{Axis, LinePlot, PolarPlot, Series, ShareMap};
+use crate::results::table::{Report, aligned, csv};
+use crate::run::{Progress, RunError};
+use crate::storage::input::{self, TABLE_BYTES};
+use crate::study::loads::Standing;
+use crate::study::radiation::{
     AHEAD, AtFrequency, CIRCLE, DIRECTIVITY, LOWEST, Radiator, asked_frequencies, named_receivers,
 };
-use tyrewave::tyre::influence::mobility::frequencies;
+use crate::tyre::influence::mobility::frequencies;
+use clap::Args;
+use serde_json::json;
 
 use super::context::{Context, print};
 use super::error::CliError;
@@ -75,7 +75,7 @@ const PICTURES: [[&str; 3]; 3] = [
 ];
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct RadiationArguments {
+pub(crate) struct RadiationArguments {
     #[command(flatten)]
     place: Place,
     /// Highest frequency, in Hz.
@@ -88,7 +88,7 @@ pub struct RadiationArguments {
 
 impl RadiationArguments {
     /// Computes, writes, prints.
-    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+    pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let Self { place, highest, points } = self;
         let mut side = place.open("radiation", context)?;
         let (scene, title) = (side.loaded.scene.clone(), side.loaded.title());
@@ -361,7 +361,7 @@ fn cost_picture(costs: &[(f64, Cost)], title: &str) -> Result<String, PlotError>
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = CASES)]
-pub struct RadiationCasesArguments {
+pub(crate) struct RadiationCasesArguments {
     /// The cases, a JSON file.
     cases: PathBuf,
 }
@@ -376,7 +376,7 @@ const CASES_MEMORY: u64 = 8 << 30;
 
 impl RadiationCasesArguments {
     /// Prints what each case gives.
-    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+    pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let path = self.cases;
         let text = input::read_text(&path, TABLE_BYTES).map_err(CliError::reading(&path))?;
         let stop = context.interrupt.flag();

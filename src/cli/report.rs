@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::report::{Comparison, PAGE_HEAD, ReportError, Stored, page};
 use clap::Args;
-use tyrewave::report::{Comparison, PAGE_HEAD, ReportError, Stored, page};
 
 use super::context::{Context, print};
 use super::error::CliError;
@@ -22,7 +22,7 @@ Examples:
 /// Arguments of `tyrewave report`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = REPORT_EXAMPLES)]
-pub struct ReportArguments {
+pub(crate) struct ReportArguments {
     /// Results folders of `tyrewave run`.
     #[arg(required = true, value_name = "RESULTS")]
     results: Vec<PathBuf>,
@@ -33,7 +33,7 @@ pub struct ReportArguments {
 
 impl ReportArguments {
     /// Writes the page and says where it is.
-    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+    pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let out = self.out.unwrap_or_else(|| beside(&self.results[0], ".html"));
         write_page(&self.results, None, &out, context)
     }
@@ -50,7 +50,7 @@ Examples:
 /// Arguments of `tyrewave compare`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = COMPARE_EXAMPLES)]
-pub struct CompareArguments {
+pub(crate) struct CompareArguments {
     /// Results folders of `tyrewave run`, two or more; the others are held against the first.
     #[arg(required = true, num_args = 2.., value_name = "RESULTS")]
     results: Vec<PathBuf>,
@@ -61,7 +61,7 @@ pub struct CompareArguments {
 
 impl CompareArguments {
     /// Prints the comparison.
-    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+    pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         if self.csv && context.options.json {
             return Err(CliError::Usage("--csv and --json exclude each other".to_owned()));
         }
@@ -82,20 +82,25 @@ fn stored(folders: &[PathBuf]) -> Result<Vec<Stored>, CliError> {
 }
 
 /// Where what is made of a results folder goes: beside it, its name with an ending.
-pub fn beside(folder: &Path, ending: &str) -> PathBuf {
+pub(super) fn beside(folder: &Path, ending: &str) -> PathBuf {
     let mut name = folder.file_name().unwrap_or(folder.as_os_str()).to_owned();
     name.push(ending);
     folder.with_file_name(name)
 }
 
 /// Refuses a place where something else than an earlier page stands.
-pub fn check_page(out: &Path) -> Result<(), CliError> {
+pub(super) fn check_page(out: &Path) -> Result<(), CliError> {
     check(out, Replaces::Beginning(PAGE_HEAD))
 }
 
 /// Writes the page of some results, whole or not at all, in place of an earlier one, and says where it is. `road` is
 /// the file of their measured road, where that is known.
-pub fn write_page(folders: &[PathBuf], road: Option<&Path>, out: &Path, context: &Context) -> Result<(), CliError> {
+pub(super) fn write_page(
+    folders: &[PathBuf],
+    road: Option<&Path>,
+    out: &Path,
+    context: &Context,
+) -> Result<(), CliError> {
     let file = OutputFile::begin(out, Replaces::Beginning(PAGE_HEAD))?;
     let all: Vec<Stored> = stored(folders)?.into_iter().map(|stored| stored.with_road(road)).collect();
     let text = page(&all).map_err(|error| match error {

@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
+use crate::results::ResultsFolder;
+use crate::run;
 use clap::Args;
-use tyrewave::results::ResultsFolder;
-use tyrewave::run;
 
 use super::context::{Context, print};
 use super::error::CliError;
@@ -28,7 +28,7 @@ Examples:
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct ResumeArguments {
+pub(crate) struct ResumeArguments {
     /// Results folder of the run, or the folder of the unfinished run itself.
     #[arg(value_name = "RESULTS")]
     results: PathBuf,
@@ -38,7 +38,7 @@ pub struct ResumeArguments {
 
 impl ResumeArguments {
     /// Goes on with the run and says where the results are.
-    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+    pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         if let Some(place) = ResultsFolder::put_in_order(&self.results)? {
             let told = format!(
                 "the run had reached its end, and its results have their name now\nresults in {}\n",

@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
+use crate::counters::Stage;
+use crate::plan::Plan;
+use crate::report::road::{description, map, texture_spectrum};
+use crate::road::{RoadError, describe};
+use crate::run::road::{in_scene, road_limits};
+use crate::scene::{DEFAULT, LoadedScene, Scene, Setting};
+use crate::study::sweep::{Axes, variants};
 use clap::Args;
 use serde_json::json;
-use tyrewave::counters::Stage;
-use tyrewave::plan::Plan;
-use tyrewave::report::road::{description, map, texture_spectrum};
-use tyrewave::road::{RoadError, describe};
-use tyrewave::run::road::{in_scene, road_limits};
-use tyrewave::scene::{DEFAULT, LoadedScene, Scene, Setting};
-use tyrewave::study::sweep::{Axes, variants};
 
 use super::context::Context;
 use super::error::CliError;
@@ -34,7 +34,7 @@ Examples:
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct RoadArguments {
+pub(crate) struct RoadArguments {
     #[command(flatten)]
     place: Place,
     /// Unit of the distances in a CSV file; as --set road.distance_unit=mm.
@@ -49,7 +49,7 @@ const UNITS: [&str; 3] = ["m", "mm", "um"];
 
 impl RoadArguments {
     /// Describes the road on the run's lattice; writes `road.json`, `road.svg` and `texture_spectrum.svg`.
-    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+    pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let Self { mut place, distance_unit, height_unit } = self;
         for (key, unit) in [("road.distance_unit", distance_unit), ("road.height_unit", height_unit)] {
             let setting = unit.map(|unit| Setting::parse(&format!("{key}={unit}")));

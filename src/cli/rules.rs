@@ -2,16 +2,16 @@
 
 use std::f64::consts::PI;
 
+use crate::counters::Stage;
+use crate::plan::Plan;
+use crate::results::plots::{Axis, LinePlot, Series};
+use crate::results::table::{Report, aligned, words};
+use crate::run::Progress;
+use crate::scene::TimeRule;
+use crate::study::rules::{RuleReport, WorkPoint, WorkPrecision, compare, work_precision};
 use clap::Args;
 use num_complex::Complex64;
 use serde_json::json;
-use tyrewave::counters::Stage;
-use tyrewave::plan::Plan;
-use tyrewave::results::plots::{Axis, LinePlot, Series};
-use tyrewave::results::table::{Report, aligned, words};
-use tyrewave::run::Progress;
-use tyrewave::scene::TimeRule;
-use tyrewave::study::rules::{RuleReport, WorkPoint, WorkPrecision, compare, work_precision};
 
 use super::context::Context;
 use super::error::CliError;
@@ -36,7 +36,7 @@ const POINTS: u32 = 200;
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct RulesArguments {
+pub(crate) struct RulesArguments {
     #[command(flatten)]
     place: Place,
     /// Also roll the scene with every rule and compare the forces with a fine reference.
@@ -58,7 +58,7 @@ pub struct RulesArguments {
 
 impl RulesArguments {
     /// Compares, writes, prints.
-    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+    pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let Self { place, work, substeps, finest, highest, duration } = self;
         let mut side = place.open("rules", context)?;
         side.loaded.check_time_domain()?;

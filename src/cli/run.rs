@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::plan::bytes;
+use crate::results::summary::RollingResistance;
+use crate::results::table::Report;
+use crate::run::{self, RunOptions, RunReport};
 use clap::Args;
-use tyrewave::plan::bytes;
-use tyrewave::results::summary::RollingResistance;
-use tyrewave::results::table::Report;
-use tyrewave::run::{self, RunOptions, RunReport};
 
 use super::context::{Context, print};
 use super::error::CliError;
@@ -32,7 +32,7 @@ Examples:
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct RunArguments {
+pub(crate) struct RunArguments {
     #[command(flatten)]
     scene: SceneFile,
     /// Results folder; default: results/NAME, NAME being the scene's.
@@ -47,7 +47,7 @@ pub struct RunArguments {
 
 impl RunArguments {
     /// Runs the scene and says where the results are.
-    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+    pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let loaded = context.load(&self.scene)?;
         let watch = self.profile.watch(context);
         let options = RunOptions { target: self.results_folder(), threads: context.threads, watch };
@@ -71,7 +71,7 @@ impl RunArguments {
 }
 
 /// Says how a run went, and what it cost if there are tables of that; a load that it missed is its error.
-pub fn end(report: &RunReport, context: &Context, costs: Option<Report>) -> Result<(), CliError> {
+pub(super) fn end(report: &RunReport, context: &Context, costs: Option<Report>) -> Result<(), CliError> {
     let mut told = Report::default();
     if !context.options.quiet {
         told.text(report_text(report));
@@ -140,8 +140,8 @@ fn report_text(report: &RunReport) -> String {
 
 #[cfg(test)]
 mod tests {
+    use crate::scene::{DEFAULT, Scene, Setting};
     use clap::Parser;
-    use tyrewave::scene::{DEFAULT, Scene, Setting};
 
     use super::*;
 

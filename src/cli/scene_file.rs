@@ -3,12 +3,12 @@
 use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
 
+use crate::scene::Setting;
 use clap::Args;
-use tyrewave::scene::Setting;
 
 /// A scene, and settings in place of its own.
 #[derive(Clone, Debug, Args)]
-pub struct SceneFile {
+pub(crate) struct SceneFile {
     /// The scene, a TOML file.
     pub scene: PathBuf,
     /// A setting in place of the scene's, such as rolling.speed_kmh=110, numerics.preset=draft or
@@ -19,7 +19,7 @@ pub struct SceneFile {
 
 impl SceneFile {
     /// The scene's name: its file's without the ending.
-    pub fn name(&self) -> OsString {
+    pub(crate) fn name(&self) -> OsString {
         self.scene.file_stem().unwrap_or(OsStr::new("scene")).to_owned()
     }
 }

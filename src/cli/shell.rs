@@ -3,9 +3,9 @@
 use std::fs;
 use std::path::PathBuf;
 
+use crate::results::ResultsError;
 use clap::{Args, Command};
 use clap_complete::Shell;
-use tyrewave::results::ResultsError;
 
 use super::context::print;
 use super::error::CliError;
@@ -19,14 +19,14 @@ Examples:
 /// Arguments of `tyrewave completions`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = COMPLETIONS_EXAMPLES)]
-pub struct CompletionsArguments {
+pub(crate) struct CompletionsArguments {
     /// The shell.
     shell: Shell,
 }
 
 impl CompletionsArguments {
     /// Prints those of the whole program.
-    pub fn execute(self, mut program: Command) -> Result<(), CliError> {
+    pub(crate) fn execute(self, mut program: Command) -> Result<(), CliError> {
         let mut text = Vec::new();
         clap_complete::generate(self.shell, &mut program, "tyrewave", &mut text);
         print(&String::from_utf8_lossy(&text))
@@ -41,14 +41,14 @@ Examples:
 /// Arguments of `tyrewave man`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = MAN_EXAMPLES)]
-pub struct ManArguments {
+pub(crate) struct ManArguments {
     /// The folder for the pages, one of each command; made if it is not there.
     folder: PathBuf,
 }
 
 impl ManArguments {
     /// Writes those of the whole program.
-    pub fn execute(self, program: Command) -> Result<(), CliError> {
+    pub(crate) fn execute(self, program: Command) -> Result<(), CliError> {
         fs::create_dir_all(&self.folder).map_err(ResultsError::creating(&self.folder))?;
         let failed = ResultsError::writing(&self.folder);
         clap_mangen::generate_to(program, &self.folder).map_err(failed)?;

@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use crate::counters::Meter;
+use crate::planning::settled;
+use crate::results::summary::{Cost, Summary};
+use crate::results::table::Report;
+use crate::results::{PlotError, ResultFiles, ResultsFolder};
+use crate::scene::LoadedScene;
 use clap::Args;
-use tyrewave::counters::Meter;
-use tyrewave::planning::settled;
-use tyrewave::results::summary::{Cost, Summary};
-use tyrewave::results::table::Report;
-use tyrewave::results::{PlotError, ResultFiles, ResultsFolder};
-use tyrewave::scene::LoadedScene;
 
 use super::context::{Context, print};
 use super::error::CliError;
@@ -17,7 +17,7 @@ use super::scene_file::SceneFile;
 
 /// A scene, and where the results of a command that is not `run` go.
 #[derive(Clone, Debug, Args)]
-pub struct Place {
+pub(super) struct Place {
     #[command(flatten)]
     pub scene: SceneFile,
     /// Results folder; default: results/NAME-COMMAND, NAME being the scene's.
@@ -26,7 +26,7 @@ pub struct Place {
 }
 
 /// The work on a scene, and the files that it leaves.
-pub struct Side {
+pub(super) struct Side {
     pub loaded: LoadedScene,
     /// Cost of the work.
     pub meter: Meter,
@@ -41,19 +41,19 @@ pub struct Side {
 
 impl Place {
     /// Reads the scene. A place that cannot be written to is refused now, not after the work.
-    pub fn open(self, command: &str, context: &Context) -> Result<Side, CliError> {
+    pub(super) fn open(self, command: &str, context: &Context) -> Result<Side, CliError> {
         let loaded = context.load(&self.scene)?;
         Side::new(loaded, self.target(command))
     }
 
     /// As [`Self::open`]; of the scene only the tyre counts, and it may be the file of one.
-    pub fn open_tyre(self, command: &str, context: &Context) -> Result<Side, CliError> {
+    pub(super) fn open_tyre(self, command: &str, context: &Context) -> Result<Side, CliError> {
         let (loaded, _) = context.load_scene_or_tyre(&self.scene)?;
         Side::new(loaded, self.target(command))
     }
 
     /// The results folder of a command.
-    pub fn target(self, command: &str) -> PathBuf {
+    pub(super) fn target(self, command: &str) -> PathBuf {
         self.out.unwrap_or_else(|| {
             let mut name = self.scene.name();
             name.push(format!("-{command}"));
@@ -63,7 +63,7 @@ impl Place {
 }
 
 impl Side {
-    pub fn new(loaded: LoadedScene, target: PathBuf) -> Result<Self, CliError> {
+    pub(super) fn new(loaded: LoadedScene, target: PathBuf) -> Result<Self, CliError> {
         let loaded = settled(loaded)?;
         drop(ResultsFolder::create(&target)?);
         let (settings, meter) = (loaded.settings()?, Meter::default());
@@ -71,18 +71,18 @@ impl Side {
     }
 
     /// Keeps a file for the folder.
-    pub fn file(&mut self, name: &'static str, text: impl Into<String>) {
+    pub(super) fn file(&mut self, name: &'static str, text: impl Into<String>) {
         self.files.push((name, text.into()));
     }
 
     /// Keeps a picture for the folder.
-    pub fn picture(&mut self, name: &'static str, svg: Result<String, PlotError>) -> Result<(), CliError> {
+    pub(super) fn picture(&mut self, name: &'static str, svg: Result<String, PlotError>) -> Result<(), CliError> {
         self.file(name, svg?);
         Ok(())
     }
 
     /// Keeps a JSON file for the folder, which is the answer where JSON is wanted.
-    pub fn json(&mut self, name: &'static str, answer: &serde_json::Value) {
+    pub(super) fn json(&mut self, name: &'static str, answer: &serde_json::Value) {
         let text = format!("{answer:#}\n");
         self.file(name, text.clone());
         self.answer = Some(text);
@@ -90,7 +90,7 @@ impl Side {
 
     /// Writes the folder and answers: with the report and the folder's place, or with the JSON alone that was asked
     /// for.
-    pub fn finish(mut self, context: &Context, report: &Report) -> Result<(), CliError> {
+    pub(super) fn finish(mut self, context: &Context, report: &Report) -> Result<(), CliError> {
         let answer = self.answer.take().filter(|_| context.options.json);
         let place = self.write(context)?;
         if let Some(json) = answer {
@@ -101,13 +101,13 @@ impl Side {
     }
 
     /// Writes the folder, for a command that answers otherwise.
-    pub fn write_only(self, context: &Context) -> Result<(), CliError> {
+    pub(super) fn write_only(self, context: &Context) -> Result<(), CliError> {
         self.write(context).map(drop)
     }
 
     /// Keeps what work that was stopped has found, beside the folder's place, and answers with its report: the error
     /// is the interruption, which says where.
-    pub fn keep(self, context: &Context, report: &Report) -> Result<(), CliError> {
+    pub(super) fn keep(self, context: &Context, report: &Report) -> Result<(), CliError> {
         let (folder, summary) = self.filled(context)?;
         let kept = folder.finish_partial(summary)?;
         context.print_report(report)?;

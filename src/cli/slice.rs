@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
+use crate::road::slices::{SliceBuilder, SliceScratch};
 use clap::{Args, ValueEnum};
 use serde::Serialize;
-use tyrewave::road::slices::{SliceBuilder, SliceScratch};
 
 use super::context::print;
 use super::error::CliError;
@@ -33,7 +33,7 @@ enum SliceLaw {
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 #[command(allow_negative_numbers = true)]
-pub struct SliceArguments {
+pub(crate) struct SliceArguments {
     /// Heights across the slice, in m: a one-dimensional .npy array.
     #[arg(long, value_name = "FILE.npy")]
     heights: PathBuf,
@@ -75,7 +75,7 @@ struct SliceAnswer {
 
 impl SliceArguments {
     /// Prints the answer.
-    pub fn execute(self) -> Result<(), CliError> {
+    pub(crate) fn execute(self) -> Result<(), CliError> {
         let heights = self.heights.clone();
         let answer = self.answer().map_err(|error| match error {
             CliError::Run(_) => error.in_file(&heights),
@@ -110,8 +110,8 @@ mod tests {
 
     use super::super::{Command, CommandLine};
     use super::*;
-    use tyrewave::road::slices::SliceError;
-    use tyrewave::run::RunError;
+    use crate::road::slices::SliceError;
+    use crate::run::RunError;
 
     fn write(path: &Path, heights: &[f64]) {
         let mut bytes = Vec::new();

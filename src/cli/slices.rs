@@ -1,19 +1,19 @@
 //! `tyrewave slices`: one slice of a scene's road by both laws, the spread over the road, and with `--calibrate` what
 //! pressing patches of the road says about the local contact law.
 
+use crate::contact::local_compliance::calibrate::Fit;
+use crate::contact::local_compliance::{self, Calibration, CalibrationError};
+use crate::counters::{Counter, Stage};
+use crate::plan::Plan;
+use crate::report::slices::pictures;
+use crate::results::table::{Report, aligned, numbers, row};
+use crate::road::RoadSurface;
+use crate::road::slices::StiffnessCurve;
+use crate::run::road::{in_scene, road_limits};
+use crate::scene::LoadedScene;
+use crate::study::slices::{LAWS, Sample, Spread, spread};
 use clap::Args;
 use serde_json::json;
-use tyrewave::contact::local_compliance::calibrate::Fit;
-use tyrewave::contact::local_compliance::{self, Calibration, CalibrationError};
-use tyrewave::counters::{Counter, Stage};
-use tyrewave::plan::Plan;
-use tyrewave::report::slices::pictures;
-use tyrewave::results::table::{Report, aligned, numbers, row};
-use tyrewave::road::RoadSurface;
-use tyrewave::road::slices::StiffnessCurve;
-use tyrewave::run::road::{in_scene, road_limits};
-use tyrewave::scene::LoadedScene;
-use tyrewave::study::slices::{LAWS, Sample, Spread, spread};
 
 use super::context::Context;
 use super::error::CliError;
@@ -36,7 +36,7 @@ Examples:
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct SlicesArguments {
+pub(crate) struct SlicesArguments {
     #[command(flatten)]
     place: Place,
     /// Road coordinate of the slice that is drawn, in m.
@@ -60,7 +60,7 @@ fn patch_count() -> clap::builder::RangedI64ValueParser<u32> {
 
 impl SlicesArguments {
     /// Computes, draws and tabulates.
-    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+    pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let Self { place, at, slices, calibrate, patches } = self;
         let mut side = place.open("slices", context)?;
         let loaded = &side.loaded;

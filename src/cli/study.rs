@@ -1,17 +1,17 @@
 //! `tyrewave study`: accuracy against time of every knob of a scene.
 
-use clap::Args;
-use tyrewave::results::plots::{Axis, WorkPrecisionPanel, WorkPrecisionPlot};
-use tyrewave::results::sound::BodySummary;
-use tyrewave::results::table::{self, Report, Table, aligned, optional, row, words};
-use tyrewave::run::prepare::checked;
-use tyrewave::scene::{Contact, Numerics, Scene};
-use tyrewave::study::accuracy::verdict::{LARGEST_EXCESS, Verdict, verdicts};
-use tyrewave::study::accuracy::{
+use crate::results::plots::{Axis, WorkPrecisionPanel, WorkPrecisionPlot};
+use crate::results::sound::BodySummary;
+use crate::results::table::{self, Report, Table, aligned, optional, row, words};
+use crate::run::prepare::checked;
+use crate::scene::{Contact, Numerics, Scene};
+use crate::study::accuracy::verdict::{LARGEST_EXCESS, Verdict, verdicts};
+use crate::study::accuracy::{
     Cost, Joint, Kind, Knob, Point, Richardson, SoundDifference, SoundPoint, SoundStudy, Study, StudyOptions, Sweep,
     study,
 };
-use tyrewave::study::trial::{Difference, LOWEST_BAND};
+use crate::study::trial::{Difference, LOWEST_BAND};
+use clap::Args;
 
 use super::context::Context;
 use super::error::CliError;
@@ -47,7 +47,7 @@ Examples:
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct StudyArguments {
+pub(crate) struct StudyArguments {
     #[command(flatten)]
     place: Place,
     /// Highest frequency compared, in Hz; default: the scene's fmax, or 1000.
@@ -77,7 +77,7 @@ pub struct StudyArguments {
 
 impl StudyArguments {
     /// Studies, writes and prints.
-    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+    pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let mut side = self.place.open("study", context)?;
         let loaded = &side.loaded;
         loaded.check_time_domain()?;

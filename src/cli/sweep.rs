@@ -2,15 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::builder::ArgPredicate;
-use clap::{Arg, Args};
-use tyrewave::results::ResultsError;
-use tyrewave::results::summary::SUMMARY_FILE;
-use tyrewave::run::RunError;
-use tyrewave::scene::LoadedScene;
-use tyrewave::study::sweep::{
+use crate::results::ResultsError;
+use crate::results::summary::SUMMARY_FILE;
+use crate::run::RunError;
+use crate::scene::LoadedScene;
+use crate::study::sweep::{
     Axes, Design, Done, Factor, Label, Outcome, Range, SPEED_KEY, Variant, share_full_scale, sweep, variants,
 };
+use clap::builder::ArgPredicate;
+use clap::{Arg, Args};
 
 use super::context::{Context, print};
 use super::error::CliError;
@@ -77,7 +77,7 @@ const VARIED: [&str; 5] = ["settings", "speed", "load", "road", "latin_hypercube
 } else {
     argument
 }))]
-pub struct SweepArguments {
+pub(crate) struct SweepArguments {
     #[command(flatten)]
     place: Place,
     /// Speeds in km/h: FROM..TO:STEP, both ends included, or values separated by commas.
@@ -174,7 +174,7 @@ impl SweepArguments {
     }
 
     /// Runs the sweep and prints its table.
-    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+    pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         if self.tasks.are_there() {
             return self.tasks.execute(self.place.out.as_deref(), context);
         }

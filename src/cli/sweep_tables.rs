@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use tyrewave::response::{BandLevel, LevelErrors};
-use tyrewave::results::ResultsError;
-use tyrewave::results::plots::ThirdOctavePlot;
-use tyrewave::results::spectra::FORCE_LEVEL;
-use tyrewave::results::table::Report;
-use tyrewave::storage::PendingFile;
-use tyrewave::study::sweep::table::{csv, growth_plot, sound_csv};
-use tyrewave::study::sweep::{Done, Label, RepeatedTable, SweepBlock, blocks};
+use crate::response::{BandLevel, LevelErrors};
+use crate::results::ResultsError;
+use crate::results::plots::ThirdOctavePlot;
+use crate::results::spectra::FORCE_LEVEL;
+use crate::results::table::Report;
+use crate::storage::PendingFile;
+use crate::study::sweep::table::{csv, growth_plot, sound_csv};
+use crate::study::sweep::{Done, Label, RepeatedTable, SweepBlock, blocks};
 
 use super::error::CliError;
 use super::output_file::{Replaces, check};
@@ -27,13 +27,13 @@ const DESIGN_JSON: &str = "design.json";
 const MOST_SPECTRA: usize = 12;
 
 /// Refuses to put a sweep's tables in the place of its inputs.
-pub fn check_tables(folder: &Path, inputs: &[&Path]) -> Result<(), CliError> {
+pub(super) fn check_tables(folder: &Path, inputs: &[&Path]) -> Result<(), CliError> {
     let names = [TEXT, TABLE, SOUND, GROWTH, LEVELS, DESIGN, DESIGN_JSON];
     names.iter().try_for_each(|name| check(&folder.join(name), Replaces::AllBut(inputs)))
 }
 
 /// Writes the tables of a sweep, and its pictures where they are wanted; hands back the report.
-pub fn write_tables(
+pub(super) fn write_tables(
     folder: &Path,
     (title, plots): (&str, bool),
     runs: &[(Label, Option<Done>)],
@@ -93,7 +93,7 @@ fn spectra(runs: &[(Label, Option<Done>)]) -> Vec<(&str, &[BandLevel])> {
 }
 
 /// Tells which variants missed their load, if any did.
-pub fn told_missed(missed: &[String], all: usize) -> Option<String> {
+pub(super) fn told_missed(missed: &[String], all: usize) -> Option<String> {
     let what = "variants missed their load by more than its tolerance";
     let told = || format!("{} of {all} {what}: {}; their results are kept", missed.len(), missed.join(", "));
     (!missed.is_empty()).then(told)

@@ -7,12 +7,12 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
+use crate::results::ResultsError;
+use crate::study::sweep::Variant;
+use crate::study::sweep::tasks::jobs::{self, HEAD, LOGS, MISSING};
+use crate::study::sweep::tasks::{Collection, Ended, Event, Jobs, Numbers, TaskFolder, Work, Written};
 use clap::Args;
 use serde_json::json;
-use tyrewave::results::ResultsError;
-use tyrewave::study::sweep::Variant;
-use tyrewave::study::sweep::tasks::jobs::{self, HEAD, LOGS, MISSING};
-use tyrewave::study::sweep::tasks::{Collection, Ended, Event, Jobs, Numbers, TaskFolder, Work, Written};
 
 use super::context::{Context, print};
 use super::error::CliError;
@@ -30,7 +30,7 @@ const MOST_DRAWN: usize = 1000;
 
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Tasks")]
-pub struct TaskArguments {
+pub(super) struct TaskArguments {
     /// Write the scenes into a folder as tasks, with job files for Slurm and HyperQueue, and run nothing. --threads is
     /// then the number of processors, and tasks at a time, of an element of the job array; default: 1.
     #[arg(long, value_name = "DIR", conflicts_with_all = ["task", "collect"])]
@@ -54,17 +54,17 @@ pub struct TaskArguments {
 
 impl TaskArguments {
     /// Tells whether tasks are written.
-    pub fn are_written(&self) -> bool {
+    pub(super) fn are_written(&self) -> bool {
         self.tasks.is_some()
     }
 
     /// Tells whether the tasks are there, to be done or collected.
-    pub fn are_there(&self) -> bool {
+    pub(super) fn are_there(&self) -> bool {
         self.collect.is_some() || !self.task.is_empty()
     }
 
     /// Does or collects tasks.
-    pub fn execute(&self, out: Option<&Path>, context: &Context) -> Result<(), CliError> {
+    pub(super) fn execute(&self, out: Option<&Path>, context: &Context) -> Result<(), CliError> {
         match (&self.collect, self.task.as_slice()) {
             (Some(folder), _) => collect(folder, out, context),
             (None, [folder, numbers]) => self.work(Path::new(folder), &numbers.to_string_lossy(), context),
@@ -73,7 +73,7 @@ impl TaskArguments {
     }
 
     /// Writes tasks and job files.
-    pub fn write(
+    pub(super) fn write(
         &self,
         (title, plots): (&str, bool),
         variants: &[Variant],

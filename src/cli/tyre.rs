@@ -1,16 +1,16 @@
 //! `tyrewave tyre`: what kind of tyre a scene has.
 
+use crate::counters::{Counter, Stage};
+use crate::report::mobility::{LEVEL, plot as mobility_plot};
+use crate::report::tyre::{UnderLoad, tyre_record};
+use crate::results::table::Report;
+use crate::run::{Progress, RunError};
+use crate::study::loads::{Standing, rolling};
+use crate::study::rolling_waves::rolling_waves;
+use crate::tyre::influence::mobility::{driving_point, frequencies};
+use crate::tyre::modes::{modes, radial_compliance};
 use clap::Args;
 use serde_json::json;
-use tyrewave::counters::{Counter, Stage};
-use tyrewave::report::mobility::{LEVEL, plot as mobility_plot};
-use tyrewave::report::tyre::{UnderLoad, tyre_record};
-use tyrewave::results::table::Report;
-use tyrewave::run::{Progress, RunError};
-use tyrewave::study::loads::{Standing, rolling};
-use tyrewave::study::rolling_waves::rolling_waves;
-use tyrewave::tyre::influence::mobility::{driving_point, frequencies};
-use tyrewave::tyre::modes::{modes, radial_compliance};
 
 use super::context::Context;
 use super::error::CliError;
@@ -63,7 +63,7 @@ const MAP_ROWS: u32 = 250;
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct TyreArguments {
+pub(crate) struct TyreArguments {
     #[command(flatten)]
     place: Place,
     /// Most periods n round the tyre.
@@ -110,7 +110,7 @@ fn load(text: &str) -> Result<Load, String> {
 
 impl TyreArguments {
     /// Computes, writes, prints.
-    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+    pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let Self { place, waves, lateral, highest, loads, rolling: rolls, patch, points } = self;
         let mut side = place.open_tyre("tyre", context)?;
         let (scene, title) = (side.loaded.scene.clone(), side.loaded.title());

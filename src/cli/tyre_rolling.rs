@@ -1,17 +1,17 @@
 //! Views of the waves and critical speeds of a tyre that turns.
 
+use crate::results::plots::{Axis, LinePlot, Series};
+use crate::results::table::{Report, aligned, csv, optional, row};
+use crate::study::rolling_waves::{HIGHEST, RollingWave, RollingWaves};
+use crate::tyre::critical_speed::TreadWave;
+use crate::tyre::slowest_wave::SlowestWave;
 use serde_json::{Value, json};
-use tyrewave::results::plots::{Axis, LinePlot, Series};
-use tyrewave::results::table::{Report, aligned, csv, optional, row};
-use tyrewave::study::rolling_waves::{HIGHEST, RollingWave, RollingWaves};
-use tyrewave::tyre::critical_speed::TreadWave;
-use tyrewave::tyre::slowest_wave::SlowestWave;
 
 /// Km/h of 1 m/s.
 const KMH: f64 = 3.6;
 
 /// Waves in Hz, then each critical speed with what it means.
-pub fn report(found: &RollingWaves) -> Report {
+pub(super) fn report(found: &RollingWaves) -> Report {
     let RollingWaves { speed, growth, waves, belt, belt_held, tread, limit } = found;
     let mut report = Report::default();
     report.text(format!(
@@ -47,7 +47,7 @@ pub fn report(found: &RollingWaves) -> Report {
 }
 
 /// One row for each n.
-pub fn to_csv(found: &RollingWaves) -> String {
+pub(super) fn to_csv(found: &RollingWaves) -> String {
     let header = ["n", "standing_hz", "forwards_hz", "backwards_hz"];
     let line = |wave: &RollingWave| {
         let RollingWave { n, standing, forwards, backwards } = wave;
@@ -57,7 +57,7 @@ pub fn to_csv(found: &RollingWaves) -> String {
 }
 
 /// All of it.
-pub fn to_json(found: &RollingWaves) -> Value {
+pub(super) fn to_json(found: &RollingWaves) -> Value {
     let RollingWaves { speed, growth, waves, belt, belt_held, tread, limit } = found;
     let wave = |wave: &Option<SlowestWave>| wave.map(|SlowestWave { n, speed }| json!({ "n": n, "speed": speed }));
     json!({
@@ -79,7 +79,7 @@ pub fn to_json(found: &RollingWaves) -> Value {
 }
 
 /// Frequencies over n with the line n V/L: a wave against the rotation that lies on it stands beside the axle.
-pub fn picture<'a>(found: &RollingWaves, title: &'a str, circumference: f64, highest: f64) -> LinePlot<'a> {
+pub(super) fn picture<'a>(found: &RollingWaves, title: &'a str, circumference: f64, highest: f64) -> LinePlot<'a> {
     let of = |value: fn(&RollingWave) -> Option<f64>| -> Vec<(f64, f64)> {
         found.waves.iter().map(|wave| (wave.n as f64, value(wave).unwrap_or(f64::NAN))).collect()
     };

@@ -2,15 +2,15 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::contact::static_contact::StaticContact;
+use crate::report::mobility::Quantity;
+use crate::report::tyre::UnderLoad;
+use crate::results::plots::{Axis, Colours, HeatMap, LinePlot, PlotError, Series};
+use crate::results::table::{Report, aligned, csv, numbers, optional, row};
+use crate::tyre::influence::mobility::{Mobility, level, phase};
+use crate::tyre::modes::{Mode, Modes, Motion};
 use ndarray::Array2;
 use num_complex::Complex64;
-use tyrewave::contact::static_contact::StaticContact;
-use tyrewave::report::mobility::Quantity;
-use tyrewave::report::tyre::UnderLoad;
-use tyrewave::results::plots::{Axis, Colours, HeatMap, LinePlot, PlotError, Series};
-use tyrewave::results::table::{Report, aligned, csv, numbers, optional, row};
-use tyrewave::tyre::influence::mobility::{Mobility, level, phase};
-use tyrewave::tyre::modes::{Mode, Modes, Motion};
 
 /// Half the length of a mode's dash, in n.
 const DASH: f64 = 0.35;
@@ -19,10 +19,10 @@ const DASH: f64 = 0.35;
 /// are those of the sidewalls alone.
 const WEAK: f64 = 0.02;
 
-pub const PHASE: Quantity = ("Phase of the driving-point mobility [degrees]", phase);
+pub(super) const PHASE: Quantity = ("Phase of the driving-point mobility [degrees]", phase);
 
 /// A row for each n, a column for each lateral number and motion that has modes.
-pub fn modes_report(modes: &Modes, largest_n: usize) -> Report {
+pub(super) fn modes_report(modes: &Modes, largest_n: usize) -> Report {
     let kinds: BTreeSet<(usize, Motion)> = modes.confirmed.iter().map(|mode| (mode.m, mode.motion)).collect();
     let header =
         ["n".to_owned()].into_iter().chain(kinds.iter().map(|(m, motion)| format!("m = {m} {}", motion.name())));
@@ -54,7 +54,7 @@ pub fn modes_report(modes: &Modes, largest_n: usize) -> Report {
 }
 
 /// A row for each load.
-pub fn loads_report(loads: &[UnderLoad], element: f64) -> Report {
+pub(super) fn loads_report(loads: &[UnderLoad], element: f64) -> Report {
     let row = |under: &UnderLoad| {
         [
             under.label.clone(),
@@ -74,7 +74,7 @@ pub fn loads_report(loads: &[UnderLoad], element: f64) -> Report {
 }
 
 /// A row for each patch.
-pub fn mobility_report(mobility: &Mobility, names: &[String]) -> Report {
+pub(super) fn mobility_report(mobility: &Mobility, names: &[String]) -> Report {
     let header = ["patch".to_owned()].into_iter().chain(mobility.frequencies.iter().map(|f| format!("{f} Hz")));
     let row = |(column, name): (usize, &String)| {
         let cell = move |row: &Vec<Complex64>| format!("{:.1}, {:.0}°", level(row[column]), phase(row[column]));
@@ -87,7 +87,7 @@ pub fn mobility_report(mobility: &Mobility, names: &[String]) -> Report {
 }
 
 /// One row for each mode.
-pub fn modes_csv(modes: &Modes) -> String {
+pub(super) fn modes_csv(modes: &Modes) -> String {
     let header = ["n", "m", "motion", "frequency_hz", "damping", "circumferential", "lateral", "radial"];
     let line = |mode: &Mode| {
         let [circumferential, lateral, radial] = &mode.shares;
@@ -98,7 +98,7 @@ pub fn modes_csv(modes: &Modes) -> String {
 }
 
 /// One row for each load.
-pub fn loads_csv(loads: &[UnderLoad]) -> String {
+pub(super) fn loads_csv(loads: &[UnderLoad]) -> String {
     let header = ["load_n", "deflection_m", "secant_n_per_m", "tangent_n_per_m", "patch_m", "rolling_patch_m"];
     let line = |under: &UnderLoad| {
         let StaticContact { indentation, force, stiffness, length } = under.standing;
@@ -108,12 +108,12 @@ pub fn loads_csv(loads: &[UnderLoad]) -> String {
 }
 
 /// The lateral numbers that have modes, with their names in the legend.
-pub fn lateral_names(modes: &Modes) -> BTreeMap<usize, String> {
+pub(super) fn lateral_names(modes: &Modes) -> BTreeMap<usize, String> {
     modes.confirmed.iter().map(|mode| (mode.m, format!("m = {}", mode.m))).collect()
 }
 
 /// Each mode as a dash at its n, one colour for each lateral number.
-pub fn dispersion<'a>(
+pub(super) fn dispersion<'a>(
     modes: &Modes,
     names: &'a BTreeMap<usize, String>,
     title: &'a str,
@@ -136,7 +136,7 @@ pub fn dispersion<'a>(
 }
 
 /// |C_zz| of the lowest lateral number over n and frequency; cells with a mode are grey.
-pub fn compliance(
+pub(super) fn compliance(
     modes: &Modes,
     title: &str,
     highest: f64,
@@ -164,7 +164,7 @@ pub fn compliance(
 }
 
 /// Load over deflection of the standing tyre.
-pub fn load_deflection<'a>(curve: &[StaticContact], loads: &'a [UnderLoad], title: &'a str) -> LinePlot<'a> {
+pub(super) fn load_deflection<'a>(curve: &[StaticContact], loads: &'a [UnderLoad], title: &'a str) -> LinePlot<'a> {
     let point = |contact: &StaticContact| (1e3 * contact.indentation, contact.force);
     let points: Vec<(f64, f64)> = [(0.0, 0.0)].into_iter().chain(curve.iter().map(point)).collect();
     let deepest = points.last().map_or(1.0, |point| point.0);
@@ -183,7 +183,7 @@ pub fn load_deflection<'a>(curve: &[StaticContact], loads: &'a [UnderLoad], titl
 }
 
 /// Length of the patch over the load.
-pub fn patch_length<'a>(curve: &[StaticContact], loads: &[UnderLoad], title: &'a str) -> LinePlot<'a> {
+pub(super) fn patch_length<'a>(curve: &[StaticContact], loads: &[UnderLoad], title: &'a str) -> LinePlot<'a> {
     let standing: Vec<(f64, f64)> = curve.iter().map(|contact| (contact.force, 1e3 * contact.length)).collect();
     let mut rolling: Vec<(f64, f64)> =
         loads.iter().filter_map(|under| Some((under.standing.force, 1e3 * under.rolling?))).collect();

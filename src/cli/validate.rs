@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::report::validation;
+use crate::results::PlotError;
+use crate::scene::{LoadedScene, NamedTexture, Setting};
+use crate::study::validation::{Options, PUBLISHED_SPEEDS, Published, base_scene, measure, rows};
 use clap::Args;
-use tyrewave::report::validation;
-use tyrewave::results::PlotError;
-use tyrewave::scene::{LoadedScene, NamedTexture, Setting};
-use tyrewave::study::validation::{Options, PUBLISHED_SPEEDS, Published, base_scene, measure, rows};
 
 use super::context::{Context, print};
 use super::error::CliError;
@@ -45,7 +45,7 @@ const ROADS: [&str; 4] = [
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct ValidateArguments {
+pub(crate) struct ValidateArguments {
     /// The scene, a TOML file; default: the default car tyre.
     scene: Option<PathBuf>,
     /// A setting in place of the scene's, such as contact.zone=cells; may be given again.
@@ -72,7 +72,7 @@ fn speed(text: &str) -> Result<f64, String> {
 
 impl ValidateArguments {
     /// Rolls, compares, writes and prints.
-    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+    pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let Self { scene, settings, out, speeds, roads, markdown } = self;
         let given = scene.is_some();
         let file = SceneFile { scene: scene.unwrap_or_else(|| "default.toml".into()), settings };

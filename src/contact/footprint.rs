@@ -7,7 +7,7 @@ use crate::storage::state::{StateError, fill};
 
 /// Shape of the contact window in a step.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
-pub struct WindowShape {
+pub(crate) struct WindowShape {
     /// Elements along the window.
     pub columns: usize,
     /// Points across: cells, or 1 for a slice as a whole.
@@ -18,7 +18,7 @@ pub struct WindowShape {
 
 impl WindowShape {
     /// Number of points in the window.
-    pub fn points(&self) -> usize {
+    pub(crate) fn points(&self) -> usize {
         self.columns * self.across
     }
 }
@@ -76,7 +76,7 @@ impl Footprint {
     }
 
     /// Shape of the window.
-    pub fn shape(&self) -> WindowShape {
+    pub(crate) fn shape(&self) -> WindowShape {
         self.shape
     }
 

@@ -48,7 +48,7 @@ pub struct StepResult {
 
 /// Totals over all steps.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
-pub struct MarchTotals {
+pub(crate) struct MarchTotals {
     /// Worst residuals, absolute.
     pub residuals: Residuals,
     /// Largest force on a point \[N\].

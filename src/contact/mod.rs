@@ -12,21 +12,21 @@
 //! - [`march`]: one time step after the other, [`footprint`] what each of them gives;
 //! - [`stability`]: whether a time rule's inverse is stable for a tyre, before the run.
 
-pub mod axle;
-pub mod cells;
-pub mod complementarity;
-mod error;
-pub mod footprint;
-pub mod geometry;
-pub mod history;
-pub mod kernel;
-pub mod local_compliance;
-pub mod march;
-pub mod pressed;
+pub(crate) mod axle;
+pub(crate) mod cells;
+pub(crate) mod complementarity;
+pub(crate) mod error;
+pub(crate) mod footprint;
+pub(crate) mod geometry;
+pub(crate) mod history;
+pub(crate) mod kernel;
+pub(crate) mod local_compliance;
+pub(crate) mod march;
+pub(crate) mod pressed;
 mod slices;
-pub mod stability;
-pub mod static_contact;
-pub mod windows;
+pub(crate) mod stability;
+pub(crate) mod static_contact;
+pub(crate) mod windows;
 mod zone;
 
-pub use error::ContactError;
+pub(crate) use error::ContactError;

@@ -23,7 +23,7 @@ pub struct StaticContact {
 
 /// Static influence of the element j further on, j = 0..N \[m/N\], with the tyre's geometry.
 #[derive(Clone, Debug)]
-pub struct StaticTyre<'a> {
+pub(crate) struct StaticTyre<'a> {
     /// Influence row; springs added to entry 0 by the caller.
     pub influence: &'a [f64],
     /// Circumference \[m\].
@@ -31,7 +31,7 @@ pub struct StaticTyre<'a> {
 }
 
 /// How far the rigid tyre may come down \[m\] under an axle that has it at `at_rest` \[m\] on a smooth road.
-pub fn deepest(axle: &Axle, at_rest: f64) -> f64 {
+pub(crate) fn deepest(axle: &Axle, at_rest: f64) -> f64 {
     match axle {
         Axle::Indentation { .. } => at_rest,
         // Room for the corrections on a rough road.
@@ -52,7 +52,7 @@ impl StaticTyre<'_> {
     ///
     /// # Errors
     /// As [`Self::at`], and [`ContactError::LoadNotReached`].
-    pub fn under(&self, axle: &Axle) -> Result<StaticContact, ContactError> {
+    pub(crate) fn under(&self, axle: &Axle) -> Result<StaticContact, ContactError> {
         match *axle {
             Axle::Load { load, .. } | Axle::Mass { load, .. } => self.under_load(load),
             Axle::Indentation { indentation, .. } => self.at(indentation),
@@ -60,7 +60,7 @@ impl StaticTyre<'_> {
     }
 
     /// Force on a smooth road at an indentation \[m\].
-    pub fn at(&self, indentation: f64) -> Result<StaticContact, ContactError> {
+    pub(crate) fn at(&self, indentation: f64) -> Result<StaticContact, ContactError> {
         let elements = self.influence.len();
         let reach = Geometry::half_chord(self.circumference / (2.0 * PI), indentation);
         let geometry =
@@ -135,7 +135,7 @@ pub(super) fn carrying(
 ///
 /// # Errors
 /// [`ContactError::NoEqualStiffness`] if no parameter between the limits has that force.
-pub fn matched(
+pub(crate) fn matched(
     (mut stiff, mut soft): (f64, f64),
     circumference: f64,
     wanted: StaticContact,

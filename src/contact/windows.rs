@@ -31,7 +31,7 @@ impl WithSimd for Windows<'_> {
 
 /// [`add_windows`] where vectors are in use already.
 #[inline(always)]
-pub fn add_windows_in<S: Simd>(simd: S, out: &mut [f64], row: &[f64], first: usize, factors: &[f64]) {
+pub(crate) fn add_windows_in<S: Simd>(simd: S, out: &mut [f64], row: &[f64], first: usize, factors: &[f64]) {
     if factors.is_empty() {
         return;
     }

@@ -5,23 +5,23 @@
 macro_rules! catalogue {
     (
         $(#[$about:meta])*
-        pub enum $name:ident, $(#[$about_text:meta])* $text:ident {
+        $vis:vis enum $name:ident, $(#[$about_text:meta])* $text:ident {
             $($(#[$meaning:meta])* $value:ident => $words:literal,)+
         }
     ) => {
         $(#[$about])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Deserialize, serde::Serialize)]
         #[serde(rename_all = "snake_case")]
-        pub enum $name {
+        $vis enum $name {
             $($(#[$meaning])* $value,)+
         }
 
         impl $name {
             /// All of them, in order.
-            pub const ALL: [Self; [$($words),+].len()] = [$(Self::$value),+];
+            $vis const ALL: [Self; [$($words),+].len()] = [$(Self::$value),+];
 
             $(#[$about_text])*
-            pub const fn $text(self) -> &'static str {
+            $vis const fn $text(self) -> &'static str {
                 match self {
                     $(Self::$value => $words,)+
                 }

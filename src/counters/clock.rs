@@ -42,30 +42,30 @@ impl Spent {
 }
 
 /// Tells processor time: of the calling thread or of all, see [`super::process`].
-pub type CpuClock = fn() -> Option<Duration>;
+pub(crate) type CpuClock = fn() -> Option<Duration>;
 
 /// A clock that goes from one piece of work to the next.
 #[derive(Clone, Copy, Debug)]
-pub struct Clock {
+pub(crate) struct Clock {
     began: Instant,
     cpu: Option<(CpuClock, Duration)>,
 }
 
 impl Clock {
     /// Starts it; `cpu`: what tells processor time beside wall time.
-    pub fn start(cpu: Option<CpuClock>) -> Self {
+    pub(crate) fn start(cpu: Option<CpuClock>) -> Self {
         let cpu = cpu.and_then(|clock| Some((clock, clock()?)));
         // Last, so that the system call is no part of the first lap's wall time.
         Self { began: Instant::now(), cpu }
     }
 
     /// When the lap under way began.
-    pub fn began(&self) -> Instant {
+    pub(crate) fn began(&self) -> Instant {
         self.began
     }
 
     /// Returns the time spent since the last lap ended, or the first began.
-    pub fn lap(&mut self) -> Spent {
+    pub(crate) fn lap(&mut self) -> Spent {
         let last = self.began;
         let Some((clock, before)) = &mut self.cpu else {
             self.began = Instant::now();

@@ -37,7 +37,7 @@ amounts! {
 }
 
 /// Says what the process has asked for so far, on all threads: the program's allocator knows, the library does not.
-pub type AllocationProbe = fn() -> Allocations;
+pub(crate) type AllocationProbe = fn() -> Allocations;
 
 /// Calls and time of one stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
@@ -96,6 +96,6 @@ impl StageCost {
 }
 
 /// Share of the time of so many threads that was not processor time, not below 0: 1 - cpu/(threads x wall), times in s.
-pub fn idle_share(cpu: f64, wall: f64, threads: usize) -> f64 {
+pub(crate) fn idle_share(cpu: f64, wall: f64, threads: usize) -> f64 {
     (1.0 - cpu / (threads as f64 * wall)).max(0.0)
 }

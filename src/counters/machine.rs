@@ -3,7 +3,7 @@
 use pulp::Arch;
 
 /// The processor's name as the system tells it.
-pub fn processor() -> Option<String> {
+pub(crate) fn processor() -> Option<String> {
     let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
     let name = text.lines().find_map(|line| line.strip_prefix("model name"))?;
     Some(name.trim_start_matches([' ', '\t', ':']).trim().to_owned())
@@ -11,7 +11,7 @@ pub fn processor() -> Option<String> {
 
 /// Instructions that vectors are computed with on this processor: `x86-64-v4` (AVX-512), `x86-64-v3` (AVX2 and fused
 /// multiply-add), or the architecture's name.
-pub fn instruction_set() -> &'static str {
+pub(crate) fn instruction_set() -> &'static str {
     // One type for each family, named alike on every architecture that has it.
     let arch = format!("{:?}", Arch::new());
     if arch.starts_with("V4") {

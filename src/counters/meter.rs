@@ -14,7 +14,7 @@ use super::watch::{BLOCK, BLOCKS, Timing, WATCHED_EVERY, Watch};
 
 /// Cost of a run so far, as plain numbers.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
-pub struct Counters {
+pub(crate) struct Counters {
     /// By [`Stage`]; the steps since they were last settled are not in it.
     pub stages: [StageCost; Stage::ALL.len()],
     /// By [`Counter`].
@@ -45,7 +45,7 @@ pub struct Meter {
 
 /// A stage under way outside of the steps, see [`Meter::open`].
 #[derive(Clone, Copy, Debug)]
-pub struct Open {
+pub(crate) struct Open {
     clock: Clock,
     allocations: Option<Allocations>,
     staged: Spent,
@@ -54,7 +54,7 @@ pub struct Open {
 
 /// Stages of a step, one after the other, see [`Meter::laps`].
 #[derive(Clone, Copy, Debug)]
-pub struct Laps {
+pub(crate) struct Laps {
     clock: Option<Clock>,
     staged: Spent,
 }
@@ -67,22 +67,22 @@ impl Meter {
     }
 
     /// How closely stages are timed.
-    pub fn timing(&self) -> Timing {
+    pub(crate) fn timing(&self) -> Timing {
         self.watch.timing
     }
 
     /// Changes how closely steps are timed from now on.
-    pub fn set_timing(&mut self, timing: Timing) {
+    pub(crate) fn set_timing(&mut self, timing: Timing) {
         self.watch.timing = timing;
     }
 
     /// Tells whether processor time and memory are read.
-    pub fn watches_closely(&self) -> bool {
+    pub(crate) fn watches_closely(&self) -> bool {
         matches!(self.watch.timing, Timing::Closely | Timing::Every)
     }
 
     /// Runs `work` as (part of) a stage, outside of the steps or rarely within them.
-    pub fn time<T>(&mut self, stage: Stage, work: impl FnOnce() -> T) -> T {
+    pub(crate) fn time<T>(&mut self, stage: Stage, work: impl FnOnce() -> T) -> T {
         let open = self.open();
         let result = work();
         self.close(open, stage);
@@ -90,7 +90,7 @@ impl Meter {
     }
 
     /// Begins (part of) a stage that is not known yet, or that has others within it.
-    pub fn open(&self) -> Open {
+    pub(crate) fn open(&self) -> Open {
         let closely = self.watches_closely();
         Open {
             allocations: self.watch.allocations.filter(|_| closely).map(|probe| probe()),
@@ -101,13 +101,13 @@ impl Meter {
     }
 
     /// Ends it: all since it was opened that no other stage has taken is this stage's.
-    pub fn close(&mut self, open: Open, stage: Stage) {
+    pub(crate) fn close(&mut self, open: Open, stage: Stage) {
         self.close_shared(open, &[(stage, 1.0)]);
     }
 
     /// As [`Self::close`], for stages that went on together, or in turns too short to be timed, each with its share of
     /// the time. Memory is the last one's.
-    pub fn close_shared(&mut self, mut open: Open, shares: &[(Stage, f64)]) {
+    pub(crate) fn close_shared(&mut self, mut open: Open, shares: &[(Stage, f64)]) {
         let mut began = open.clock.began();
         let spent = open.clock.lap();
         let elapsed = spent.wall;
@@ -158,18 +158,18 @@ impl Meter {
     }
 
     /// Returns the clock of processor time in the step under way; most steps have none.
-    pub fn cpu_clock(&self) -> Option<CpuClock> {
+    pub(crate) fn cpu_clock(&self) -> Option<CpuClock> {
         self.watched.then_some(process::thread_cpu_time)
     }
 
     /// Begins stages of the step under way; no clock is read in one that is not timed.
-    pub fn laps(&self) -> Laps {
+    pub(crate) fn laps(&self) -> Laps {
         Laps { clock: self.timed.then(|| Clock::start(self.cpu_clock())), staged: self.staged }
     }
 
     /// A call of a stage ends, and the next stage begins: all since the last one ended that no other has taken is this
     /// stage's.
-    pub fn lap(&mut self, laps: &mut Laps, stage: Stage) {
+    pub(crate) fn lap(&mut self, laps: &mut Laps, stage: Stage) {
         self.counters.stages[stage as usize].calls += 1;
         if let Some(clock) = &mut laps.clock {
             let spent = clock.lap() - (self.staged - laps.staged);
@@ -179,7 +179,7 @@ impl Meter {
     }
 
     /// Adds what a stage took within another in the step under way, known from clocks elsewhere, as one call.
-    pub fn lap_within(&mut self, stage: Stage, spent: Spent) {
+    pub(crate) fn lap_within(&mut self, stage: Stage, spent: Spent) {
         self.counters.stages[stage as usize].calls += 1;
         if self.timed {
             self.add_in_steps(stage, spent);
@@ -187,7 +187,7 @@ impl Meter {
     }
 
     /// Runs `work` as (part of) a stage of the step under way.
-    pub fn time_in_step<T>(&mut self, stage: Stage, work: impl FnOnce() -> T) -> T {
+    pub(crate) fn time_in_step<T>(&mut self, stage: Stage, work: impl FnOnce() -> T) -> T {
         let mut laps = self.laps();
         let result = work();
         self.lap(&mut laps, stage);
@@ -204,7 +204,7 @@ impl Meter {
     }
 
     /// Ends the steps, of which there were so many: those that were not timed are taken to be like the others.
-    pub fn settle_steps(&mut self, steps: u64) {
+    pub(crate) fn settle_steps(&mut self, steps: u64) {
         let Counters { stages, in_steps, timed_steps, .. } = &mut self.counters;
         let factor = steps as f64 / (*timed_steps).max(1) as f64;
         for (cost, spent) in stages.iter_mut().zip(in_steps) {
@@ -214,7 +214,7 @@ impl Meter {
     }
 
     /// Adds one call of a stage that was timed elsewhere.
-    pub fn add_time(&mut self, stage: Stage, wall: Duration) {
+    pub(crate) fn add_time(&mut self, stage: Stage, wall: Duration) {
         self.staged.wall += wall;
         let cost = &mut self.counters.stages[stage as usize];
         cost.calls += 1;
@@ -225,12 +225,12 @@ impl Meter {
     }
 
     /// Adds time of a stage that was at work in the background.
-    pub fn add_background(&mut self, stage: Stage, busy: Duration) {
+    pub(crate) fn add_background(&mut self, stage: Stage, busy: Duration) {
         self.counters.stages[stage as usize].background += busy;
     }
 
     /// As [`Self::add_background`], as one call that began at a time.
-    pub fn add_background_since(&mut self, stage: Stage, began: Instant, busy: Duration) {
+    pub(crate) fn add_background_since(&mut self, stage: Stage, began: Instant, busy: Duration) {
         self.add_background(stage, busy);
         self.counters.stages[stage as usize].calls += 1;
         if let Some(trace) = &mut self.trace {
@@ -239,12 +239,12 @@ impl Meter {
     }
 
     /// Adds what a stage has computed and moved.
-    pub fn add_work(&mut self, stage: Stage, work: Work) {
+    pub(crate) fn add_work(&mut self, stage: Stage, work: Work) {
         self.counters.stages[stage as usize].work += work;
     }
 
     /// Adds to a counter.
-    pub fn count(&mut self, counter: Counter, amount: u64) {
+    pub(crate) fn count(&mut self, counter: Counter, amount: u64) {
         self.counters.counts[counter as usize] += amount;
     }
 
@@ -254,7 +254,7 @@ impl Meter {
     }
 
     /// As [`Self::cost`], the stage's parts included.
-    pub fn whole(&self, stage: Stage) -> StageCost {
+    pub(crate) fn whole(&self, stage: Stage) -> StageCost {
         let mut whole = self.cost(stage);
         for part in Stage::ALL.into_iter().filter(|part| part.part_of() == Some(stage)) {
             whole.add(&self.cost(part));
@@ -268,13 +268,13 @@ impl Meter {
     }
 
     /// All that was counted and timed so far.
-    pub fn counters(&self) -> Counters {
+    pub(crate) fn counters(&self) -> Counters {
         Counters { steps: self.steps(), ..self.counters }
     }
 
     /// Goes on from what an earlier part of the same run has counted and timed: its times join what there is, its
     /// counts take the place of it.
-    pub fn go_on(&mut self, earlier: &Counters) {
+    pub(crate) fn go_on(&mut self, earlier: &Counters) {
         let own = &mut self.counters;
         own.stages.iter_mut().zip(&earlier.stages).for_each(|(own, earlier)| own.add(earlier));
         own.in_steps.iter_mut().zip(earlier.in_steps).for_each(|(own, earlier)| *own += earlier);

@@ -3,12 +3,12 @@
 use std::time::Duration;
 
 /// Largest resident memory since the process began \[bytes\]; `None` where the system does not tell.
-pub fn peak_memory() -> Option<u64> {
+pub(crate) fn peak_memory() -> Option<u64> {
     status("VmHWM:")
 }
 
 /// Resident memory now \[bytes\]; `None` where the system does not tell.
-pub fn resident_memory() -> Option<u64> {
+pub(crate) fn resident_memory() -> Option<u64> {
     status("VmRSS:")
 }
 
@@ -18,13 +18,13 @@ pub fn resident_memory() -> Option<u64> {
 /// For milliseconds and more. Linux counts what another thread has done in lumps of milliseconds (measured on 6.18:
 /// over 5 us two busy threads seem to take 1.0 or 4.5 times the wall time, depending on how often is asked; 2.0 over a
 /// second).
-pub fn cpu_time() -> Option<Duration> {
+pub(crate) fn cpu_time() -> Option<Duration> {
     clocks::read(clocks::PROCESS)
 }
 
 /// Processor time that the calling thread has taken so far, to the nanosecond; `None` where the system does not tell. A
 /// system call: half a microsecond.
-pub fn thread_cpu_time() -> Option<Duration> {
+pub(crate) fn thread_cpu_time() -> Option<Duration> {
     clocks::read(clocks::THREAD)
 }
 
@@ -34,10 +34,10 @@ mod clocks {
 
     use rustix::time::{ClockId, clock_gettime};
 
-    pub const PROCESS: ClockId = ClockId::ProcessCPUTime;
-    pub const THREAD: ClockId = ClockId::ThreadCPUTime;
+    pub(super) const PROCESS: ClockId = ClockId::ProcessCPUTime;
+    pub(super) const THREAD: ClockId = ClockId::ThreadCPUTime;
 
-    pub fn read(clock: ClockId) -> Option<Duration> {
+    pub(super) fn read(clock: ClockId) -> Option<Duration> {
         let time = clock_gettime(clock);
         Some(Duration::new(u64::try_from(time.tv_sec).ok()?, u32::try_from(time.tv_nsec).ok()?))
     }

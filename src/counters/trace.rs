@@ -23,7 +23,7 @@ const BEHIND: usize = 20_000;
 
 /// Row of a timeline: the thread that did the work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Row {
+pub(crate) enum Row {
     /// The run's own thread.
     March,
     /// A background thread.
@@ -32,7 +32,7 @@ pub enum Row {
 
 /// Kind of a span.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum What {
+pub(crate) enum What {
     /// The whole run.
     Run,
     /// A phase of it.
@@ -45,7 +45,7 @@ pub enum What {
 
 /// A span of time.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Span {
+pub(crate) struct Span {
     /// Row of the timeline.
     pub row: Row,
     /// Kind of the span.
@@ -102,7 +102,7 @@ impl Default for Trace {
 
 impl Trace {
     /// The phase under way.
-    pub fn phase(&self) -> Phase {
+    pub(crate) fn phase(&self) -> Phase {
         self.phase
     }
 
@@ -116,12 +116,12 @@ impl Trace {
     }
 
     /// Tells whether a block of steps ends before `step`.
-    pub fn ends_block(&self, step: u64) -> bool {
+    pub(crate) fn ends_block(&self, step: u64) -> bool {
         step >= self.block_first + self.block_steps
     }
 
     /// Ends the phase under way and enters another.
-    pub fn enter(&mut self, phase: Phase) {
+    pub(crate) fn enter(&mut self, phase: Phase) {
         let now = Instant::now();
         self.end_phase(now);
         (self.phase, self.phase_began) = (phase, now);
@@ -130,12 +130,12 @@ impl Trace {
     }
 
     /// Beginning of the run.
-    pub fn began(&self) -> Instant {
+    pub(crate) fn began(&self) -> Instant {
         self.began
     }
 
     /// Ends the run at a moment; returns its time.
-    pub fn end(&mut self, now: Instant) -> Duration {
+    pub(crate) fn end(&mut self, now: Instant) -> Duration {
         self.end_phase(now);
         self.phase_began = now;
         self.wall = now - self.began;
@@ -170,7 +170,7 @@ impl Trace {
     }
 
     /// Notes the steps from the last block's end to `step`, and the stages within them.
-    pub fn end_block(&mut self, step: u64) {
+    pub(crate) fn end_block(&mut self, step: u64) {
         if step == self.block_first {
             return;
         }
@@ -197,8 +197,13 @@ impl Trace {
     }
 
     /// All spans, in the order in which they ended.
-    pub fn spans(&self) -> &[Span] {
+    pub(crate) fn spans(&self) -> &[Span] {
         &self.spans
+    }
+
+    /// Number of its spans.
+    pub fn span_count(&self) -> usize {
+        self.spans.len()
     }
 
     /// Spans that found no room.
@@ -207,17 +212,17 @@ impl Trace {
     }
 
     /// Time of the whole run; zero before it has ended.
-    pub fn wall(&self) -> Duration {
+    pub(crate) fn wall(&self) -> Duration {
         self.wall
     }
 
     /// Time of a phase.
-    pub fn phase_time(&self, phase: Phase) -> Duration {
+    pub(crate) fn phase_time(&self, phase: Phase) -> Duration {
         self.phases[phase as usize]
     }
 
     /// Time of a stage in a phase, on the run's own thread.
-    pub fn stage_time(&self, phase: Phase, stage: Stage) -> Duration {
+    pub(crate) fn stage_time(&self, phase: Phase, stage: Stage) -> Duration {
         self.staged[phase as usize][stage as usize]
     }
 }

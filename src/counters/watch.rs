@@ -3,12 +3,12 @@
 use super::cost::AllocationProbe;
 
 /// Steps that are timed one after the other where not all are: whole blocks of the history.
-pub const BLOCK: u64 = 64;
+pub(crate) const BLOCK: u64 = 64;
 /// Blocks of which one is timed.
-pub const BLOCKS: u64 = 16;
+pub(crate) const BLOCKS: u64 = 16;
 /// Steps of which one has its processor time read, if it is timed at all; prime, so that every step of the history's
 /// blocks has its turn.
-pub const WATCHED_EVERY: u64 = 251;
+pub(crate) const WATCHED_EVERY: u64 = 251;
 
 /// How closely stages are timed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

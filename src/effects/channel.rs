@@ -24,7 +24,7 @@ pub struct Channel {
     /// Tells whether a plan calls for it.
     pub wanted: fn(&Plan) -> bool,
     /// Reads a row.
-    pub read: Read,
+    pub(crate) read: Read,
 }
 
 impl Channel {
@@ -68,7 +68,7 @@ pub enum When {
 }
 
 /// Reading of a row from a step.
-pub enum Read {
+pub(crate) enum Read {
     /// A number.
     Number(fn(&Step<'_>) -> f64),
     /// A whole number.
@@ -150,7 +150,7 @@ struct Open {
 }
 
 /// Arrays of a run that has begun.
-pub struct Arrays {
+pub(crate) struct Arrays {
     open: Vec<Open>,
     /// Steps between two frames of cells.
     every: u64,
@@ -164,7 +164,7 @@ impl Arrays {
     ///
     /// # Errors
     /// Errors of the arrays; [`ResultsError::Room`] where memory does not suffice.
-    pub fn open(
+    pub(crate) fn open(
         channels: impl Iterator<Item = &'static Channel>,
         plan: &Plan,
         [columns, across]: [usize; 2],
@@ -203,7 +203,7 @@ impl Arrays {
     }
 
     /// Tells whether there is any.
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.open.is_empty()
     }
 
@@ -211,7 +211,7 @@ impl Arrays {
     ///
     /// # Errors
     /// Errors of the arrays.
-    pub fn push(&mut self, step: &Step<'_>) -> Result<(), RunError> {
+    pub(crate) fn push(&mut self, step: &Step<'_>) -> Result<(), RunError> {
         let Self { open, every, filled, singles } = self;
         for Open { channel, rows, length } in open {
             if channel.when == When::CellsEvery && !step.number.is_multiple_of(*every) {
@@ -242,7 +242,7 @@ impl Arrays {
     ///
     /// # Errors
     /// Errors of the arrays.
-    pub fn sync(&mut self) -> Result<WrittenArrays, ResultsError> {
+    pub(crate) fn sync(&mut self) -> Result<WrittenArrays, ResultsError> {
         let mut written = WrittenArrays::default();
         for Open { rows, .. } in &mut self.open {
             for_each_type!(rows, sink => if let Sink::File(writer) = sink {
@@ -256,7 +256,7 @@ impl Arrays {
     ///
     /// # Errors
     /// Errors of the arrays.
-    pub fn finish(self) -> Result<(u64, Vec<KeptArray>), ResultsError> {
+    pub(crate) fn finish(self) -> Result<(u64, Vec<KeptArray>), ResultsError> {
         let (mut bytes, mut kept) = (0, Vec::new());
         for Open { channel, rows, length } in self.open {
             let columns = (channel.row != RowShape::One).then_some(length);

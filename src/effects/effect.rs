@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use super::channel::Channel;
 use super::error::RunError;
-use super::observer::Observer;
+use super::observer::EffectObserver;
 use super::section::{Figure, LevelTable, ReportError, Section};
 use super::stored::Stored;
 use crate::contact::footprint::WindowShape;
@@ -25,7 +25,7 @@ pub struct ContactFacts {
     /// Where the window's elements are.
     pub geometry: Geometry,
     /// Shape of the window.
-    pub shape: WindowShape,
+    pub(crate) shape: WindowShape,
     /// Size of a point along and across \[m\].
     pub point_size: [f64; 2],
     /// Static contact on a smooth road.
@@ -38,7 +38,7 @@ pub struct ContactFacts {
     /// ends before.
     pub valid_to: f64,
     /// Errors of contact over slices, where they are known.
-    pub slice_errors: Option<SliceErrors>,
+    pub(crate) slice_errors: Option<SliceErrors>,
 }
 
 impl ContactFacts {
@@ -87,7 +87,7 @@ pub struct Begin<'a> {
 }
 
 /// Effect that reads the steps of a run.
-pub trait Effect: Sync {
+pub(crate) trait Effect: Sync {
     /// Name, also of its part of a checkpoint.
     fn name(&self) -> &'static str;
 
@@ -152,5 +152,5 @@ pub trait Effect: Sync {
     ///
     /// # Errors
     /// [`RunError`].
-    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, RunError>;
+    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError>;
 }

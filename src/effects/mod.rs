@@ -11,26 +11,26 @@
 //! - [`vibration`]: velocities of belt and tread;
 //! - [`sound`]: pressures at the receivers, levels and files to listen to.
 
-pub mod cells;
-mod channel;
-mod effect;
+pub(crate) mod cells;
+pub(crate) mod channel;
+pub(crate) mod effect;
 mod error;
-pub mod force;
-mod observer;
-pub mod resistance;
-mod section;
-pub mod sound;
-pub mod stored;
-pub mod vibration;
+pub(crate) mod force;
+pub(crate) mod observer;
+pub(crate) mod resistance;
+pub(crate) mod section;
+pub(crate) mod sound;
+pub(crate) mod stored;
+pub(crate) mod vibration;
 
-pub use channel::{Arrays, Channel, KeptArray, Numbers, Read, RowShape, When};
-pub use effect::{Begin, ContactFacts, Effect, TyreModels};
+pub(crate) use channel::{Arrays, Channel, KeptArray};
+pub(crate) use effect::{Begin, ContactFacts, Effect, TyreModels};
 pub use error::RunError;
-pub use observer::{End, Found, Observer, Step};
-pub use section::{Block, Figure, GREY, LevelTable, ReportError, Section};
+pub(crate) use observer::{EffectObserver, End, Found, Observer, Step};
+pub(crate) use section::{Block, Figure, GREY, LevelTable, ReportError, Section};
 
 /// All effects, in the order of their work.
-pub static EFFECTS: [&dyn Effect; 5] = [
+pub(crate) static EFFECTS: [&dyn Effect; 5] = [
     &force::ForceEffect,
     &resistance::ResistanceEffect,
     &cells::CellsEffect,
@@ -39,12 +39,12 @@ pub static EFFECTS: [&dyn Effect; 5] = [
 ];
 
 /// The channel of an array by its file's name without the ending; several maps may share one.
-pub fn channel(name: &str) -> Option<&'static Channel> {
+pub(crate) fn channel(name: &str) -> Option<&'static Channel> {
     let exact = channels().find(|channel| channel.name == name);
     exact.or_else(|| channels().find(|channel| channel.is_written_at_the_end() && name.starts_with(channel.name)))
 }
 
 /// All arrays of all effects.
-pub fn channels() -> impl Iterator<Item = &'static Channel> {
+pub(crate) fn channels() -> impl Iterator<Item = &'static Channel> {
     EFFECTS.into_iter().flat_map(Effect::channels)
 }

@@ -43,7 +43,7 @@ pub struct Step<'a> {
 }
 
 /// End of a run, as its effects look back on it.
-pub struct End<'a> {
+pub(crate) struct End<'a> {
     /// The scene.
     pub loaded: &'a LoadedScene,
     /// Its plan.
@@ -64,7 +64,7 @@ pub struct End<'a> {
 
 /// Findings of a run's effects, as its summary tells them.
 #[derive(Debug, Default)]
-pub struct Found {
+pub(crate) struct Found {
     /// Figures after the warm-up.
     pub outcome: Outcome,
     /// Vibration of the tyre.
@@ -75,7 +75,7 @@ pub struct Found {
     pub warnings: Vec<String>,
 }
 
-/// Observer of the steps of one run.
+/// Observer of the steps of one run: see [`Simulation::with`](crate::Simulation::with).
 pub trait Observer: Any + Send {
     /// Tells whether it reads the power of a step.
     fn needs_power(&self) -> bool {
@@ -87,7 +87,10 @@ pub trait Observer: Any + Send {
     /// # Errors
     /// [`RunError`]; the run cannot go on then.
     fn observe(&mut self, step: &Step<'_>, meter: &mut Meter) -> Result<(), RunError>;
+}
 
+/// Observer of an effect: it goes on with a run that was stopped, and makes results of what it has seen.
+pub(crate) trait EffectObserver: Observer {
     /// Takes the state down.
     ///
     /// # Errors

@@ -9,7 +9,7 @@ use crate::results::plots::ThirdOctavePlot;
 use crate::results::table::{Table, aligned};
 
 /// Meaning of grey in pictures of levels.
-pub const GREY: &str = "Grey: bands that the run does not vouch for.";
+pub(crate) const GREY: &str = "Grey: bands that the run does not vouch for.";
 
 /// Error of a report.
 #[derive(Debug, Error)]
@@ -24,7 +24,7 @@ pub enum ReportError {
 
 /// Figure of a run: a number with its name.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Figure {
+pub(crate) struct Figure {
     /// Name.
     pub name: String,
     /// Unit; empty for a mere number.
@@ -35,13 +35,13 @@ pub struct Figure {
 
 impl Figure {
     /// Makes a figure of a number that is there.
-    pub fn of(name: impl Into<String>, unit: &'static str, value: Option<f64>) -> Option<Self> {
+    pub(crate) fn of(name: impl Into<String>, unit: &'static str, value: Option<f64>) -> Option<Self> {
         value.map(|value| Self { name: name.into(), unit, value })
     }
 }
 
 /// Table of third octaves that an effect writes.
-pub struct LevelTable {
+pub(crate) struct LevelTable {
     /// Name of the file.
     pub file: &'static str,
     /// Quantity of the levels, reference included.
@@ -54,7 +54,7 @@ pub struct LevelTable {
 
 /// Section of a page; parts of several effects under one heading follow each other.
 #[derive(Clone, Debug)]
-pub struct Section {
+pub(crate) struct Section {
     /// Heading.
     pub heading: &'static str,
     /// Content; a section without any is not shown.
@@ -63,7 +63,7 @@ pub struct Section {
 
 /// Block of a section.
 #[derive(Clone, Debug)]
-pub enum Block {
+pub(crate) enum Block {
     /// Picture and caption.
     Picture([String; 2]),
     /// Table of levels, folded.
@@ -85,7 +85,7 @@ pub enum Block {
 ///
 /// # Errors
 /// Errors of the picture.
-pub fn levels(stored: &Stored, quantity: &str, title: &str) -> Result<Vec<Block>, ReportError> {
+pub(super) fn levels(stored: &Stored, quantity: &str, title: &str) -> Result<Vec<Block>, ReportError> {
     let of: Vec<&Spectrum> = stored.spectra.iter().filter(|spectrum| spectrum.quantity == quantity).collect();
     let Some(first) = of.first() else { return Ok(Vec::new()) };
     let drawn = of.iter().map(|spectrum| (spectrum.name.as_str(), spectrum.levels.as_slice())).collect();
@@ -117,7 +117,7 @@ pub fn levels(stored: &Stored, quantity: &str, title: &str) -> Result<Vec<Block>
 ///
 /// # Errors
 /// [`StoredError`].
-pub fn pictures(stored: &Stored, named: &[[&str; 2]]) -> Result<Vec<Block>, ReportError> {
+pub(super) fn pictures(stored: &Stored, named: &[[&str; 2]]) -> Result<Vec<Block>, ReportError> {
     let mut shown = Vec::new();
     for [file, caption] in named {
         shown.extend(stored.text(file)?.map(|svg| Block::Picture([svg, (*caption).to_owned()])));
@@ -130,7 +130,7 @@ pub fn pictures(stored: &Stored, named: &[[&str; 2]]) -> Result<Vec<Block>, Repo
 ///
 /// # Errors
 /// [`StoredError`].
-pub fn pictures_of(stored: &Stored, begin: &str, caption: &str) -> Result<Vec<Block>, ReportError> {
+pub(super) fn pictures_of(stored: &Stored, begin: &str, caption: &str) -> Result<Vec<Block>, ReportError> {
     let mut shown = Vec::new();
     for name in stored.summary.files.iter().filter(|name| name.starts_with(begin) && name.ends_with(".svg")) {
         let caption = format!("{}: {caption}", shown_by(name, begin));

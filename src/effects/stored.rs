@@ -44,7 +44,7 @@ pub enum StoredError {
 
 /// Third-octave levels of one signal.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Spectrum {
+pub(crate) struct Spectrum {
     /// Quantity of the levels, reference included: that of the effect's table.
     pub quantity: &'static str,
     /// Name of the signal; empty where there is one of the quantity.
@@ -57,7 +57,7 @@ pub struct Spectrum {
 
 /// An array that a run has written.
 #[derive(Clone, Debug, PartialEq)]
-pub struct StoredArray {
+pub(crate) struct StoredArray {
     /// Its lengths.
     pub shape: Vec<usize>,
     /// Its numbers, row by row.
@@ -76,7 +76,7 @@ pub struct Stored {
     /// Plan of the run, with its reasons.
     pub plan: Plan,
     /// All third octaves: forces, velocities, sound.
-    pub spectra: Vec<Spectrum>,
+    pub(crate) spectra: Vec<Spectrum>,
     /// True if the file of a measured road comes from the caller: the folder's own word on it is not taken.
     pub(crate) knows_road: bool,
 }
@@ -93,7 +93,7 @@ impl Stored {
     }
 
     /// Finds the third octaves of a signal, by their quantity and its name.
-    pub fn spectrum(&self, quantity: &str, name: &str) -> Option<&Spectrum> {
+    pub(crate) fn spectrum(&self, quantity: &str, name: &str) -> Option<&Spectrum> {
         self.spectra.iter().find(|spectrum| spectrum.quantity == quantity && spectrum.name == name)
     }
 
@@ -131,7 +131,7 @@ impl Stored {
     ///
     /// # Errors
     /// [`StoredError::Content`] of a file that holds none.
-    pub fn array(&self, name: &str) -> Result<Option<StoredArray>, StoredError> {
+    pub(crate) fn array(&self, name: &str) -> Result<Option<StoredArray>, StoredError> {
         let Some(path) = file(&self.folder, name)? else { return Ok(None) };
         let read = || {
             let array = Array::open(&path)?;
@@ -146,7 +146,7 @@ impl Stored {
     ///
     /// # Errors
     /// [`StoredError`].
-    pub fn table(&self, name: &str) -> Result<Option<Table>, StoredError> {
+    pub(crate) fn table(&self, name: &str) -> Result<Option<Table>, StoredError> {
         let Some(text) = self.text(name)? else { return Ok(None) };
         let wrong = |error| StoredError::Content { path: self.folder.join(name), reason: format!("no table: {error}") };
         Table::parse(&text).map(Some).map_err(wrong)

@@ -6,11 +6,12 @@
 //! Lengths in m, pressures in Pa; the modulus enters as E* = E/(1 - nu^2).
 
 mod error;
-pub mod line;
-pub mod love;
+pub(crate) mod line;
+pub(crate) mod love;
 #[cfg(test)]
 mod reference;
-pub mod rough;
+pub(crate) mod rough;
 
 pub use error::HalfSpaceError;
-pub use line::{GrowingContact, LineInfluence};
+pub(crate) use line::{GrowingContact, LineInfluence};
+pub use rough::{Extent, HeightMap, Indentation, IndentationControl, IndentationLimits, indent};

@@ -26,7 +26,7 @@ const MOST_DAMPING: f64 = 1e10;
 
 /// When a minimisation ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
+pub(crate) struct Limits {
     /// Most steps taken.
     pub steps: usize,
     /// Decrease of |r|^2 that is not worth a step.
@@ -35,7 +35,7 @@ pub struct Limits {
 
 /// Solution of a least-squares problem.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Minimum {
+pub(crate) struct Minimum {
     /// Point x of the solution.
     pub point: Vec<f64>,
     /// Residuals r(x).
@@ -48,19 +48,19 @@ pub struct Minimum {
 
 impl Minimum {
     /// |r(x)|^2.
-    pub fn squares(&self) -> f64 {
+    pub(crate) fn squares(&self) -> f64 {
         squares(&self.residuals)
     }
 }
 
 /// |r|^2; infinite where it is no number.
-pub fn squares(residuals: &[f64]) -> f64 {
+pub(crate) fn squares(residuals: &[f64]) -> f64 {
     let sum = residuals.iter().map(|residual| residual * residual).sum::<f64>();
     if sum.is_finite() { sum } else { f64::INFINITY }
 }
 
 /// The Jacobian by differences, one row a residual, each taken towards the inside of the box.
-pub fn jacobian(
+pub(crate) fn jacobian(
     residuals: &(impl Fn(&[f64]) -> Vec<f64> + Sync),
     point: &[f64],
     at_point: &[f64],
@@ -77,7 +77,7 @@ pub fn jacobian(
 }
 
 /// Minimises from a start inside the box; the watcher is told steps taken and |r|^2 before every step.
-pub fn minimise(
+pub(crate) fn minimise(
     residuals: &(impl Fn(&[f64]) -> Vec<f64> + Sync),
     start: &[f64],
     bounds: &[Range<f64>],

@@ -9,12 +9,12 @@ use std::sync::OnceLock;
 use rayon::prelude::*;
 
 /// Maps every item, on all threads, in order.
-pub fn map<T: Sync, R: Send + Sync>(items: &[T], of: impl Fn(&T) -> R + Sync) -> Vec<R> {
+pub(crate) fn map<T: Sync, R: Send + Sync>(items: &[T], of: impl Fn(&T) -> R + Sync) -> Vec<R> {
     made(items.len(), |index| of(&items[index]))
 }
 
 /// `of`(0), `of`(1), ..., so many of them.
-pub fn made<R: Send + Sync>(count: usize, of: impl Fn(usize) -> R + Sync) -> Vec<R> {
+pub(crate) fn made<R: Send + Sync>(count: usize, of: impl Fn(usize) -> R + Sync) -> Vec<R> {
     let places: Vec<OnceLock<R>> = repeat_with(OnceLock::new).take(count).collect();
     each(count, &|index| {
         // Nobody else has this place.
@@ -24,7 +24,7 @@ pub fn made<R: Send + Sync>(count: usize, of: impl Fn(usize) -> R + Sync) -> Vec
 }
 
 /// Does `of`(0), `of`(1), ..., in any order.
-pub fn each(count: usize, of: &(dyn Fn(usize) + Sync)) {
+pub(crate) fn each(count: usize, of: &(dyn Fn(usize) + Sync)) {
     (0..count).into_par_iter().with_max_len(1).for_each(of);
 }
 

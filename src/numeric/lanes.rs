@@ -13,7 +13,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::ComplexField;
 
 /// Most lanes that any instruction set has.
-pub const MOST_LANES: usize = 8;
+pub(crate) const MOST_LANES: usize = 8;
 
 /// `S::F64_LANES` complex numbers.
 #[derive(Clone, Copy, Debug)]
@@ -28,13 +28,13 @@ pub struct Lanes<S: Simd> {
 /// Does work with the widest vectors that the processor has. Not inlined: such work is long, and every caller would
 /// have a copy.
 #[inline(never)]
-pub fn dispatch<W: WithSimd>(work: W) -> W::Output {
+pub(crate) fn dispatch<W: WithSimd>(work: W) -> W::Output {
     Arch::new().dispatch(work)
 }
 
 /// Numbers into a vector; lanes that are not given are zero.
 #[inline(always)]
-pub fn load<S: Simd>(simd: S, values: &[f64; MOST_LANES]) -> S::f64s {
+pub(crate) fn load<S: Simd>(simd: S, values: &[f64; MOST_LANES]) -> S::f64s {
     simd.partial_load_f64s(&values[..S::F64_LANES])
 }
 
@@ -52,7 +52,7 @@ fn absolute<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
 
 /// A vector's numbers; what lies past its lanes is zero.
 #[inline(always)]
-pub fn store<S: Simd>(simd: S, vector: S::f64s) -> [f64; MOST_LANES] {
+pub(crate) fn store<S: Simd>(simd: S, vector: S::f64s) -> [f64; MOST_LANES] {
     let mut values = [0.0; MOST_LANES];
     simd.partial_store_f64s(&mut values[..S::F64_LANES], vector);
     values
@@ -244,7 +244,7 @@ fn exp<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
 
 /// (cos x, sin x) for |x| < 1e5.
 #[inline(always)]
-pub fn cos_sin<S: Simd>(simd: S, x: S::f64s) -> (S::f64s, S::f64s) {
+pub(crate) fn cos_sin<S: Simd>(simd: S, x: S::f64s) -> (S::f64s, S::f64s) {
     let shifted = simd.mul_add_e_f64s(x, simd.splat_f64s(std::f64::consts::FRAC_2_PI), simd.splat_f64s(ROUND));
     let n = simd.sub_f64s(shifted, simd.splat_f64s(ROUND));
     let mut r = x;

@@ -4,7 +4,7 @@
 const LANES: usize = 8;
 
 /// The largest number, 0 if none is positive; whatever is no number does not count.
-pub fn largest_or_zero(values: &[f64]) -> f64 {
+pub(crate) fn largest_or_zero(values: &[f64]) -> f64 {
     // One after the other every comparison would wait for the last.
     let mut lanes = [0.0_f64; LANES];
     let larger = |a: f64, b: f64| if b > a { b } else { a };

@@ -3,7 +3,7 @@
 /// Nodes on (-1, 1), falling, and weights of the rule of so many points: exact up to the degree 2 `points` - 1.
 ///
 /// Newton's iteration on P_n from Tricomi's estimates (Press et al., *Numerical Recipes*, section 4.6).
-pub fn gauss(points: usize) -> Vec<[f64; 2]> {
+pub(crate) fn gauss(points: usize) -> Vec<[f64; 2]> {
     let count = points as f64;
     (0..points)
         .map(|i| {

@@ -4,7 +4,7 @@ use num_complex::{Complex32, Complex64};
 
 /// Rounds to single precision.
 #[inline]
-pub fn single(value: Complex64) -> Complex32 {
+pub(crate) fn single(value: Complex64) -> Complex32 {
     Complex32::new(value.re as f32, value.im as f32)
 }
 

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// Moments so far.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
-pub struct RunningMoments {
+pub(crate) struct RunningMoments {
     count: u64,
     /// The first value.
     shift: f64,
@@ -19,7 +19,7 @@ pub struct RunningMoments {
 
 impl RunningMoments {
     /// Takes one more value.
-    pub fn push(&mut self, value: f64) {
+    pub(crate) fn push(&mut self, value: f64) {
         if self.count == 0 {
             self.shift = value;
         }
@@ -31,27 +31,27 @@ impl RunningMoments {
     }
 
     /// Number of values.
-    pub fn count(&self) -> u64 {
+    pub(crate) fn count(&self) -> u64 {
         self.count
     }
 
     /// The first value, 0 before it.
-    pub fn shift(&self) -> f64 {
+    pub(crate) fn shift(&self) -> f64 {
         self.shift
     }
 
     /// The mean less the first value.
-    pub fn mean_of_shifted(&self) -> f64 {
+    pub(crate) fn mean_of_shifted(&self) -> f64 {
         self.mean
     }
 
     /// The mean, if there is any value.
-    pub fn mean(&self) -> Option<f64> {
+    pub(crate) fn mean(&self) -> Option<f64> {
         (self.count > 0).then_some(self.shift + self.mean)
     }
 
     /// Mean square of the values less their mean, if there is any value.
-    pub fn variance(&self) -> Option<f64> {
+    pub(crate) fn variance(&self) -> Option<f64> {
         (self.count > 0).then(|| self.squares / self.count as f64)
     }
 }

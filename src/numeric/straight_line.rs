@@ -2,7 +2,7 @@
 
 /// y = intercept + slope x.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StraightLine {
+pub(crate) struct StraightLine {
     /// Change of y per unit of x.
     pub slope: f64,
     /// y at x = 0.
@@ -13,7 +13,7 @@ pub struct StraightLine {
 
 impl StraightLine {
     /// Through at least two points of different x; `None` otherwise.
-    pub fn through(points: &[(f64, f64)]) -> Option<Self> {
+    pub(crate) fn through(points: &[(f64, f64)]) -> Option<Self> {
         let count = points.len() as f64;
         let mean = |value: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(value).sum::<f64>() / count;
         let (x, y) = (mean(&|point| point.0), mean(&|point| point.1));
@@ -29,7 +29,7 @@ impl StraightLine {
     }
 
     /// The exponent of y ~ x^slope, through the logarithms (base ten) of positive values.
-    pub fn power_law(points: &[(f64, f64)]) -> Option<Self> {
+    pub(crate) fn power_law(points: &[(f64, f64)]) -> Option<Self> {
         let logarithms: Vec<_> = points.iter().map(|point| (point.0.log10(), point.1.log10())).collect();
         Self::through(&logarithms)
     }

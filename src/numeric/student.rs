@@ -17,7 +17,7 @@ fn probability_of_student(value: f64, freedom: usize) -> f64 {
 }
 
 /// Returns the bound of |t| at a probability of 95 %; `None` without a degree of freedom.
-pub fn quantile_of_student(freedom: usize) -> Option<f64> {
+pub(crate) fn quantile_of_student(freedom: usize) -> Option<f64> {
     if freedom == 0 {
         return None;
     }

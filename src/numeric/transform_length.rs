@@ -18,7 +18,7 @@ pub fn transform_length(least: usize) -> usize {
 }
 
 /// Multiply-adds of a complex transform: about 5/2 N log2 N, the logarithm rounded down. A real one takes half.
-pub fn transform_multiply_adds(length: usize) -> f64 {
+pub(crate) fn transform_multiply_adds(length: usize) -> f64 {
     2.5 * length as f64 * f64::from(length.max(2).ilog2())
 }
 

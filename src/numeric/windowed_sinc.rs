@@ -15,7 +15,7 @@ use std::ops::{Add, Mul, Sub};
 
 /// A symmetric interpolation and low-pass kernel. The unit of t is one sample of the coarser lattice.
 #[derive(Clone, Debug, PartialEq)]
-pub struct WindowedSinc {
+pub(crate) struct WindowedSinc {
     half_width: f64,
     table: Vec<f64>,
 }
@@ -26,7 +26,7 @@ const PER_UNIT: f64 = 2048.0;
 impl WindowedSinc {
     /// A kernel that passes up to `pass` and blocks from `stop` on (cycles per sample, `pass` < `stop`) by
     /// `attenuation` dB.
-    pub fn new(pass: f64, stop: f64, attenuation: f64) -> Self {
+    pub(crate) fn new(pass: f64, stop: f64, attenuation: f64) -> Self {
         let half_width = ((attenuation - 7.95) / (14.36 * (stop - pass)) / 2.0).ceil().max(1.0);
         let beta = 0.1102 * (attenuation - 8.7);
         let cutoff = 0.5 * (pass + stop);
@@ -45,17 +45,17 @@ impl WindowedSinc {
     }
 
     /// The kernel of this project's resampling: flat to 0.8 of the coarser Nyquist wavenumber, 80 dB down from it on.
-    pub fn resampling() -> Self {
+    pub(crate) fn resampling() -> Self {
         Self::new(0.4, 0.5, 80.0)
     }
 
     /// Half-width T of the support.
-    pub fn half_width(&self) -> f64 {
+    pub(crate) fn half_width(&self) -> f64 {
         self.half_width
     }
 
     /// h(t); zero for |t| >= T.
-    pub fn at(&self, t: f64) -> f64 {
+    pub(crate) fn at(&self, t: f64) -> f64 {
         let place = t.abs() * PER_UNIT;
         let index = place as usize;
         if index + 1 >= self.table.len() {
@@ -67,7 +67,7 @@ impl WindowedSinc {
 
     /// Weights of the source samples around `position` (in source samples), their sum 1: `weights[i]` belongs to sample
     /// first + i; returns `first`. `ratio` >= 1 is the coarser spacing over the source's.
-    pub fn weights(&self, position: f64, ratio: f64, weights: &mut Vec<f64>) -> i64 {
+    pub(crate) fn weights(&self, position: f64, ratio: f64, weights: &mut Vec<f64>) -> i64 {
         let reach = self.half_width * ratio;
         let first = (position - reach).ceil() as i64;
         let last = (position + reach).floor() as i64;
@@ -83,7 +83,7 @@ impl WindowedSinc {
 
 /// A kernel's weights of the samples round a position, tabulated by the part of a sample it is past the one before.
 #[derive(Clone, Debug)]
-pub struct Phases<T> {
+pub(crate) struct Phases<T> {
     /// Samples on either side that count.
     reach: usize,
     places: usize,
@@ -95,7 +95,7 @@ pub struct Phases<T> {
 
 impl<T: Copy + Add<Output = T> + Sub<Output = T> + Mul<Output = T>> Phases<T> {
     /// With so many `places` between two samples, its numbers `rounded` to what the table holds.
-    pub fn new(kernel: &WindowedSinc, places: usize, rounded: fn(f64) -> T) -> Self {
+    pub(crate) fn new(kernel: &WindowedSinc, places: usize, rounded: fn(f64) -> T) -> Self {
         let reach = kernel.half_width().ceil() as usize;
         let mut table = Vec::with_capacity((places + 1) * 2 * reach);
         for place in 0..=places {
@@ -108,13 +108,13 @@ impl<T: Copy + Add<Output = T> + Sub<Output = T> + Mul<Output = T>> Phases<T> {
     }
 
     /// Samples on either side of a position that count.
-    pub fn reach(&self) -> usize {
+    pub(crate) fn reach(&self) -> usize {
         self.reach
     }
 
     /// Weights of the samples from floor(position) - reach + 1 on, linear between those of the places before and after
     /// the position.
-    pub fn weights(&self, position: f64) -> impl Iterator<Item = T> {
+    pub(crate) fn weights(&self, position: f64) -> impl Iterator<Item = T> {
         let taps = 2 * self.reach;
         let fine = (position - position.floor()) * self.places as f64;
         let place = (fine as usize).min(self.places - 1);

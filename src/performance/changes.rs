@@ -12,7 +12,7 @@ use crate::storage::input::{self, TABLE_BYTES};
 /// Accepted change of a counter, with its reason.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct AcceptedChange {
+pub(crate) struct AcceptedChange {
     /// Workload.
     pub workload: String,
     /// Counter.
@@ -28,7 +28,7 @@ pub struct AcceptedChange {
 /// The file of accepted changes.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct AcceptedChanges {
+pub(crate) struct AcceptedChanges {
     /// In the order in which they came.
     #[serde(default)]
     pub change: Vec<AcceptedChange>,
@@ -39,7 +39,7 @@ impl AcceptedChanges {
     ///
     /// # Errors
     /// [`PerformanceError::File`], [`PerformanceError::Nonsense`].
-    pub fn read(path: &Path) -> Result<Self, PerformanceError> {
+    pub(crate) fn read(path: &Path) -> Result<Self, PerformanceError> {
         let text = match input::read_text(path, TABLE_BYTES).map_err(std::io::Error::from) {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Self::default()),
             other => other.map_err(PerformanceError::reading(path))?,
@@ -72,7 +72,7 @@ impl AcceptedChanges {
 
 /// A counter that is not what it was.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Difference {
+pub(crate) struct Difference {
     /// Counter.
     pub counter: String,
     /// Value in the first record; 0: not there.
@@ -102,7 +102,7 @@ const ROUNDING: f64 = 0.01;
 
 /// Counters of a workload that differ. With `other_instructions` those that depend on rounding may be a hundredth
 /// apart.
-pub fn differences(
+pub(crate) fn differences(
     workload: &str,
     first: &RecordedWorkload,
     second: &RecordedWorkload,

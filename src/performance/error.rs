@@ -11,7 +11,7 @@ use crate::tyre::poles::FitError;
 
 /// Why a workload, a record or a comparison is not there.
 #[derive(Debug, Error)]
-pub enum PerformanceError {
+pub(crate) enum PerformanceError {
     /// A rolling workload ended early.
     #[error("workload {workload}: {source}")]
     Run {
@@ -63,12 +63,12 @@ pub enum PerformanceError {
 
 impl PerformanceError {
     /// The error of reading a file.
-    pub fn reading(path: &Path) -> impl FnOnce(io::Error) -> Self {
+    pub(crate) fn reading(path: &Path) -> impl FnOnce(io::Error) -> Self {
         move |source| Self::File { what: "read", path: path.to_owned(), source }
     }
 
     /// The error of writing a file.
-    pub fn writing(path: &Path) -> impl FnOnce(io::Error) -> Self {
+    pub(crate) fn writing(path: &Path) -> impl FnOnce(io::Error) -> Self {
         move |source| Self::File { what: "write", path: path.to_owned(), source }
     }
 }

@@ -38,7 +38,7 @@ const OF_TRANSFORMS: [&str; 2] = ["/rustfft-", "/realfft-"];
 
 /// Instructions that a program executes for a workload on one thread.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Instructions {
+pub(crate) struct Instructions {
     /// All of them, start included.
     pub all: u64,
     /// By the names of stages; none for a program without line tables.
@@ -47,20 +47,20 @@ pub struct Instructions {
 
 impl Instructions {
     /// Those of a stage; `None` if there are none.
-    pub fn of(&self, stage: &str) -> Option<u64> {
+    pub(crate) fn of(&self, stage: &str) -> Option<u64> {
         self.stages.get(stage).copied()
     }
 }
 
 /// Tells whether instructions can be counted here.
-pub fn can_count() -> bool {
+pub(crate) fn can_count() -> bool {
     let version = Command::new("valgrind").arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
     version.is_ok_and(|status| status.success())
 }
 
 /// Instructions of a workload, and what the program measured meanwhile: its times mean nothing, and its vectors are
 /// those of the processor that the tool imitates. `None` if they could not be counted.
-pub fn count(program: &Program, workload: Workload) -> Option<(Instructions, Measurement)> {
+pub(crate) fn count(program: &Program, workload: Workload) -> Option<(Instructions, Measurement)> {
     let file = program.scratch().ok()?.join("callgrind.out");
     let out = format!("--callgrind-out-file={}", file.display());
     let output = program.run(&["valgrind", "--tool=callgrind", "--dump-line=yes", &out], workload).ok()?;

@@ -29,7 +29,7 @@ use super::workload::Workload;
 
 /// One of the two.
 #[derive(Debug)]
-pub enum Side {
+pub(crate) enum Side {
     /// A recorded file.
     Record(PathBuf, Box<Record>),
     /// A program that can measure.
@@ -41,7 +41,7 @@ impl Side {
     ///
     /// # Errors
     /// Errors of [`Record::read`]; [`PerformanceError::File`] for a program that is not there.
-    pub fn of(path: PathBuf) -> Result<Self, PerformanceError> {
+    pub(crate) fn of(path: PathBuf) -> Result<Self, PerformanceError> {
         std::fs::metadata(&path).map_err(PerformanceError::reading(&path))?;
         if path.extension().is_some_and(|extension| extension == "json") {
             let record = Box::new(Record::read(&path)?);
@@ -51,7 +51,7 @@ impl Side {
     }
 
     /// Its file.
-    pub fn path(&self) -> &PathBuf {
+    pub(crate) fn path(&self) -> &PathBuf {
         match self {
             Self::Record(path, _) | Self::Program(Program { path, .. }) => path,
         }
@@ -60,7 +60,7 @@ impl Side {
 
 /// How much is done to judge programs.
 #[derive(Clone, Copy, Debug)]
-pub struct Effort {
+pub(crate) struct Effort {
     /// Pairs of a batch, at most.
     pub pairs: usize,
     /// True if instructions are counted.
@@ -78,7 +78,7 @@ const COUNTING: f64 = 80.0;
 ///
 /// # Errors
 /// [`PerformanceError`].
-pub fn judge(
+pub(crate) fn judge(
     first: &Side,
     second: &Side,
     workloads: &[Workload],

@@ -32,7 +32,7 @@ type Blocks = BTreeMap<String, Vec<Option<u64>>>;
 /// Cost and findings of a workload. Maps are by the names of stages and counters, so that programs of different
 /// releases understand each other.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
-pub struct Measurement {
+pub(crate) struct Measurement {
     /// Name of the workload.
     pub workload: String,
     /// Instructions that its vectors were computed with.
@@ -50,7 +50,7 @@ pub struct Measurement {
 
 /// A physical value beside what it must be.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
-pub struct Found {
+pub(crate) struct Found {
     /// Name of the value.
     pub what: String,
     /// Its value.
@@ -77,12 +77,12 @@ impl Measurement {
 
 impl Found {
     /// |value - expected|/|expected|.
-    pub fn error(&self) -> f64 {
+    pub(crate) fn error(&self) -> f64 {
         (self.value - self.expected).abs() / self.expected.abs()
     }
 
     /// Tells whether the workload found what it must.
-    pub fn is_right(&self) -> bool {
+    pub(crate) fn is_right(&self) -> bool {
         self.error() <= self.tolerance
     }
 }
@@ -152,7 +152,7 @@ fn undisturbed(mut times: Vec<u64>, taken: u64) -> Option<Vec<u64>> {
 ///
 /// # Errors
 /// Errors of the run or the fit; [`PerformanceError::Interrupted`].
-pub fn measure(workload: Workload, stop: &AtomicBool) -> Result<Measurement, PerformanceError> {
+pub(crate) fn measure(workload: Workload, stop: &AtomicBool) -> Result<Measurement, PerformanceError> {
     match workload.scene()? {
         Some(loaded) => rolled(workload, &loaded, stop),
         None if workload == Workload::Compliance => compliance(),

@@ -13,21 +13,21 @@
 //! Counters decide what is exact, and times only what two programs did side by side on one machine: a recorded time is
 //! of another hour.
 
-pub mod changes;
-pub mod instructions;
-pub mod judge;
-pub mod measure;
-pub mod program;
+pub(crate) mod changes;
+pub(crate) mod instructions;
+pub(crate) mod judge;
+pub(crate) mod measure;
+pub(crate) mod program;
 mod ratio;
-pub mod record;
-pub mod report;
+pub(crate) mod record;
+pub(crate) mod report;
 mod stamp;
-pub mod verdict;
-pub mod workload;
+pub(crate) mod verdict;
+pub(crate) mod workload;
 
 mod error;
 
-pub use error::PerformanceError;
-pub use measure::{Measurement, measure};
-pub use record::Record;
-pub use workload::Workload;
+pub(crate) use error::PerformanceError;
+pub(crate) use measure::{Measurement, measure};
+pub(crate) use record::Record;
+pub(crate) use workload::Workload;

@@ -16,7 +16,7 @@ const ARGUMENTS: [&str; 5] = ["--quiet", "--threads", "1", "profile", "measure"]
 
 /// A program that can measure, with fitted models of its own: what another build has kept might be another model.
 #[derive(Debug)]
-pub struct Program {
+pub(crate) struct Program {
     /// Its file.
     pub path: PathBuf,
     models: PathBuf,
@@ -24,7 +24,7 @@ pub struct Program {
 
 impl Program {
     /// Makes a program of a file; its models are gone when this is dropped.
-    pub fn new(path: PathBuf) -> Self {
+    pub(crate) fn new(path: PathBuf) -> Self {
         static COUNT: AtomicU64 = AtomicU64::new(0);
         let number = COUNT.fetch_add(1, Ordering::Relaxed);
         let name = format!("tyrewave-profile-{}-{number}", std::process::id());
@@ -53,7 +53,7 @@ impl Program {
     ///
     /// # Errors
     /// [`PerformanceError::Program`].
-    pub fn measure(&self, workload: Workload) -> Result<Measurement, PerformanceError> {
+    pub(crate) fn measure(&self, workload: Workload) -> Result<Measurement, PerformanceError> {
         let failed = |wrong: String| PerformanceError::Program {
             program: self.path.clone(),
             workload: workload.name().to_owned(),
@@ -81,7 +81,7 @@ impl Drop for Program {
 }
 
 /// Measurements of all workloads by two programs, one after the other.
-pub type Runs = Vec<[Vec<Measurement>; 2]>;
+pub(crate) type Runs = Vec<[Vec<Measurement>; 2]>;
 
 /// So many pairs of measurements of every workload, or as many as begin before the time is up, one at least. All
 /// workloads have one pair before any has the next, in the order A B, B A, A B, ...: neither program always comes
@@ -89,7 +89,7 @@ pub type Runs = Vec<[Vec<Measurement>; 2]>;
 ///
 /// # Errors
 /// [`PerformanceError::Program`], [`PerformanceError::Interrupted`].
-pub fn in_turn(
+pub(crate) fn in_turn(
     programs: [&Program; 2],
     workloads: &[Workload],
     pairs: usize,

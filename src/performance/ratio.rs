@@ -11,11 +11,11 @@
 use serde::Serialize;
 
 /// Blocks longer than so many medians were disturbed.
-pub const CUT: f64 = 1.3;
+pub(super) const CUT: f64 = 1.3;
 
 /// A ratio of times with its interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Ratio {
+pub(crate) struct Ratio {
     /// Median of the pairs' ratios, second program over first.
     pub median: f64,
     /// Lower end of the interval; 0 for too few pairs.
@@ -31,13 +31,13 @@ pub struct Ratio {
 impl Ratio {
     /// Makes the ratio of times \[s\], one of each program in a pair. `doubt`: probability that the interval misses the
     /// median.
-    pub fn new(first: &[f64], second: &[f64], doubt: f64) -> Self {
+    pub(crate) fn new(first: &[f64], second: &[f64], doubt: f64) -> Self {
         Self::pooled(&[(first, second)], doubt)
     }
 
     /// Makes the ratio of several workloads' times \[s\]: geometric means of their ratios, pair by pair. A change that
     /// all of them have stands out from their noise, which is each one's own.
-    pub fn pooled(workloads: &[(&[f64], &[f64])], doubt: f64) -> Self {
+    pub(crate) fn pooled(workloads: &[(&[f64], &[f64])], doubt: f64) -> Self {
         let pairs = workloads.iter().map(|(first, _)| first.len()).min().unwrap_or(0);
         let mean = |pair: usize| {
             let sum: f64 = workloads.iter().map(|(first, second)| (second[pair] / first[pair]).ln()).sum();
@@ -54,13 +54,13 @@ impl Ratio {
     }
 
     /// Smallest change that these pairs could have told from none: from the median to the farther end of the interval.
-    pub fn resolution(&self) -> f64 {
+    pub(crate) fn resolution(&self) -> f64 {
         (self.high - self.median).max(self.median - self.low)
     }
 }
 
 /// Tells whether so many pairs have an interval.
-pub fn are_enough(pairs: usize, doubt: f64) -> bool {
+pub(super) fn are_enough(pairs: usize, doubt: f64) -> bool {
     rank(pairs, doubt).is_some()
 }
 
@@ -82,7 +82,7 @@ fn rank(pairs: usize, doubt: f64) -> Option<usize> {
 }
 
 /// The middle of the values, which are sorted by this; NaN for none.
-pub fn median(values: &mut [f64]) -> f64 {
+pub(super) fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     let middle = values.len() / 2;
     match values.len() {
@@ -94,7 +94,7 @@ pub fn median(values: &mut [f64]) -> f64 {
 
 /// Times of a stage \[s\], one for each run of the first and of the second program, from the times of its blocks \[ns\]
 /// (runs x blocks; `None`: disturbed).
-pub fn stage_times(first: &[&[Option<u64>]], second: &[&[Option<u64>]]) -> (Vec<f64>, Vec<f64>) {
+pub(super) fn stage_times(first: &[&[Option<u64>]], second: &[&[Option<u64>]]) -> (Vec<f64>, Vec<f64>) {
     let all = || first.iter().chain(second);
     let blocks = all().map(|run| run.len()).max().unwrap_or(0);
     let of = |run: &&[Option<u64>], block: usize| run.get(block).copied().flatten().map(|time| time as f64);

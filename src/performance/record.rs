@@ -19,7 +19,7 @@ const FORMAT_VERSION: u32 = 1;
 
 /// Costs of the workloads on one machine.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub struct Record {
+pub(crate) struct Record {
     /// Always `tyrewave profile`.
     pub format: String,
     /// Version of the layout.
@@ -32,7 +32,7 @@ pub struct Record {
 
 /// Costs of one workload.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
-pub struct RecordedWorkload {
+pub(crate) struct RecordedWorkload {
     /// The physical value.
     pub found: Found,
     /// Exact counters.
@@ -47,7 +47,7 @@ pub struct RecordedWorkload {
 
 impl RecordedWorkload {
     /// Makes the entry of measurements of one workload; shares are the medians of theirs.
-    pub fn new(measured: &[Measurement], instructions: Option<u64>) -> Self {
+    pub(crate) fn new(measured: &[Measurement], instructions: Option<u64>) -> Self {
         let Some(first) = measured.first() else { return Self::default() };
         let stages = first.blocks.keys();
         let share = |stage: &String, measurement: &Measurement| {
@@ -65,13 +65,13 @@ impl RecordedWorkload {
 
 impl Record {
     /// A record made here and now.
-    pub fn new(instruction_set: &str, workloads: BTreeMap<String, RecordedWorkload>) -> Self {
+    pub(crate) fn new(instruction_set: &str, workloads: BTreeMap<String, RecordedWorkload>) -> Self {
         let stamp = Stamp { instruction_set: instruction_set.to_owned(), ..Stamp::here() };
         Self { format: FORMAT.to_owned(), format_version: FORMAT_VERSION, stamp, workloads }
     }
 
     /// Where the record of an instruction set stands in a folder of records.
-    pub fn place(folder: &Path, instruction_set: &str) -> PathBuf {
+    pub(crate) fn place(folder: &Path, instruction_set: &str) -> PathBuf {
         folder.join(format!("{instruction_set}.json"))
     }
 
@@ -79,7 +79,7 @@ impl Record {
     ///
     /// # Errors
     /// [`PerformanceError::File`], [`PerformanceError::Nonsense`].
-    pub fn read(path: &Path) -> Result<Self, PerformanceError> {
+    pub(crate) fn read(path: &Path) -> Result<Self, PerformanceError> {
         let text =
             input::read_text(path, TABLE_BYTES).map_err(|error| PerformanceError::reading(path)(error.into()))?;
         let nonsense = |wrong: String, right| PerformanceError::Nonsense { path: path.to_owned(), wrong, right };
@@ -96,7 +96,7 @@ impl Record {
     ///
     /// # Errors
     /// [`PerformanceError::File`].
-    pub fn write(&self, path: &Path) -> Result<(), PerformanceError> {
+    pub(crate) fn write(&self, path: &Path) -> Result<(), PerformanceError> {
         let write = || {
             let text = serde_json::to_string_pretty(self)? + "\n";
             path.parent().map_or(Ok(()), fs::create_dir_all)?;

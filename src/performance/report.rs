@@ -9,18 +9,18 @@ use crate::results::table::aligned;
 const HEADER: [&str; 7] = ["workload", "stage", "share", "time, first", "ratio", "interval", "verdict"];
 
 /// How a verdict for a page begins.
-pub const MARKDOWN_HEAD: &str = "# Performance\n\n";
+pub(crate) const MARKDOWN_HEAD: &str = "# Performance\n\n";
 /// How a verdict for programs begins.
-pub const JSON_HEAD: &str = "{\n  \"first\": \"";
+pub(crate) const JSON_HEAD: &str = "{\n  \"first\": \"";
 
 impl Verdict {
     /// For programs.
-    pub fn json(&self) -> String {
+    pub(crate) fn json(&self) -> String {
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }
 
     /// For the terminal.
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let mut text = format!("{} held against {}\n", self.second.display(), self.first.display());
         let rows = self.table();
         if !rows.is_empty() {
@@ -32,7 +32,7 @@ impl Verdict {
     }
 
     /// For a page.
-    pub fn markdown(&self) -> String {
+    pub(crate) fn markdown(&self) -> String {
         let line = |cells: &[&str]| format!("| {} |\n", cells.join(" | "));
         let mut text = format!("{MARKDOWN_HEAD}{} held against {}\n", self.second.display(), self.first.display());
         let rows = self.table();

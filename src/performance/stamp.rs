@@ -9,7 +9,7 @@ use crate::counters::machine::{instruction_set, processor};
 
 /// Program, compiler and machine.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
-pub struct Stamp {
+pub(crate) struct Stamp {
     /// Version of tyrewave.
     pub version: String,
     /// Commit of the sources that stand where the record was made, `-modified` behind it if they differ from it; empty
@@ -28,7 +28,7 @@ pub struct Stamp {
 
 impl Stamp {
     /// Stamps this program, here and now.
-    pub fn here() -> Self {
+    pub(crate) fn here() -> Self {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),

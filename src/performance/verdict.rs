@@ -10,18 +10,18 @@ use super::ratio::Ratio;
 use super::workload::Workload;
 
 /// Probability that the interval of one batch misses its median: a stage that is called changed has passed it twice.
-pub const DOUBT: f64 = 1e-3;
+pub(crate) const DOUBT: f64 = 1e-3;
 /// Smaller changes of time are not reported.
-pub const MARGIN: f64 = 0.01;
+pub(crate) const MARGIN: f64 = 0.01;
 /// Stages with a smaller share in the time of their workload are not judged by time.
-pub const LEAST_SHARE: f64 = 0.02;
+pub(crate) const LEAST_SHARE: f64 = 0.02;
 /// Smaller changes of the number of instructions are not reported.
-pub const INSTRUCTIONS_MARGIN: f64 = 0.01;
+pub(crate) const INSTRUCTIONS_MARGIN: f64 = 0.01;
 
 /// How a stage's time came out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Change {
+pub(crate) enum Change {
     /// No change was seen.
     None,
     /// Slower, in both batches.
@@ -34,7 +34,7 @@ pub enum Change {
 
 /// Time of one stage, of a workload or of all that have it.
 #[derive(Clone, Debug, Serialize)]
-pub struct StageVerdict {
+pub(crate) struct StageVerdict {
     /// Its name.
     pub stage: String,
     /// Its share in the time of the workload, or of all.
@@ -53,7 +53,7 @@ pub struct StageVerdict {
 
 /// One workload.
 #[derive(Clone, Debug, Serialize)]
-pub struct WorkloadVerdict {
+pub(crate) struct WorkloadVerdict {
     /// Its name.
     pub workload: String,
     /// Counters that differ.
@@ -72,7 +72,7 @@ pub struct WorkloadVerdict {
 
 /// All of them.
 #[derive(Clone, Debug, Serialize)]
-pub struct Verdict {
+pub(crate) struct Verdict {
     /// The first one's file.
     pub first: PathBuf,
     /// The second one's.
@@ -145,7 +145,7 @@ impl WorkloadVerdict {
     }
 
     /// Complaints about the second one, in words; none for one that is as good.
-    pub fn complaints(&self) -> Vec<String> {
+    pub(crate) fn complaints(&self) -> Vec<String> {
         let mut complaints = Vec::new();
         if !self.right {
             complaints.push(format!("wrong result: {}", self.found));
@@ -165,7 +165,7 @@ impl WorkloadVerdict {
     }
 
     /// Stages that became faster, in words.
-    pub fn praise(&self) -> Vec<String> {
+    pub(crate) fn praise(&self) -> Vec<String> {
         self.changed(Change::Faster).collect()
     }
 
@@ -181,7 +181,7 @@ impl WorkloadVerdict {
 
 impl Verdict {
     /// Tells whether nothing speaks against the second one.
-    pub fn passes(&self) -> bool {
+    pub(crate) fn passes(&self) -> bool {
         self.pooled(Change::Slower).next().is_none()
             && self.workloads.iter().all(|workload| workload.complaints().is_empty())
     }

@@ -8,7 +8,7 @@ use crate::scene::{Axle, History, LoadedScene, Outputs, PLATE, Road, Scene, Scen
 
 catalogue! {
     /// A piece of work.
-    pub enum Workload,
+    pub(crate) enum Workload,
     /// Its name on the command line and in records.
     name {
         /// A smooth road at 80 km/h, N = 512.
@@ -32,7 +32,7 @@ catalogue! {
 
 /// The physical value that a workload must find.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Truth {
+pub(crate) struct Truth {
     /// Description of the workload.
     pub what: &'static str,
     /// Its value by a path that shares as little as possible with the workload's own.
@@ -49,7 +49,7 @@ const fn variation(expected: f64) -> Truth {
 impl Workload {
     /// Value expected. Forces of rolling workloads are those of the same scene by direct sums that remember all of
     /// it (a test that takes a minute repeats them); the others are checked against reference paths as they run.
-    pub const fn truth(self) -> Truth {
+    pub(crate) const fn truth(self) -> Truth {
         match self {
             Self::Smooth => Truth { what: "mean force [N]", expected: 2767.912323979274, tolerance: 1e-5 },
             Self::Rough => variation(48.92530136118314),
@@ -73,7 +73,7 @@ impl Workload {
     ///
     /// # Errors
     /// None that a released scene should give.
-    pub fn scene(self) -> Result<Option<LoadedScene>, SceneError> {
+    pub(crate) fn scene(self) -> Result<Option<LoadedScene>, SceneError> {
         let mut loaded = Scene::from_str(PLATE, self.name())?;
         let scene = &mut loaded.scene;
         scene.title = self.name().to_owned();

@@ -34,7 +34,7 @@ const SPECTRUM_ARRAYS: f64 = 8.0;
 /// Where work is done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Place {
+pub(crate) enum Place {
     /// On one thread, before the steps.
     Before,
     /// On all threads, before the steps.
@@ -49,7 +49,7 @@ pub enum Place {
 
 /// Work of one kind.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Amount {
+pub(crate) struct Amount {
     /// The stage that does it.
     pub stage: Stage,
     /// Unit of the amount.
@@ -62,7 +62,7 @@ pub struct Amount {
 
 /// Work and memory of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Amounts {
+pub(crate) struct Amounts {
     /// The contact.
     pub expected: Expected,
     /// Poles of the model, conjugates counted; 0 without one.
@@ -120,14 +120,14 @@ impl Amounts {
 
     /// Largest memory of a run on so many threads \[bytes\], without the process itself: in the steps, or in the fit
     /// before them.
-    pub fn memory_on(&self, threads: usize) -> f64 {
+    pub(crate) fn memory_on(&self, threads: usize) -> f64 {
         let steps = self.memory.iter().map(|(_, bytes)| bytes).sum::<f64>() + self.memory_per_thread * threads as f64;
         let fit = self.set_up_memory_on(threads);
         (fit + self.fit_memory_that_stays).max(steps + expected_fit::KEPT * fit)
     }
 
     /// Memory of the influence functions on so many threads before the steps \[bytes\].
-    pub fn set_up_memory_on(&self, threads: usize) -> f64 {
+    pub(crate) fn set_up_memory_on(&self, threads: usize) -> f64 {
         self.fit_memory_per_thread * threads as f64 + self.fit_memory
     }
 

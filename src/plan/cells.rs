@@ -49,7 +49,7 @@ const PRODUCTS: f64 = 16.0;
 
 impl Plan {
     /// Height of the tread above its middle, at a distance from there \[m\].
-    pub fn crown(&self, from_middle: f64) -> f64 {
+    pub(crate) fn crown(&self, from_middle: f64) -> f64 {
         self.scene.tyre.crown_radius.map_or(0.0, |radius| from_middle * from_middle / (2.0 * radius))
     }
 
@@ -61,7 +61,7 @@ impl Plan {
 
     /// The bands of waves that carry the past of cells, seen through a window of so many columns. Finite sums are kept
     /// whole.
-    pub fn wave_bands(&self, columns: usize) -> Vec<WaveBand> {
+    pub(crate) fn wave_bands(&self, columns: usize) -> Vec<WaveBand> {
         let numerics = &self.scene.numerics;
         let finite = numerics.lateral_terms.is_some() || numerics.wavenumber_aliases.is_some();
         let band = |part, fades_in, fades_out| WaveBand { part, fades_in, fades_out, folded: false };
@@ -103,7 +103,7 @@ impl Plan {
     }
 
     /// Columns about the contact in which a band is seen, of a window of so many: short waves are gone elsewhere.
-    pub fn seen_columns(&self, band: WaveBand, columns: usize) -> usize {
+    pub(crate) fn seen_columns(&self, band: WaveBand, columns: usize) -> usize {
         let Some([longest, _]) = self.border(HANDED_OVER).filter(|_| band.part > 1) else { return columns };
         let patch = self.longest_patch(self.scene.numerics.elements / band.part, longest);
         columns.min(patch + 2 * self.creeping(longest))
@@ -111,7 +111,7 @@ impl Plan {
 
     /// Steps after which a band forgets forces, seen through a window of so many columns: before the window comes back
     /// to their place on the ring. `None`: there is nothing else on the ring but what is on the tyre.
-    pub fn forgotten_after(&self, band: WaveBand, columns: usize) -> Option<usize> {
+    pub(crate) fn forgotten_after(&self, band: WaveBand, columns: usize) -> Option<usize> {
         let [start, _] = band.fades_in.filter(|_| band.part > 1)?;
         let seen = self.seen_columns(band, columns);
         let cells = self.scene.numerics.elements / band.part - seen - self.creeping(start);
@@ -121,35 +121,35 @@ impl Plan {
 
     /// The tyre as a band takes it: for one that is folded its sides are moved by at most half a cell, which waves as
     /// short as that do not feel.
-    pub fn tyre_of(&self, band: WaveBand) -> Tyre {
+    pub(crate) fn tyre_of(&self, band: WaveBand) -> Tyre {
         let width = if band.folded { self.cell_grid().width_in_cells() } else { self.decisions.tyre.width };
         Tyre { width, ..self.decisions.tyre.clone() }
     }
 
     /// The cells round the tyre and across its strip.
-    pub fn cell_grid(&self) -> CellGrid {
+    pub(crate) fn cell_grid(&self) -> CellGrid {
         let across = self.decisions.cells_across.unwrap_or(1);
         CellGrid::new(&self.decisions.tyre, self.scene.numerics.elements, across)
     }
 
     /// How far their sums go.
-    pub fn cell_truncation(&self) -> CellTruncation {
+    pub(crate) fn cell_truncation(&self) -> CellTruncation {
         let numerics = &self.scene.numerics;
         CellTruncation { lateral_terms: numerics.lateral_terms, aliases: numerics.wavenumber_aliases }
     }
 
     /// How far a cell may be from where it is required to be, relative to the largest required displacement.
-    pub fn cell_tolerance(&self) -> f64 {
+    pub(crate) fn cell_tolerance(&self) -> f64 {
         self.scene.numerics.contact_tolerance.max(LEAST_TOLERANCE)
     }
 
     /// Tells whether the tolerance of the contact conditions lets the past of cells be carried in single precision.
-    pub fn is_single(&self) -> bool {
+    pub(crate) fn is_single(&self) -> bool {
         self.cell_tolerance() >= SINGLE
     }
 
     /// Tolerance to which fewer poles foretell the past of cells, relative to each wave's influence; `None`: all do.
-    pub fn fewer_poles(&self) -> Option<f64> {
+    pub(crate) fn fewer_poles(&self) -> Option<f64> {
         self.is_single().then_some(FEWER_POLES * self.fit.tolerance)
     }
 
@@ -192,7 +192,7 @@ impl Plan {
     }
 
     /// Returns the requirements of the fits of the waves.
-    pub fn cell_fit(&self) -> CellFitOptions {
+    pub(crate) fn cell_fit(&self) -> CellFitOptions {
         CellFitOptions { top: self.fit.top, tolerance: self.fit.tolerance, most_poles: self.fit.most_poles }
     }
 }

@@ -17,7 +17,7 @@ const EFFICIENCY: f64 = 0.95;
 
 /// Time and memory expected.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Forecast {
+pub(crate) struct Forecast {
     /// Stages with work, in the order of the data's way, with the time of all cores in each \[s\], and whether it is
     /// beside the steps.
     pub stages: Vec<StageForecast>,
@@ -35,7 +35,7 @@ pub struct Forecast {
 
 /// Time expected in a stage.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct StageForecast {
+pub(crate) struct StageForecast {
     /// The stage.
     pub stage: Stage,
     /// Time of all cores in it \[s\].
@@ -46,7 +46,7 @@ pub struct StageForecast {
 
 /// Largest memory of this process at the end of a run beside that of the run's plan \[bytes\]: to be asked
 /// before the plan is made.
-pub fn process_memory() -> f64 {
+pub(crate) fn process_memory() -> f64 {
     resident_memory().unwrap_or_default() as f64 + PROGRAM
 }
 
@@ -109,7 +109,7 @@ impl Plan {
 
 impl Forecast {
     /// For amounts of work over so many steps. `process`: what the process itself holds \[bytes\].
-    pub fn new(amounts: &Amounts, steps: u64, costs: &UnitCosts, threads: usize, process: f64) -> Self {
+    pub(crate) fn new(amounts: &Amounts, steps: u64, costs: &UnitCosts, threads: usize, process: f64) -> Self {
         let many = threads > 1;
         let mut stages: Vec<StageForecast> = Vec::new();
         let (mut before, mut march, mut march_on_all, mut behind) = (0.0, 0.0, 0.0, 0.0);
@@ -145,7 +145,7 @@ impl Forecast {
     }
 
     /// Time of all cores \[s\].
-    pub fn core_seconds(&self) -> f64 {
+    pub(crate) fn core_seconds(&self) -> f64 {
         self.rest_seconds + self.stages.iter().map(|stage| stage.seconds).sum::<f64>()
     }
 }

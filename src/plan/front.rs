@@ -10,7 +10,7 @@ use super::decisions::cells_across;
 use crate::scene::{Preset, Road, Scene, TimeRule, Zone};
 
 /// Lowest third octave that a stated error is about \[Hz\].
-pub const STATED_FROM: f64 = 100.0;
+pub(crate) const STATED_FROM: f64 = 100.0;
 /// Cells in the shortest wave that is asked for: dense asphalt at 30 km/h, up to 1 kHz, is 5 dB wrong with four.
 const CELLS_IN_A_WAVE: f64 = 11.0;
 
@@ -19,14 +19,14 @@ const ROUNDED: f64 = 1.1;
 
 /// Size of cells of a scene's road for levels up to `highest` \[Hz\], in m: that of the law, or [`Road::cell`] and
 /// eleven of them at least in the texture wave that excites it.
-pub fn cell_for(scene: &Scene, highest: f64) -> f64 {
+pub(crate) fn cell_for(scene: &Scene, highest: f64) -> f64 {
     let resolved = || scene.road.cell().min(scene.rolling.speed() / highest / CELLS_IN_A_WAVE);
     scene.contact.cell_of_law(&scene.road).unwrap_or_else(resolved)
 }
 
 /// Settings in terms that do not depend on tyre, speed and frequency, with what they are worth.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FrontRow {
+pub(crate) struct FrontRow {
     /// Its preset.
     pub preset: Preset,
     /// Elements per texture wavelength V/fmax, at least.
@@ -53,7 +53,7 @@ pub struct FrontRow {
 
 impl FrontRow {
     /// The table of slices, cheapest first.
-    pub const OF_SLICES: [Self; 3] = [
+    pub(crate) const OF_SLICES: [Self; 3] = [
         Self {
             preset: Preset::Draft,
             per_wavelength: 2.9,
@@ -96,7 +96,7 @@ impl FrontRow {
     ];
 
     /// The table of cells.
-    pub const OF_CELLS: [Self; 3] = [
+    pub(crate) const OF_CELLS: [Self; 3] = [
         Self::OF_SLICES[0].over_cells(5.0, 0.19),
         Self::OF_SLICES[1].over_cells(3.0, 1.0),
         Self::OF_SLICES[2].over_cells(1.5, 7.5),
@@ -109,7 +109,7 @@ impl FrontRow {
     }
 
     /// Returns the table of a zone.
-    pub const fn all(zone: Zone) -> &'static [Self; 3] {
+    pub(crate) const fn all(zone: Zone) -> &'static [Self; 3] {
         match zone {
             Zone::Slices => &Self::OF_SLICES,
             Zone::Cells => &Self::OF_CELLS,
@@ -117,12 +117,12 @@ impl FrontRow {
     }
 
     /// Returns the row of a preset.
-    pub const fn of(preset: Preset, zone: Zone) -> &'static Self {
+    pub(crate) const fn of(preset: Preset, zone: Zone) -> &'static Self {
         &Self::all(zone)[preset as usize]
     }
 
     /// Finds the row that a scene's `preset` or `accuracy` chooses.
-    pub fn asked_for(scene: &Scene) -> Option<&'static Self> {
+    pub(crate) fn asked_for(scene: &Scene) -> Option<&'static Self> {
         let zone = scene.contact.zone;
         let accuracy = |accuracy| Self::within(accuracy, zone);
         scene
@@ -135,7 +135,7 @@ impl FrontRow {
     /// Finds the error of force levels that a scene's `preset` or `accuracy` states: from which frequency on \[Hz\],
     /// and the error \[dB\]. `None`, too, where the scene's own elements or cells are longer or wider than those of the
     /// row.
-    pub fn stated_error(scene: &Scene) -> Option<(f64, f64)> {
+    pub(crate) fn stated_error(scene: &Scene) -> Option<(f64, f64)> {
         let Scene { tyre, contact, numerics, rolling, .. } = scene;
         let row = Self::asked_for(scene)?;
         let longest = row.longest_element.min(rolling.speed() / (numerics.fmax? * row.per_wavelength));
@@ -147,23 +147,23 @@ impl FrontRow {
     }
 
     /// Finds the cheapest row whose stated error is not above an accuracy \[dB\]; `None` where no row is as accurate.
-    pub fn within(accuracy: f64, zone: Zone) -> Option<&'static Self> {
+    pub(crate) fn within(accuracy: f64, zone: Zone) -> Option<&'static Self> {
         Self::all(zone).iter().find(|row| row.error <= accuracy)
     }
 
     /// Returns the smallest stated error \[dB\].
-    pub fn finest_error(zone: Zone) -> f64 {
+    pub(crate) fn finest_error(zone: Zone) -> f64 {
         Self::all(zone).iter().map(|row| row.error).fold(f64::INFINITY, f64::min)
     }
 
     /// Widest and longest cell of a scene's road for levels up to `highest` \[Hz\], in m.
-    pub fn cell_for(&self, scene: &Scene, highest: f64) -> f64 {
+    pub(crate) fn cell_for(&self, scene: &Scene, highest: f64) -> f64 {
         let of_law = scene.contact.cell_of_law(&scene.road);
         of_law.unwrap_or_else(|| self.cell * (cell_for(scene, highest) / Road::CELL))
     }
 
     /// Relative error of the rule's rate at fmax, phase and damping together: what another rule has to keep.
-    pub fn rule_error(&self) -> f64 {
+    pub(crate) fn rule_error(&self) -> f64 {
         let angle = std::f64::consts::TAU / self.steps_per_period;
         (self.time_rule.relative_rate(angle) - 1.0).norm()
     }

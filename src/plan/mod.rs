@@ -12,16 +12,16 @@
 
 pub(crate) mod amounts;
 pub(crate) mod cells;
-pub mod decisions;
+pub(crate) mod decisions;
 pub(crate) mod feasible;
 mod forecast;
 mod foreseen;
-pub mod front;
+pub(crate) mod front;
 pub(crate) mod inflation;
-pub mod models;
+pub(crate) mod models;
 mod pressed;
-pub mod resolution;
-pub mod settle;
+pub(crate) mod resolution;
+pub(crate) mod settle;
 mod slice_error;
 mod smooth_contact;
 #[cfg(test)]
@@ -29,10 +29,10 @@ mod tests;
 mod unit;
 pub(crate) mod unit_record;
 
-pub use amounts::{Amounts, Place};
-pub use decisions::{Decision, Decisions};
-pub use forecast::{Forecast, process_memory};
-pub use unit::{Unit, UnitCosts};
+pub(crate) use amounts::{Amounts, Place};
+pub(crate) use decisions::Decisions;
+pub(crate) use forecast::{Forecast, process_memory};
+pub(crate) use unit::{Unit, UnitCosts};
 
 use std::sync::OnceLock;
 
@@ -40,14 +40,15 @@ use crate::contact::static_contact::StaticContact;
 use crate::response::SliceErrors;
 use crate::response::vibration::{Across, SegmentLayout};
 use crate::road::{Lattice, RoadError};
-use crate::scene::{Axle, History, Numerics, Scene, Tread, Zone};
+use crate::scene::{Axle, History, Scene, Tread, Zone};
 use crate::storage::Cache;
 use crate::tyre::influence::Field;
 use crate::tyre::poles::cache::key;
 use crate::tyre::poles::{FitOptions, RationalModel};
+pub(crate) use models::fit_options;
 use resolution::{Need, Resolution};
 pub use settle::Choice;
-pub use smooth_contact::Expected;
+pub(crate) use smooth_contact::Expected;
 
 /// Segments of the averaged spectrum \[s\].
 pub(crate) const SEGMENT: f64 = 0.5;
@@ -62,7 +63,7 @@ pub struct Plan {
     /// The scene, every setting decided.
     pub scene: Scene,
     /// Decisions on the physics and the effects.
-    pub decisions: Decisions,
+    pub(crate) decisions: Decisions,
     /// Settings that the scene left open, and what the sidewalls of its tyre give beside what is used.
     pub choices: Vec<Choice>,
     /// Speed V \[m/s\].
@@ -85,18 +86,18 @@ pub struct Plan {
     /// The displacement that the contact feels.
     pub field: Field,
     /// Requirements of the fitted model, where one is needed.
-    pub fit: FitOptions,
+    pub(crate) fit: FitOptions,
     /// Poles of the model that a cache holds for it; `None`: it is still to be fitted, or none is needed.
-    pub kept_poles: Option<usize>,
+    pub(crate) kept_poles: Option<usize>,
     /// Errors of contact over slices on the scene's road, once that is open.
-    pub slice_errors: Option<SliceErrors>,
+    pub(crate) slice_errors: Option<SliceErrors>,
     /// Frequencies that a cache holds the radiation of \[Hz\].
-    pub kept_frequencies: Vec<f64>,
+    pub(crate) kept_frequencies: Vec<f64>,
     /// Length of the window whose forces are told over that of a rigid tyre's chord: 1, which no contact outgrows; a
     /// test makes it less.
-    pub reach: f64,
+    pub(crate) reach: f64,
     /// Length of the window of cells over that whose forces are told: 1, and more once contact has reached its end.
-    pub window: f64,
+    pub(crate) window: f64,
     /// How the tyre stands on a smooth road, found when it is first asked for: nothing else in a plan takes as long.
     standing: OnceLock<Option<StaticContact>>,
 }
@@ -230,18 +231,6 @@ fn contact_field(tread: Tread) -> Field {
     }
 }
 
-/// The options of a model of a scene's tyre under forces on a field.
-pub fn fit_options(scene: &Scene, field: Field) -> FitOptions {
-    let Numerics { elements, substeps, pole_tolerance, influence_tolerance, .. } = scene.numerics;
-    FitOptions {
-        driven: field,
-        tolerance: pole_tolerance,
-        // The sums must be exacter than the fit to them.
-        influence_tolerance: influence_tolerance.min(0.01 * pole_tolerance),
-        ..FitOptions::new(&scene.tyre, elements, scene.rolling.speed() * substeps as f64)
-    }
-}
-
 /// Counts the poles of the model that the user's cache holds for a plan; `None`: none is needed, there is none, or it
 /// cannot be used.
 pub(crate) fn kept_poles(plan: &Plan) -> Option<usize> {
@@ -251,7 +240,7 @@ pub(crate) fn kept_poles(plan: &Plan) -> Option<usize> {
 }
 
 /// A number of bytes for people.
-pub fn bytes(count: f64) -> String {
+pub(crate) fn bytes(count: f64) -> String {
     match count {
         c if c < 1e3 => format!("{c:.0} B"),
         c if c < 1e6 => format!("{:.1} kB", c / 1e3),

@@ -6,15 +6,16 @@ use thiserror::Error;
 
 use super::Plan;
 use crate::counters::{Counter, Meter, Stage, Work};
-use crate::scene::{LoadedScene, SceneError, Tyre};
+use crate::scene::{LoadedScene, Numerics, Scene, SceneError, Tyre};
 use crate::storage::Cache;
+use crate::tyre::influence::Field;
 use crate::tyre::layers::operations;
 use crate::tyre::poles::cache::{self, Fetched};
 use crate::tyre::poles::{FitError, FitOptions, FitTimes, RationalModel, fit_timed};
 
 /// Fault of a model.
 #[derive(Debug, Error)]
-pub enum ModelError {
+pub(crate) enum ModelError {
     /// The fit was refused: a complaint about the scene.
     #[error(transparent)]
     Scene(#[from] SceneError),
@@ -38,9 +39,21 @@ pub fn fetch(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<Fet
     }
 }
 
+/// The options of a model of a scene's tyre under forces on a field.
+pub fn fit_options(scene: &Scene, field: Field) -> FitOptions {
+    let Numerics { elements, substeps, pole_tolerance, influence_tolerance, .. } = scene.numerics;
+    FitOptions {
+        driven: field,
+        tolerance: pole_tolerance,
+        // The sums must be exacter than the fit to them.
+        influence_tolerance: influence_tolerance.min(0.01 * pole_tolerance),
+        ..FitOptions::new(&scene.tyre, elements, scene.rolling.speed() * substeps as f64)
+    }
+}
+
 /// Translates a fit's end: the user's wish, or a complaint about the scene's tolerance, with its remedy
 /// `right`.
-pub fn refused(loaded: &LoadedScene, error: FitError, right: &str) -> ModelError {
+pub(crate) fn refused(loaded: &LoadedScene, error: FitError, right: &str) -> ModelError {
     match error {
         FitError::Stopped => ModelError::Stopped,
         error => SceneError::from(loaded.complain("numerics.pole_tolerance", error.to_string(), right)).into(),
@@ -51,7 +64,7 @@ pub fn refused(loaded: &LoadedScene, error: FitError, right: &str) -> ModelError
 ///
 /// # Errors
 /// A fit that was [`refused`]; [`ModelError::Stopped`].
-pub fn planned_model(
+pub(crate) fn planned_model(
     loaded: &LoadedScene,
     plan: &Plan,
     right: &str,
@@ -77,7 +90,7 @@ pub fn planned_model(
 
 /// Counts evaluations of the compliance of a planned scene's tyre, and their arithmetic: as many flops as so many
 /// multiply-adds have.
-pub fn count_evaluations(plan: &Plan, evaluations: u64, meter: &mut Meter) {
+pub(crate) fn count_evaluations(plan: &Plan, evaluations: u64, meter: &mut Meter) {
     let flop = evaluations * operations(plan.decisions.tyre.layers.len() as u64);
     meter.count(Counter::ComplianceEvaluations, evaluations);
     meter.add_work(Stage::Influence, Work { multiply_adds: flop / 2, bytes: 0 });

@@ -11,7 +11,7 @@ use crate::scene::{Numerics, TimeRule};
 /// Without a row of the table: four elements per texture wavelength V/fmax, whose averaging takes 0.9 dB off the
 /// texture at fmax, none longer than 5 mm, and 5 % in phase and damping of the time rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Need {
+pub(crate) struct Need {
     /// Highest frequency \[Hz\].
     pub highest: f64,
     /// The row of the table that a preset or an accuracy has chosen.
@@ -21,25 +21,25 @@ pub struct Need {
 impl Need {
     /// Largest relative error of the rule's rate that a frequency still counts as reached with, phase and damping
     /// together.
-    pub const RULE_ERROR: f64 = 0.05;
+    pub(crate) const RULE_ERROR: f64 = 0.05;
 
     /// Elements per texture wavelength V/fmax.
-    pub fn per_wavelength(&self) -> f64 {
+    pub(crate) fn per_wavelength(&self) -> f64 {
         self.row.map_or(4.0, |row| row.per_wavelength)
     }
 
     /// Longest element \[m\]; 5 mm are 20 of them in a patch of 100 mm.
-    pub fn longest_element(&self) -> f64 {
+    pub(crate) fn longest_element(&self) -> f64 {
         self.row.map_or(5e-3, |row| row.longest_element)
     }
 
     /// Largest relative error of the rule's rate at fmax, phase and damping together.
-    pub fn rule_error(&self) -> f64 {
+    pub(crate) fn rule_error(&self) -> f64 {
         self.row.map_or(Self::RULE_ERROR, FrontRow::rule_error)
     }
 
     /// Largest w dt of a rule at fmax.
-    pub fn largest_angle(&self, rule: TimeRule) -> f64 {
+    pub(crate) fn largest_angle(&self, rule: TimeRule) -> f64 {
         match self.row {
             Some(row) if row.time_rule == rule => 2.0 * PI / row.steps_per_period,
             _ => rule.largest_angle(self.rule_error()),
@@ -49,7 +49,7 @@ impl Need {
 
 /// Elements round the tyre and steps per element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Resolution {
+pub(crate) struct Resolution {
     /// N.
     pub elements: usize,
     /// q.
@@ -62,7 +62,7 @@ impl Resolution {
 
     /// For a need, circumference \[m\], speed \[m/s\] and rule; what is given stays. N is the next even number without
     /// prime factors above 5.
-    pub fn new(
+    pub(crate) fn new(
         need: Need,
         circumference: f64,
         speed: f64,
@@ -82,17 +82,17 @@ impl Resolution {
     }
 
     /// Highest frequency of the texture that the elements can hold at all: two per wavelength \[Hz\].
-    pub fn texture_limit(&self, circumference: f64, speed: f64) -> f64 {
+    pub(crate) fn texture_limit(&self, circumference: f64, speed: f64) -> f64 {
         0.5 * speed * self.elements as f64 / circumference
     }
 
     /// Highest frequency at which the rule keeps the need's [`Need::rule_error`] \[Hz\].
-    pub fn rule_limit(&self, need: Need, circumference: f64, speed: f64, rule: TimeRule) -> f64 {
+    pub(crate) fn rule_limit(&self, need: Need, circumference: f64, speed: f64, rule: TimeRule) -> f64 {
         need.largest_angle(rule) * self.steps_per_second(circumference, speed) / (2.0 * PI)
     }
 
     /// Time steps in a second.
-    pub fn steps_per_second(&self, circumference: f64, speed: f64) -> f64 {
+    pub(crate) fn steps_per_second(&self, circumference: f64, speed: f64) -> f64 {
         speed * (self.elements * self.substeps) as f64 / circumference
     }
 }

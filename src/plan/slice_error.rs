@@ -86,7 +86,7 @@ const PRESSED_ON_CHIP_SEAL: Errors = Errors {
 impl Plan {
     /// Tells how far off levels are that slices lead to on a road; `None` over cells, without texture, and by laws that
     /// were not measured.
-    pub fn slice_errors_on(&self, surface: &RoadSurface) -> Option<SliceErrors> {
+    pub(crate) fn slice_errors_on(&self, surface: &RoadSurface) -> Option<SliceErrors> {
         let Self { decisions, scene, speed, .. } = self;
         let lattice = surface.lattice();
         let springs_have_a_limit = surface.is_made() || lattice.cell().min(lattice.dy) >= SHORTEST_CELL;
@@ -110,7 +110,7 @@ impl Plan {
     }
 
     /// Tells where slices end, and if that is below the scene's `fmax`.
-    pub fn end_of_slices(&self, errors: &SliceErrors) -> (String, bool) {
+    pub(crate) fn end_of_slices(&self, errors: &SliceErrors) -> (String, bool) {
         let Scene { numerics, receivers, rolling, .. } = &self.scene;
         let SliceErrors { force_valid_to, sound_valid_to, largest, .. } = *errors;
         let nominal = |end: f64| ThirdOctaveBand::containing(end).map_or(end, ThirdOctaveBand::nominal_frequency);

@@ -15,7 +15,7 @@ const PEAKS: f64 = 1e-2;
 
 /// Expected contact on a smooth road.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Expected {
+pub(crate) struct Expected {
     /// Points in contact.
     pub points: f64,
     /// Columns of the window.

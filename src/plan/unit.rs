@@ -7,7 +7,7 @@ use crate::counters::Stage;
 /// A unit of work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Unit {
+pub(crate) enum Unit {
     /// A fit of the influence functions, in fits of 512 elements to 1e-5.
     Fit,
     /// A pole read, checked, and made ready.
@@ -65,7 +65,7 @@ pub enum Unit {
 impl Unit {
     /// Seconds of one core of an AMD EPYC with AVX-512, release build (measured): what plans are checked with where
     /// nothing was measured.
-    pub const fn typical(self) -> f64 {
+    pub(crate) const fn typical(self) -> f64 {
         match self {
             Self::Fit => 0.49,
             Self::Pole => 5e-6,
@@ -98,7 +98,7 @@ impl Unit {
 
 /// Costs of work on a machine, relative to the [typical](Unit::typical) cost of its units.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
-pub struct UnitCosts {
+pub(crate) struct UnitCosts {
     /// By [`Stage`].
     pub stages: [f64; Stage::ALL.len()],
     /// Time of each step that belongs to no stage \[s\].
@@ -115,7 +115,7 @@ impl Default for UnitCosts {
 
 impl UnitCosts {
     /// Seconds of a unit in a stage.
-    pub fn of(&self, stage: Stage, unit: Unit) -> f64 {
+    pub(crate) fn of(&self, stage: Stage, unit: Unit) -> f64 {
         self.stages[stage as usize] * unit.typical()
     }
 }

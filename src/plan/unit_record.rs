@@ -22,7 +22,7 @@ struct Record {
 }
 
 /// Costs measured before, by this build on this kind of processor; typical ones where there are none.
-pub fn known() -> UnitCosts {
+pub(crate) fn known() -> UnitCosts {
     let read = || {
         let record: Record = serde_json::from_slice(&input::read(&file()?, TABLE_BYTES).ok()?).ok()?;
         (record.machine == machine()).then_some(record.costs)
@@ -31,7 +31,7 @@ pub fn known() -> UnitCosts {
 }
 
 /// Keeps costs for [`known`]; a record that cannot be kept is no error, it is measured again.
-pub fn keep(costs: UnitCosts) {
+pub(crate) fn keep(costs: UnitCosts) {
     let record = Record { machine: machine(), costs };
     if let Some(path) = file()
         && let Ok(text) = serde_json::to_string_pretty(&record)

@@ -8,7 +8,7 @@ use crate::plan::{Amounts, Forecast, PLATE_FROM, Plan, UnitCosts, feasible, infl
 use crate::scene::{LoadedScene, Scene, SceneError};
 
 /// Lists the rows of the plan's table, in the order of the data's way.
-pub fn rows() -> impl Iterator<Item = &'static Row> {
+pub(crate) fn rows() -> impl Iterator<Item = &'static Row> {
     PHYSICS.iter().chain(EFFECTS.into_iter().flat_map(|effect| effect.rows())).chain(&MISSING)
 }
 
@@ -16,7 +16,7 @@ pub fn rows() -> impl Iterator<Item = &'static Row> {
 ///
 /// # Errors
 /// [`SceneError::Invalid`] where wishes contradict each other, or given numbers cannot reach them.
-pub fn settled(loaded: LoadedScene) -> Result<LoadedScene, SceneError> {
+pub(crate) fn settled(loaded: LoadedScene) -> Result<LoadedScene, SceneError> {
     let (scene, _) = decide(&loaded)?;
     Ok(loaded.settled(scene))
 }
@@ -30,7 +30,7 @@ fn decide(loaded: &LoadedScene) -> Result<(Scene, Vec<Choice>), SceneError> {
 
 impl Decisions {
     /// Decides on a scene.
-    pub fn new(scene: &Scene) -> Self {
+    pub(crate) fn new(scene: &Scene) -> Self {
         Self::by(rows(), scene, EFFECTS.iter().any(|effect| effect.takes_models(scene)))
     }
 }
@@ -73,7 +73,7 @@ impl Plan {
     }
 
     /// Counts the work of each stage in units, and memory by what holds it.
-    pub fn amounts(&self) -> Amounts {
+    pub(crate) fn amounts(&self) -> Amounts {
         let mut amounts = Amounts::of_physics(self);
         EFFECTS.iter().for_each(|effect| effect.add_amounts(self, &mut amounts));
         amounts.add_results(self);
@@ -81,7 +81,7 @@ impl Plan {
     }
 
     /// Forecasts time and memory on this machine. `process`: memory of the process itself \[bytes\].
-    pub fn forecast(&self, costs: &UnitCosts, threads: usize, process: f64) -> Forecast {
+    pub(crate) fn forecast(&self, costs: &UnitCosts, threads: usize, process: f64) -> Forecast {
         Forecast::new(&self.amounts(), self.steps, costs, threads, process)
     }
 
@@ -95,7 +95,7 @@ impl Plan {
 }
 
 /// Lists the results that a run of a plan will not give, known without running it: the user should act on them.
-pub fn foreseen(plan: &Plan) -> Vec<String> {
+pub(crate) fn foreseen(plan: &Plan) -> Vec<String> {
     let missing = EFFECTS.into_iter().flat_map(|effect| effect.missing(plan));
     plan.warnings().into_iter().chain(missing).collect()
 }

@@ -6,7 +6,9 @@ use pyo3::types::PyDict;
 
 use super::error::Failure;
 use super::work::{carried_out, shaped};
-use crate::half_space::rough::{Control, Extent, HeightMap, Indentation, Limits, indent as press};
+use crate::half_space::rough::{
+    Extent, HeightMap, Indentation, IndentationControl, IndentationLimits, indent as press,
+};
 use crate::road::slices::{SliceBuilder, SliceScratch};
 use crate::study::slices::LAWS;
 
@@ -66,11 +68,14 @@ pub(super) fn indent<'py>(
     let Indentation { pressure, load, penetration, area_fraction, iterations, residual, .. } =
         carried_out(py, None, None, |_| {
             let control = match (load, penetration) {
-                (Some(load), None) => Control::Load(load),
-                (None, Some(penetration)) => Control::Penetration(penetration),
+                (Some(load), None) => IndentationControl::Load(load),
+                (None, Some(penetration)) => IndentationControl::Penetration(penetration),
                 _ => return Err(Failure::Argument("give either load or penetration".into())),
             };
-            let limits = tolerance.map_or_else(Limits::default, |tolerance| Limits { tolerance, ..Limits::default() });
+            let limits = tolerance.map_or_else(IndentationLimits::default, |tolerance| IndentationLimits {
+                tolerance,
+                ..IndentationLimits::default()
+            });
             Ok(press(&map, modulus, control, limits)?)
         })?;
     let found = PyDict::new(py);

@@ -14,11 +14,11 @@ use super::near::NearPatch;
 use super::parity::{Block, MIRRORS, mirrored};
 
 /// Distance to a patch over its ball's radius up to which its integrals are near ones.
-pub const FAR: f64 = 1.2;
+pub(crate) const FAR: f64 = 1.2;
 
 /// Where a target stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Place {
+pub(crate) enum Place {
     /// On a patch, at these local coordinates.
     Patch(usize, [f64; 2]),
     /// Anywhere else, on the surface or off it.
@@ -27,14 +27,14 @@ pub enum Place {
 
 /// Points at which the operators are wanted.
 #[derive(Clone, Debug, Default)]
-pub struct Targets {
+pub(crate) struct Targets {
     coordinates: Coordinates,
     places: Vec<Place>,
 }
 
 impl Targets {
     /// All nodes of a mesh, then other points.
-    pub fn nodes_and(mesh: &Mesh, others: &[Vector]) -> Self {
+    pub(crate) fn nodes_and(mesh: &Mesh, others: &[Vector]) -> Self {
         let mut this = Self::default();
         let (nodes, order) = (mesh.nodes_per_patch(), mesh.basis.order());
         for (index, node) in mesh.nodes.iter().enumerate() {
@@ -49,7 +49,7 @@ impl Targets {
     }
 
     /// Points that are no nodes.
-    pub fn points(points: &[Vector]) -> Self {
+    pub(crate) fn points(points: &[Vector]) -> Self {
         let mut this = Self::default();
         for &point in points {
             this.push(point, Place::Free);
@@ -60,7 +60,7 @@ impl Targets {
 
     /// Points of a body's surface in the quarter, each a chart and its two parameters; one that no patch holds is a
     /// free one.
-    pub fn on_surface(mesh: &Mesh, points: &[(Chart, [f64; 2])]) -> Self {
+    pub(crate) fn on_surface(mesh: &Mesh, points: &[(Chart, [f64; 2])]) -> Self {
         let mut this = Self::default();
         for &(chart, [meridian, turn]) in points {
             let home = |(index, patch): (usize, &Patch)| {
@@ -87,17 +87,12 @@ impl Targets {
     }
 
     /// How many.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.places.len()
     }
 
-    /// Tells whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.places.is_empty()
-    }
-
     /// Where one is.
-    pub fn position(&self, index: usize) -> Vector {
+    pub(crate) fn position(&self, index: usize) -> Vector {
         [self.coordinates.x[index], self.coordinates.y[index], self.coordinates.z[index]]
     }
 }
@@ -124,7 +119,7 @@ impl AssemblyWork {
 
 /// The columns of one patch: for each block `nodes_per_patch` columns of real parts and of imaginary parts.
 #[derive(Clone, Debug, Default)]
-pub struct Panel {
+pub(crate) struct Panel {
     rows: usize,
     blocks: Vec<(Block, Vec<f64>, Vec<f64>)>,
     far: Vec<f64>,
@@ -132,18 +127,18 @@ pub struct Panel {
 
 impl Panel {
     /// Work space for blocks.
-    pub fn new(blocks: &[Block]) -> Self {
+    pub(crate) fn new(blocks: &[Block]) -> Self {
         Self { rows: 0, blocks: blocks.iter().map(|&block| (block, Vec::new(), Vec::new())).collect(), far: Vec::new() }
     }
 
     /// The entry of a block (by its place in the list) for a node of the patch and a target.
-    pub fn at(&self, block: usize, node: usize, target: usize) -> Complex64 {
+    pub(crate) fn at(&self, block: usize, node: usize, target: usize) -> Complex64 {
         let (_, re, im) = &self.blocks[block];
         Complex64::new(re[node * self.rows + target], im[node * self.rows + target])
     }
 
     /// Integrates a kernel over a patch.
-    pub fn fill(
+    pub(crate) fn fill(
         &mut self,
         mesh: &Mesh,
         patch: usize,

@@ -9,7 +9,7 @@ use super::parity::{Block, MIRRORS};
 
 /// Cost of one wavenumber.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Cost {
+pub(crate) struct Cost {
     /// Patches of the quarter.
     pub patches: usize,
     /// Unknown pressures of one block.
@@ -35,7 +35,7 @@ impl Cost {
     ///
     /// # Errors
     /// Refusals of the mesh.
-    pub fn expected(
+    pub(crate) fn expected(
         body: &Body,
         wavenumber: f64,
         mesh_wavenumber: f64,
@@ -69,7 +69,7 @@ impl Cost {
     ///
     /// # Errors
     /// [`RadiationError::Memory`].
-    pub fn check(&self, limit: u64) -> Result<(), RadiationError> {
+    pub(crate) fn check(&self, limit: u64) -> Result<(), RadiationError> {
         if self.bytes > limit {
             return Err(RadiationError::Memory { unknowns: self.unknowns, needed: self.bytes, limit });
         }

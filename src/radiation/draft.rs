@@ -52,14 +52,14 @@ pub struct DraftErrors {
 }
 
 /// Elevation of a place over the road, seen from the contact, up to which an error is stated \[degrees\].
-pub const MOST_ELEVATION: f64 = 25.0;
+pub(crate) const MOST_ELEVATION: f64 = 25.0;
 /// Least distance of a place from the contact, in radii of the tyre.
-pub const LEAST_DISTANCE: f64 = 1.0;
+pub(crate) const LEAST_DISTANCE: f64 = 1.0;
 /// Width of a tyre with its shoulders over its radius: from, up to where it is like the fitted one, and to.
-pub const WIDTHS: [f64; 3] = [0.5, 0.65, 0.8];
+pub(crate) const WIDTHS: [f64; 3] = [0.5, 0.65, 0.8];
 /// k R of the highest frequency: where the fit ends. The highest third octave below it, 2 kHz with a radius of 0.31 m,
 /// is the highest in which errors were measured.
-pub const HIGHEST: f64 = 14.4;
+pub(crate) const HIGHEST: f64 = 14.4;
 /// Within the third octave of 200 Hz, below its exact mid-frequency \[Hz\]. Below it sound from both ends of the patch
 /// cancels at single places, and errors of up to 16 dB were found.
 const LOWEST: f64 = 190.0;
@@ -109,7 +109,7 @@ const RANGE: [f64; 2] = [0.7, 14.2];
 
 /// The horn's gain \[dB\] for a wavenumber times the tyre's radius, the angle from the patch's edge \[rad\] and the
 /// cosine of the receiver's bearing from where the horn opens.
-pub fn horn_gain(wavenumber_radius: f64, angle: f64, bearing: f64) -> f64 {
+pub(crate) fn horn_gain(wavenumber_radius: f64, angle: f64, bearing: f64) -> f64 {
     let logarithm = (wavenumber_radius.clamp(RANGE[0], RANGE[1]) / MIDDLE).ln();
     let polynomial = |row: &[f64; 4]| row.iter().rev().fold(0.0, |sum, coefficient| sum * logarithm + coefficient);
     let amplitude = AMPLITUDES.iter().rev().fold(0.0, |sum, row| sum * bearing + polynomial(row));
@@ -117,7 +117,7 @@ pub fn horn_gain(wavenumber_radius: f64, angle: f64, bearing: f64) -> f64 {
 }
 
 /// G of a monopole at a point over a rigid road \[1/m\].
-pub fn monopole(point: Vector, receiver: Vector, wavenumber: f64) -> Complex64 {
+pub(crate) fn monopole(point: Vector, receiver: Vector, wavenumber: f64) -> Complex64 {
     let one = |r: f64| Complex64::from_polar(1.0 / (4.0 * std::f64::consts::PI * r), -wavenumber * r);
     let [x, y, z] = receiver;
     one(distance(point, receiver)) + one(distance(point, [x, y, -z]))
@@ -176,7 +176,7 @@ fn cell_of(cell: usize, around: usize, edge: f64) -> (f64, f64) {
 /// # Errors
 /// As [`TransferProblem::check`] and [`FrequencyRange::check`]; [`RadiationError::Height`] without a road,
 /// [`RadiationError::Gap`] with a gap.
-pub fn transfers(problem: &TransferProblem<'_>, range: &FrequencyRange) -> Result<TransferSet, RadiationError> {
+pub(crate) fn transfers(problem: &TransferProblem<'_>, range: &FrequencyRange) -> Result<TransferSet, RadiationError> {
     range.check()?;
     problem.check()?;
     check(problem.body)?;
@@ -188,7 +188,7 @@ pub fn transfers(problem: &TransferProblem<'_>, range: &FrequencyRange) -> Resul
 }
 
 /// The frequencies of a range, rising \[Hz\].
-pub fn frequencies(range: &FrequencyRange) -> Vec<f64> {
+pub(crate) fn frequencies(range: &FrequencyRange) -> Vec<f64> {
     let first = range.first();
     let middles = first.windows(2).map(|ends| 0.5 * (ends[0] + ends[1]));
     let mut all: Vec<f64> = first.iter().copied().chain(middles).collect();

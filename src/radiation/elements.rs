@@ -123,7 +123,7 @@ impl Basis {
 }
 
 /// Numbers in a lane's multiple.
-pub fn padded(count: usize) -> usize {
+pub(crate) fn padded(count: usize) -> usize {
     count.next_multiple_of(crate::numeric::MOST_LANES)
 }
 
@@ -187,6 +187,6 @@ fn ball(patch: &Patch) -> (Vector, f64) {
 }
 
 /// Distance between two points \[m\].
-pub fn distance(a: Vector, b: Vector) -> f64 {
+pub(crate) fn distance(a: Vector, b: Vector) -> f64 {
     ((a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2) + (a[2] - b[2]).powi(2)).sqrt()
 }

@@ -13,7 +13,7 @@ use num_complex::Complex64;
 
 /// A factorised matrix.
 #[derive(Debug)]
-pub struct Factor {
+pub(crate) struct Factor {
     factors: Mat<Complex64>,
     rows: Vec<usize>,
     rows_inverse: Vec<usize>,
@@ -22,7 +22,7 @@ pub struct Factor {
 
 impl Factor {
     /// Factorises, sequentially; 8/3 n^3 real operations.
-    pub fn of(mut matrix: Mat<Complex64>) -> Self {
+    pub(crate) fn of(mut matrix: Mat<Complex64>) -> Self {
         let size = matrix.nrows();
         let norm = (0..size).map(|j| matrix.col(j).iter().map(|entry| entry.norm()).sum()).fold(0.0, f64::max);
         let (mut rows, mut rows_inverse) = (vec![0_usize; size], vec![0_usize; size]);
@@ -40,7 +40,7 @@ impl Factor {
     }
 
     /// Solves in place for each column.
-    pub fn solve(&self, mut right: MatMut<'_, Complex64>) {
+    pub(crate) fn solve(&self, mut right: MatMut<'_, Complex64>) {
         let size = self.factors.nrows();
         let scratch = solve_in_place_scratch::<usize, Complex64>(size, right.ncols(), Par::Seq);
         self.with_scratch(scratch, |rows, stack| {
@@ -80,7 +80,7 @@ impl Factor {
 
     /// Estimate of 1/(|A| |A^-1|) in the 1-norm (W. W. Hager, SIAM J. Sci. Stat. Comput. 5 (1984) 311-316; N. J.
     /// Higham's form): at most a few solutions.
-    pub fn reciprocal_condition(&self) -> f64 {
+    pub(crate) fn reciprocal_condition(&self) -> f64 {
         let size = self.factors.nrows();
         let mut x = Mat::<Complex64>::full(size, 1, Complex64::new(1.0 / size as f64, 0.0));
         let mut estimate: f64 = 0.0;

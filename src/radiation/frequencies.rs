@@ -33,7 +33,7 @@ use crate::numeric::{double, in_parallel, lagrange, single};
 
 /// Which frequencies.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FrequencyRange {
+pub(crate) struct FrequencyRange {
     /// Lowest \[Hz\].
     pub lowest: f64,
     /// Highest \[Hz\].
@@ -50,7 +50,7 @@ pub struct FrequencyRange {
 
 impl FrequencyRange {
     /// From 25 Hz up to a highest frequency, from intervals of 100 Hz, not below 6 Hz.
-    pub fn up_to(highest: f64, tolerance: f64, sound_speed: f64) -> Self {
+    pub(crate) fn up_to(highest: f64, tolerance: f64, sound_speed: f64) -> Self {
         Self { lowest: 25.0, highest, coarsest: 100.0, finest: 6.0, tolerance, sound_speed }
     }
 
@@ -58,7 +58,7 @@ impl FrequencyRange {
     ///
     /// # Errors
     /// [`RadiationError::NotPositive`].
-    pub fn check(&self) -> Result<(), RadiationError> {
+    pub(crate) fn check(&self) -> Result<(), RadiationError> {
         positive("the lowest frequency", self.lowest)?;
         positive("the highest frequency less the lowest", self.highest - self.lowest)?;
         positive("the coarsest frequency step", self.coarsest)?;
@@ -68,12 +68,12 @@ impl FrequencyRange {
     }
 
     /// Wavenumber of a frequency \[rad/m\].
-    pub fn wavenumber(&self, frequency: f64) -> f64 {
+    pub(crate) fn wavenumber(&self, frequency: f64) -> f64 {
         std::f64::consts::TAU * frequency / self.sound_speed
     }
 
     /// All frequencies that the choice may ever call for, rising.
-    pub fn candidates(&self) -> Vec<f64> {
+    pub(crate) fn candidates(&self) -> Vec<f64> {
         let mut candidates = self.first();
         while candidates[1] - candidates[0] >= 2.0 * self.finest {
             let middles: Vec<f64> = candidates.windows(2).map(|ends| 0.5 * (ends[0] + ends[1])).collect();
@@ -84,7 +84,7 @@ impl FrequencyRange {
     }
 
     /// The frequencies to start with.
-    pub fn first(&self) -> Vec<f64> {
+    pub(crate) fn first(&self) -> Vec<f64> {
         let parts = ((self.highest - self.lowest) / self.coarsest - 1e-9).ceil().max(1.0) as usize;
         (0..=parts).map(|i| self.lowest + (self.highest - self.lowest) * i as f64 / parts as f64).collect()
     }
@@ -92,7 +92,7 @@ impl FrequencyRange {
 
 /// Cost of a set-up, before it is begun.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SetUpCost {
+pub(crate) struct SetUpCost {
     /// Frequencies that are solved for: of those to start with and their midpoints. Where these do not keep the
     /// tolerance there are more: 15 % for a standing tyre at 0.2 dB and intervals of 100 Hz.
     pub frequencies: usize,
@@ -107,7 +107,7 @@ impl SetUpCost {
     ///
     /// # Errors
     /// As [`TransferProblem::check`] and [`FrequencyRange::check`].
-    pub fn expected(
+    pub(crate) fn expected(
         problem: &TransferProblem<'_>,
         range: &FrequencyRange,
         known: &[f64],
@@ -138,7 +138,7 @@ impl SetUpCost {
 
 /// A finished frequency: transfers to all receivers.
 #[derive(Clone, Debug, PartialEq)]
-pub struct FrequencyTransfers {
+pub(crate) struct FrequencyTransfers {
     /// Frequency \[Hz\].
     pub frequency: f64,
     /// By receiver.
@@ -147,7 +147,7 @@ pub struct FrequencyTransfers {
 
 /// How far the work is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Progress {
+pub(crate) struct Progress {
     /// Finished frequencies, those known before included.
     pub finished: usize,
     /// Frequencies of this round that are still to come.
@@ -158,7 +158,7 @@ pub struct Progress {
 
 /// Outcome of the choice of frequencies.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct FrequencyReport {
+pub(crate) struct FrequencyReport {
     /// Frequencies.
     pub count: usize,
     /// Number solved now, not known before.
@@ -174,7 +174,7 @@ pub struct FrequencyReport {
 }
 
 /// Receiver of progress, and the flag that stops the work.
-pub struct Watch<'a> {
+pub(crate) struct Watch<'a> {
     /// Asked for those of some frequencies that are known before, for instance by a set-up that was stopped: what is
     /// of the same receivers and grid is not solved again.
     pub known: &'a mut dyn FnMut(&[f64]) -> Vec<FrequencyTransfers>,
@@ -188,32 +188,32 @@ pub struct Watch<'a> {
 
 /// Transfers known at some frequencies.
 #[derive(Clone, Debug, Default)]
-pub struct TransferSet {
+pub(crate) struct TransferSet {
     /// By rising frequency.
     found: Vec<FrequencyTransfers>,
 }
 
 impl TransferSet {
     /// Makes the set of finished frequencies.
-    pub fn new(mut found: Vec<FrequencyTransfers>) -> Self {
+    pub(crate) fn new(mut found: Vec<FrequencyTransfers>) -> Self {
         found.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
         found.dedup_by(|a, b| same(a.frequency, b.frequency));
         Self { found }
     }
 
     /// The frequencies, rising.
-    pub fn frequencies(&self) -> &[FrequencyTransfers] {
+    pub(crate) fn frequencies(&self) -> &[FrequencyTransfers] {
         &self.found
     }
 
     /// The same, to be taken apart.
-    pub fn into_frequencies(self) -> Vec<FrequencyTransfers> {
+    pub(crate) fn into_frequencies(self) -> Vec<FrequencyTransfers> {
         self.found
     }
 
     /// The grid of G_N of a receiver at any frequency \[Hz\] within the range; beyond its ends it is extrapolated from
     /// the nearest. None where nothing is known.
-    pub fn at(&self, body: &Body, receiver: usize, frequency: f64) -> Option<Transfer> {
+    pub(crate) fn at(&self, body: &Body, receiver: usize, frequency: f64) -> Option<Transfer> {
         let known: Vec<f64> = self.found.iter().map(|entry| entry.frequency).collect();
         let near = lagrange::cubic_neighbours(&known, frequency);
         let first = self.found.get(near.start)?;
@@ -244,7 +244,7 @@ fn same(a: f64, b: f64) -> bool {
 /// # Errors
 /// As [`TransferProblem::solve`] and [`FrequencyRange::check`]; [`RadiationError::Interrupted`]; the sink's. More
 /// memory than the limit for the highest frequency is refused before anything is solved.
-pub fn transfers(
+pub(crate) fn transfers(
     problem: &TransferProblem<'_>,
     range: &FrequencyRange,
     threads: usize,

@@ -16,7 +16,7 @@ const LEAST_DEPTH: f64 = 0.12;
 ///
 /// The body's inside resonates first at k d = pi at the earliest, d being its smallest size; below 80 % of that there
 /// is nothing to keep out. Above, the number of resonances of one parity within a band of k grows with k^2.
-pub fn interior_points(body: &Body, wavenumber: f64) -> usize {
+pub(crate) fn interior_points(body: &Body, wavenumber: f64) -> usize {
     let size = match body.shape() {
         Shape::Sphere { radius } => 2.0 * radius,
         Shape::Tyre { radius, width, .. } => width.min(2.0 * radius),
@@ -37,7 +37,7 @@ const LEAST: usize = 8;
 const MOST: usize = 48;
 
 /// So many points of the quarter of the body's inside, spread by Halton's sequence.
-pub fn points(body: &Body, count: usize) -> Vec<Vector> {
+pub(crate) fn points(body: &Body, count: usize) -> Vec<Vector> {
     let radius = body.radius();
     let half_width = match body.shape() {
         Shape::Sphere { radius } => radius,

@@ -10,7 +10,7 @@ use crate::numeric::lanes::cos_sin;
 
 /// Which kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Layer {
+pub(crate) enum Layer {
     /// G.
     Single,
     /// dG/dn' at the source.
@@ -19,7 +19,7 @@ pub enum Layer {
 
 /// Coordinates of points in lanes' multiples.
 #[derive(Clone, Debug, Default)]
-pub struct Coordinates {
+pub(crate) struct Coordinates {
     /// Fore and aft \[m\].
     pub x: Vec<f64>,
     /// Across \[m\].
@@ -30,7 +30,7 @@ pub struct Coordinates {
 
 impl Coordinates {
     /// Appends a point.
-    pub fn push(&mut self, x: f64, y: f64, z: f64) {
+    pub(crate) fn push(&mut self, x: f64, y: f64, z: f64) {
         self.x.push(x);
         self.y.push(y);
         self.z.push(z);
@@ -38,7 +38,7 @@ impl Coordinates {
 }
 
 /// A source: position, then normal times weight/(4 pi), or (weight/(4 pi), 0, 0) for the single layer.
-pub type Source = ([f64; 3], [f64; 3]);
+pub(crate) type Source = ([f64; 3], [f64; 3]);
 
 /// Real and imaginary part of the kernel at a distance vector.
 #[inline(always)]
@@ -66,7 +66,7 @@ fn value<S: Simd, const DOUBLE: bool>(
 }
 
 /// One column of the far field: a source and its mirrors against all targets, added by parity.
-pub struct FarColumn<'a> {
+pub(crate) struct FarColumn<'a> {
     /// All targets.
     pub targets: &'a Coordinates,
     /// 1 where a mirror's pair is far, 0 where it is integrated elsewhere: mirror by mirror, as long as the targets.
@@ -149,7 +149,7 @@ impl WithSimd for FarColumn<'_> {
 }
 
 /// The kernel at one target from a cell's quadrature points.
-pub struct NearCell<'a> {
+pub(crate) struct NearCell<'a> {
     /// The points.
     pub points: &'a Coordinates,
     /// Their normals times weight/(4 pi), or the weights/(4 pi) in the first.
@@ -204,6 +204,6 @@ impl WithSimd for NearCell<'_> {
 }
 
 /// The processor's widest vectors.
-pub fn arch() -> Arch {
+pub(crate) fn arch() -> Arch {
     Arch::new()
 }

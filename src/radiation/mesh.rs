@@ -63,7 +63,7 @@ impl Default for Resolution {
 }
 
 /// Most patches of a quarter. With 4 x 4 nodes each they are 1e5 unknowns: 160 GB for the matrix of each block.
-pub const MOST_PATCHES: usize = 6250;
+pub(crate) const MOST_PATCHES: usize = 6250;
 
 /// Largest turn of a patch.
 const MOST_TURN: f64 = FRAC_PI_4;
@@ -143,7 +143,7 @@ impl Sizes {
 ///
 /// # Errors
 /// Refusals of [`Resolution::check`]; a wavenumber that is not positive; [`RadiationError::Patches`].
-pub fn patches(body: &Body, wavenumber: f64, resolution: &Resolution) -> Result<Vec<Patch>, RadiationError> {
+pub(crate) fn patches(body: &Body, wavenumber: f64, resolution: &Resolution) -> Result<Vec<Patch>, RadiationError> {
     resolution.check()?;
     positive("the wavenumber", wavenumber)?;
     let radius = body.radius();
@@ -180,7 +180,7 @@ pub fn patches(body: &Body, wavenumber: f64, resolution: &Resolution) -> Result<
 ///
 /// # Errors
 /// As [`patches`].
-pub fn mesh(body: &Body, wavenumber: f64, resolution: &Resolution) -> Result<Mesh, RadiationError> {
+pub(crate) fn mesh(body: &Body, wavenumber: f64, resolution: &Resolution) -> Result<Mesh, RadiationError> {
     Ok(Mesh::new(patches(body, wavenumber, resolution)?, resolution.order, body.on_road()))
 }
 

@@ -18,35 +18,36 @@
 //! How accurate (sphere and tyre body against independent values, the standing tyre against itself): 1e-5 at 10 nodes
 //! per wavelength with 4 x 4 elements; the standing tyre's transfers 0.02 dB by default ([`Resolution::NODES`]).
 
-pub mod assembly;
-pub mod body;
-pub mod cases;
-pub mod chart;
-pub mod cost;
-pub mod draft;
-pub mod elements;
-pub mod error;
-pub mod factor;
-pub mod flank;
-pub mod frequencies;
-pub mod interior;
-pub mod kernel;
-pub mod mesh;
-pub mod near;
-pub mod parity;
-pub mod solve;
+pub(crate) mod assembly;
+pub(crate) mod body;
+pub(crate) mod cases;
+pub(crate) mod chart;
+pub(crate) mod cost;
+pub(crate) mod draft;
+pub(crate) mod elements;
+pub(crate) mod error;
+pub(crate) mod factor;
+pub(crate) mod flank;
+pub(crate) mod frequencies;
+pub(crate) mod interior;
+pub(crate) mod kernel;
+pub(crate) mod mesh;
+pub(crate) mod near;
+pub(crate) mod parity;
+pub(crate) mod solve;
 #[cfg(test)]
 mod tests;
-pub mod transfer;
+pub(crate) mod transfer;
 
 pub use body::{Body, Shape, Vector};
-pub use cost::Cost;
-pub use error::RadiationError;
-pub use flank::Flank;
-pub use frequencies::{
-    FrequencyRange, FrequencyReport, FrequencyTransfers, Progress, SetUpCost, TransferSet, Watch, transfers,
-};
+pub(crate) use cost::Cost;
+pub(crate) use error::RadiationError;
+pub(crate) use flank::Flank;
+#[cfg(test)]
+pub(crate) use frequencies::FrequencyReport;
+pub(crate) use frequencies::{FrequencyRange, FrequencyTransfers, SetUpCost, TransferSet, Watch, transfers};
 pub use mesh::Resolution;
 pub use parity::Block;
-pub use solve::{Drive, Problem, Solution, SolveReport};
+#[cfg(test)]
+pub(crate) use solve::{Drive, Problem};
 pub use transfer::{Transfer, TransferGrid, TransferProblem};

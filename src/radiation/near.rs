@@ -87,7 +87,7 @@ struct Cell {
 
 /// Work of the near integrals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct NearWork {
+pub(crate) struct NearWork {
     /// Pairs of a target (or its mirror, or its image) and a patch.
     pub pairs: u64,
     /// Kernel evaluations.
@@ -96,7 +96,7 @@ pub struct NearWork {
 
 /// The near and self integrals of one patch.
 #[derive(Debug)]
-pub struct NearPatch<'a> {
+pub(crate) struct NearPatch<'a> {
     patch: &'a Patch,
     basis: &'a Basis,
     layer: Layer,
@@ -114,7 +114,7 @@ pub struct NearPatch<'a> {
 
 impl<'a> NearPatch<'a> {
     /// Makes the integrals of a patch with its elements' nodes, for a kernel at a wavenumber \[rad/m\].
-    pub fn new(patch: &'a Patch, basis: &'a Basis, layer: Layer, wavenumber: f64) -> Self {
+    pub(crate) fn new(patch: &'a Patch, basis: &'a Basis, layer: Layer, wavenumber: f64) -> Self {
         let rule = Basis::new(basis.order() + EXTRA_POINTS);
         let mut this = Self {
             patch,
@@ -137,7 +137,7 @@ impl<'a> NearPatch<'a> {
     }
 
     /// Returns the work so far.
-    pub fn work(&self) -> NearWork {
+    pub(crate) fn work(&self) -> NearWork {
         self.work
     }
 
@@ -190,7 +190,7 @@ impl<'a> NearPatch<'a> {
 
     /// Integrals of the kernel times each of the patch's polynomials, added to `sums`; the target is not within the
     /// patch (on its edge it may be).
-    pub fn near(&mut self, arch: Arch, target: [f64; 3], sums: &mut [Complex64]) {
+    pub(crate) fn near(&mut self, arch: Arch, target: [f64; 3], sums: &mut [Complex64]) {
         self.work.pairs += 1;
         let smallest = SMALLEST * self.cells[0].sides[0].max(self.cells[0].sides[1]);
         let mut stack = std::mem::take(&mut self.stack);
@@ -232,7 +232,7 @@ impl<'a> NearPatch<'a> {
     }
 
     /// The same for a target at local coordinates within the patch.
-    pub fn on_patch(&mut self, arch: Arch, [u, v]: [f64; 2], sums: &mut [Complex64]) {
+    pub(crate) fn on_patch(&mut self, arch: Arch, [u, v]: [f64; 2], sums: &mut [Complex64]) {
         self.work.pairs += 1;
         let mut points = std::mem::take(&mut self.single);
         points.clear();

@@ -8,7 +8,7 @@
 use super::body::Vector;
 
 /// Mirrors of a point: none, fore-aft, across, both.
-pub const MIRRORS: usize = 4;
+pub(crate) const MIRRORS: usize = 4;
 
 /// A field's symmetry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -47,7 +47,7 @@ impl Block {
 }
 
 /// A point's mirror: bit 0 fore-aft, bit 1 across, bit 2 in the road.
-pub fn mirrored([x, y, z]: Vector, mirror: usize) -> Vector {
+pub(crate) fn mirrored([x, y, z]: Vector, mirror: usize) -> Vector {
     let sign = |bit: usize| if mirror & bit == 0 { 1.0 } else { -1.0 };
     [sign(1) * x, sign(2) * y, sign(4) * z]
 }

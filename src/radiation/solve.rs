@@ -26,7 +26,7 @@ use super::parity::{Block, MIRRORS, mirrored};
 
 /// A prescribed velocity: outward normal velocity \[m/s\] at a point of the whole surface, times i w rho
 /// \[kg/(m^3 s)\], with the chart that the point lies on.
-pub type Velocity<'a> = dyn Fn(&Chart, Vector) -> Complex64 + Sync + 'a;
+pub(crate) type Velocity<'a> = dyn Fn(&Chart, Vector) -> Complex64 + Sync + 'a;
 
 /// Source of the field.
 pub enum Drive<'a> {

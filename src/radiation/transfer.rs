@@ -52,14 +52,14 @@ pub struct Transfer {
 }
 
 /// Points of (0, w) and weights that sum to w, of half a tread of width w \[m\].
-pub fn across_points(half_width: f64, count: usize) -> Vec<[f64; 2]> {
+pub(crate) fn across_points(half_width: f64, count: usize) -> Vec<[f64; 2]> {
     let basis = Basis::new(count);
     let scaled = |(node, weight): (&f64, &f64)| [0.5 * half_width * (1.0 + node), 0.5 * half_width * weight];
     basis.nodes.iter().zip(&basis.weights).map(scaled).collect()
 }
 
 /// Half the width of a tyre's straight tread \[m\]; 0 for other bodies.
-pub fn half_tread(body: &Body) -> f64 {
+pub(crate) fn half_tread(body: &Body) -> f64 {
     match body.shape() {
         Shape::Tyre { width, shoulder, .. } => 0.5 * width - shoulder,
         Shape::Sphere { .. } => 0.0,
@@ -67,7 +67,7 @@ pub fn half_tread(body: &Body) -> f64 {
 }
 
 /// r0: from a receiver to the contact's centre, or to the road below the body, or to its middle without a road \[m\].
-pub fn contact_distance(body: &Body, receiver: Vector) -> f64 {
+pub(crate) fn contact_distance(body: &Body, receiver: Vector) -> f64 {
     distance(receiver, [0.0; 3]).max(if body.on_road() { 0.0 } else { body.radius() })
 }
 

@@ -13,7 +13,7 @@ use crate::results::table::{Report, Table, aligned, csv, words};
 
 /// A setting that is not the same everywhere.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct SettingDifference {
+pub(crate) struct SettingDifference {
     /// Its key: `numerics.elements`.
     pub key: String,
     /// Its values by result, as a scene would have them; empty where a scene has none.
@@ -22,7 +22,7 @@ pub struct SettingDifference {
 
 /// A figure of every result.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct FigureComparison {
+pub(crate) struct FigureComparison {
     /// Name of the item.
     pub name: String,
     /// Its unit.
@@ -33,7 +33,7 @@ pub struct FigureComparison {
 
 /// Third octaves of one signal in every result.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct SpectrumComparison {
+pub(crate) struct SpectrumComparison {
     /// Quantity of the levels, reference included.
     pub quantity: &'static str,
     /// Which signal; empty where there is one of the quantity.
@@ -44,7 +44,7 @@ pub struct SpectrumComparison {
 
 /// A third octave in every result.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct BandComparison {
+pub(crate) struct BandComparison {
     /// Nominal mid-frequency \[Hz\].
     pub nominal_hz: f64,
     /// Levels by result \[dB\]; none where a result has no such band or nothing in it.
@@ -55,7 +55,7 @@ pub struct BandComparison {
 
 /// Results side by side.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Comparison {
+pub(crate) struct Comparison {
     /// The results, by their folders' names; the first is what the others are held against.
     pub names: Vec<String>,
     /// Settings that differ.
@@ -68,7 +68,7 @@ pub struct Comparison {
 
 impl Comparison {
     /// Compares some results.
-    pub fn of(all: &[Stored]) -> Self {
+    pub(crate) fn of(all: &[Stored]) -> Self {
         Self {
             names: all.iter().map(Stored::name).collect(),
             settings: settings(all),
@@ -78,7 +78,7 @@ impl Comparison {
     }
 
     /// For a terminal: what differs, figures, and levels with their differences from the first result.
-    pub fn report(&self) -> Report {
+    pub(crate) fn report(&self) -> Report {
         let mut report = Report::default();
         if self.settings.is_empty() {
             report.text("the same settings\n");
@@ -95,7 +95,7 @@ impl Comparison {
     }
 
     /// Settings that differ.
-    pub fn settings_table(&self) -> Table {
+    pub(crate) fn settings_table(&self) -> Table {
         let header = std::iter::once("setting".to_owned()).chain(self.names.iter().cloned());
         let rows = self.settings.iter().map(|setting| {
             std::iter::once(setting.key.clone()).chain(setting.values.iter().cloned()).collect::<Vec<_>>()
@@ -104,7 +104,7 @@ impl Comparison {
     }
 
     /// Figures, each with its difference from the first result in per cent, or in the unit for levels.
-    pub fn figures_table(&self) -> Table {
+    pub(crate) fn figures_table(&self) -> Table {
         let rows = self.figures.iter().map(|figure| {
             let first = figure.values.first().copied().flatten();
             let cell = |value: &Option<f64>| value.map_or(String::new(), four_digits);
@@ -120,7 +120,7 @@ impl Comparison {
     }
 
     /// Levels, with their differences from the first result.
-    pub fn spectrum_table(&self, spectrum: &SpectrumComparison) -> Table {
+    pub(crate) fn spectrum_table(&self, spectrum: &SpectrumComparison) -> Table {
         let title = if spectrum.name.is_empty() { "Hz".to_owned() } else { format!("Hz, {}", spectrum.name) };
         let rows = spectrum.bands.iter().map(|band| {
             let first = band.levels.first().copied().flatten();
@@ -136,7 +136,7 @@ impl Comparison {
 
     /// Figures and levels in one table: a row each, a column for each result. Numbers are written so that reading gives
     /// the same bits.
-    pub fn csv(&self) -> String {
+    pub(crate) fn csv(&self) -> String {
         let header = ["quantity", "signal", "nominal_hz", "valid"].map(str::to_owned).into_iter();
         let number = |value: &Option<f64>| value.map_or(String::new(), |value| value.to_string());
         let figures = self.figures.iter().map(|figure| {

@@ -6,7 +6,7 @@ use super::picture::harmless;
 use crate::results::table::{Part, Report, Table};
 
 /// Makes a whole page: styles, what tells values to a pointer, and the content; nothing is fetched.
-pub fn document(title: &str, content: &Markup) -> String {
+pub(crate) fn document(title: &str, content: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -46,7 +46,7 @@ pub(super) fn report(report: &Report) -> Markup {
 }
 
 /// Makes a table, numbers to the right.
-pub fn table(table: &Table) -> Markup {
+pub(crate) fn table(table: &Table) -> Markup {
     let class = |column: usize| table.is_number(column).then_some("number");
     html! {
         div.table {
@@ -65,7 +65,7 @@ pub fn table(table: &Table) -> Markup {
 }
 
 /// Makes a figure of a picture and its caption; a picture that is not one of tyrewave's is left out, and that said.
-pub fn figure(svg: &str, caption: &str) -> Markup {
+pub(crate) fn figure(svg: &str, caption: &str) -> Markup {
     html! {
         figure {
             @match harmless(svg) {

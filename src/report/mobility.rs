@@ -6,13 +6,18 @@ use crate::results::plots::{Axis, LinePlot, Series};
 use crate::tyre::influence::mobility::{Mobility, level};
 
 /// Quantity of a mobility in a picture.
-pub type Quantity = (&'static str, fn(Complex64) -> f64);
+pub(crate) type Quantity = (&'static str, fn(Complex64) -> f64);
 
 /// Its level.
-pub const LEVEL: Quantity = ("Driving-point mobility [dB re 1 m/(N s)]", level);
+pub(crate) const LEVEL: Quantity = ("Driving-point mobility [dB re 1 m/(N s)]", level);
 
 /// A curve for each patch.
-pub fn plot<'a>(mobility: &Mobility, title: &'a str, names: &'a [String], (quantity, shown): Quantity) -> LinePlot<'a> {
+pub(crate) fn plot<'a>(
+    mobility: &Mobility,
+    title: &'a str,
+    names: &'a [String],
+    (quantity, shown): Quantity,
+) -> LinePlot<'a> {
     let curves = names.iter().enumerate().map(|(column, name)| Series {
         name,
         points: mobility.frequencies.iter().zip(&mobility.values).map(|(&f, row)| (f, shown(row[column]))).collect(),

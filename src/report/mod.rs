@@ -4,24 +4,25 @@
 //! file of one or more of them: pictures, tables and sound inside, no network. [`mod@export`] puts one into formats of
 //! other programs. [`html`] is what pages are made of.
 
-pub mod compare;
-pub mod export;
-pub mod html;
-pub mod mobility;
-pub mod page;
+pub(crate) mod compare;
+pub(crate) mod export;
+pub(crate) mod html;
+pub(crate) mod mobility;
+pub(crate) mod page;
 mod picture;
 mod plan;
-pub mod radiation;
-pub mod road;
+pub(crate) mod radiation;
+pub(crate) mod road;
 mod sections;
-pub mod slices;
+pub(crate) mod slices;
 mod stored;
-pub mod tyre;
-pub mod validation;
+pub(crate) mod tyre;
+pub(crate) mod validation;
 
-pub use crate::effects::ReportError;
-pub use crate::effects::stored::{Stored, StoredArray, StoredError};
-pub use compare::Comparison;
-pub use page::{PAGE_HEAD, page};
-pub use plan::plan_record;
-pub use sections::decision_table;
+pub use crate::effects::section::ReportError;
+pub use crate::effects::stored::{Stored, StoredError};
+pub(crate) use compare::Comparison;
+pub(crate) use page::PAGE_HEAD;
+pub use page::page;
+pub(crate) use plan::plan_record;
+pub(crate) use sections::decision_table;

@@ -13,7 +13,8 @@ use crate::results::plots::{Axis, LinePlot, Series, ThirdOctavePlot};
 use crate::study::trial::level_changes;
 
 /// Beginning of every page.
-pub const PAGE_HEAD: &str = "<!DOCTYPE html><html lang=\"en\"><head><meta name=\"generator\" content=\"tyrewave\">";
+pub(crate) const PAGE_HEAD: &str =
+    "<!DOCTYPE html><html lang=\"en\"><head><meta name=\"generator\" content=\"tyrewave\">";
 
 /// The page of some results; several are compared with the first one.
 ///

@@ -10,7 +10,7 @@ use crate::scene::{LoadedScene, SceneError};
 ///
 /// # Errors
 /// Settings that JSON cannot hold.
-pub fn plan_record(
+pub(crate) fn plan_record(
     loaded: &LoadedScene,
     plan: &Plan,
     amounts: &Amounts,

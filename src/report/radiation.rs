@@ -9,7 +9,7 @@ use crate::study::radiation::{AHEAD, AtFrequency, CIRCLE, Radiator, named_receiv
 const ANGLES: usize = 72;
 
 /// Returns the findings of a radiating tyre, frequency by frequency, as JSON.
-pub fn radiation_record(title: &str, radiator: &Radiator, found: &[AtFrequency]) -> Value {
+pub(crate) fn radiation_record(title: &str, radiator: &Radiator, found: &[AtFrequency]) -> Value {
     let receiver = |(name, position)| json!({ "name": name, "position": position });
     let parts = |shares: &PressureShares| {
         let pressures = shares.parts.map(|part| part.norm());

@@ -12,7 +12,7 @@ use crate::road::{RoadDescription, TextureLevel};
 ///
 /// # Errors
 /// [`PlotError`], without a sample, too.
-pub fn map(title: &str, road: &RoadDescription) -> Result<String, PlotError> {
+pub(crate) fn map(title: &str, road: &RoadDescription) -> Result<String, PlotError> {
     let sample = &road.sample;
     let heights = ArrayView2::from_shape((sample.rows, sample.columns), &sample.heights);
     let (picture, quantity, got) = ("a road", "heights", sample.heights.len());
@@ -26,7 +26,7 @@ pub fn map(title: &str, road: &RoadDescription) -> Result<String, PlotError> {
 ///
 /// # Errors
 /// [`PlotError`].
-pub fn texture_spectrum(title: &str, road: &RoadDescription) -> Result<Option<String>, PlotError> {
+pub(crate) fn texture_spectrum(title: &str, road: &RoadDescription) -> Result<Option<String>, PlotError> {
     let points: Vec<(f64, f64)> = road.levels.iter().map(|at| (1e3 * at.wavelength, at.level)).collect();
     if points.len() < 2 {
         return Ok(None);
@@ -41,7 +41,7 @@ pub fn texture_spectrum(title: &str, road: &RoadDescription) -> Result<Option<St
 }
 
 /// A road in words and numbers.
-pub fn description(road: &RoadDescription) -> Report {
+pub(crate) fn description(road: &RoadDescription) -> Report {
     let mut rows: Vec<[String; 2]> = Vec::new();
     let mut row = |name: &str, value: String| rows.push([name.to_owned(), value]);
     let millimetres = |length: f64| format!("{:.3} mm", 1e3 * length);

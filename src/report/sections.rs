@@ -21,7 +21,7 @@ use crate::scene::{Axle, Road, Scene, Zone};
 const MOST_SOUND: usize = 16 << 20;
 
 /// Which effects are simulated, how and why.
-pub fn decision_table(plan: &Plan) -> Table {
+pub(crate) fn decision_table(plan: &Plan) -> Table {
     let effects = plan.decisions.rows.iter().map(|decision| {
         let state = if decision.on { "on" } else { "off" };
         row([&decision.effect, &state, &decision.form, &decision.reason])

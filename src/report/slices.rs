@@ -12,7 +12,7 @@ const POINTS: usize = 200;
 ///
 /// # Errors
 /// [`PlotError`].
-pub fn pictures(title: &str, view: &SliceView) -> Result<Vec<(&'static str, String)>, PlotError> {
+pub(crate) fn pictures(title: &str, view: &SliceView) -> Result<Vec<(&'static str, String)>, PlotError> {
     let across: Vec<f64> = view.across.iter().map(|y| 1e3 * y).collect();
     let ends = across[0]..across[across.len() - 1];
     let x = || Axis::linear("Across the tyre [mm]", ends.clone());

@@ -9,7 +9,7 @@ use crate::tyre::modes::{Mode, Modes};
 
 /// A tyre under a load.
 #[derive(Clone, Debug)]
-pub struct UnderLoad {
+pub(crate) struct UnderLoad {
     /// The load as it was given.
     pub label: String,
     /// The tyre standing.
@@ -20,7 +20,7 @@ pub struct UnderLoad {
 
 impl UnderLoad {
     /// Load over deflection \[N/m\].
-    pub fn secant_stiffness(&self) -> f64 {
+    pub(crate) fn secant_stiffness(&self) -> f64 {
         self.standing.force / self.standing.indentation
     }
 
@@ -37,7 +37,7 @@ impl UnderLoad {
 }
 
 /// All numbers of a tyre whose elements are so long \[m\], as JSON.
-pub fn tyre_record(title: &str, element: f64, modes: &Modes, loads: &[UnderLoad], mobility: &Mobility) -> Value {
+pub(crate) fn tyre_record(title: &str, element: f64, modes: &Modes, loads: &[UnderLoad], mobility: &Mobility) -> Value {
     json!({
         "title": title,
         "modes": modes.confirmed.iter().map(mode_json).collect::<Vec<_>>(),

@@ -12,7 +12,7 @@ use crate::scene::NamedTexture;
 use crate::study::validation::{Group, Measured, Missing, PUBLISHED_SPEEDS, Row, Summary, Verdict, summaries};
 
 /// Lines of a Markdown file between which the section stands.
-pub const MARKERS: [&str; 2] = ["<!-- tyrewave validate --markdown -->", "<!-- end of tyrewave validate -->"];
+pub(crate) const MARKERS: [&str; 2] = ["<!-- tyrewave validate --markdown -->", "<!-- end of tyrewave validate -->"];
 
 /// Meaning of the columns.
 const LEGEND: &str = "outside: distance from the published range; 0 inside. could explain: physics that the model \
@@ -87,7 +87,7 @@ fn groups(rows: &[Row]) -> Table {
 }
 
 /// Returns a validation for a terminal: all rows, then the groups.
-pub fn report(title: &str, rows: &[Row]) -> Report {
+pub(crate) fn report(title: &str, rows: &[Row]) -> Report {
     let mut report = Report::default();
     report.text(format!("{title}\n\n"));
     report.table(whole(rows));
@@ -98,7 +98,7 @@ pub fn report(title: &str, rows: &[Row]) -> Report {
 }
 
 /// Returns a validation as JSON: rows, groups, runs.
-pub fn record(title: &str, rows: &[Row], measured: &Measured) -> Value {
+pub(crate) fn record(title: &str, rows: &[Row], measured: &Measured) -> Value {
     let row = |row: &Row| {
         let mut record = json!(row);
         record["outside"] = json!(row.outside());
@@ -116,7 +116,7 @@ pub fn record(title: &str, rows: &[Row], measured: &Measured) -> Value {
 }
 
 /// Returns the section of a Markdown file, between its markers: the groups, and the third octaves at 80 km/h.
-pub fn markdown(rows: &[Row]) -> String {
+pub(crate) fn markdown(rows: &[Row]) -> String {
     let mut lines = vec![MARKERS[0].to_owned()];
     lines.push("| | inside the published range | farthest outside |".to_owned());
     lines.push("|---|---|---|".to_owned());
@@ -143,7 +143,7 @@ pub fn markdown(rows: &[Row]) -> String {
 ///
 /// # Errors
 /// [`PlotError`].
-pub fn pictures(rows: &[Row], measured: &Measured) -> Result<Vec<(&'static str, String, String)>, PlotError> {
+pub(crate) fn pictures(rows: &[Row], measured: &Measured) -> Result<Vec<(&'static str, String, String)>, PlotError> {
     let shapes =
         [(Group::Shape50, "shape_50.svg"), (Group::Shape80, "shape_80.svg"), (Group::Shape110, "shape_110.svg")];
     let mut pictures = Vec::new();
@@ -221,7 +221,7 @@ fn plot(title: &str, quantity: &str, across: &str, series: Vec<Series<'_>>) -> R
 }
 
 /// Makes a page of a validation that needs nothing but a browser.
-pub fn page(title: &str, rows: &[Row], pictures: &[(&'static str, String, String)]) -> String {
+pub(crate) fn page(title: &str, rows: &[Row], pictures: &[(&'static str, String, String)]) -> String {
     let mut sources: Vec<(&str, &str, &str)> = Vec::new();
     for row in rows {
         let source = (row.source.as_str(), row.spread.as_str(), row.group.title());

@@ -73,7 +73,7 @@ impl PowerSpectrum {
 
 /// State of a [`SpectrumAccumulator`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
-pub struct SpectrumState {
+pub(crate) struct SpectrumState {
     moments: RunningMoments,
     not_finite: Option<(u64, f64)>,
     open: u64,
@@ -263,7 +263,7 @@ impl SpectrumAccumulator {
     }
 
     /// Takes the state down.
-    pub fn save(&self) -> SpectrumState {
+    pub(crate) fn save(&self) -> SpectrumState {
         SpectrumState {
             moments: self.moments.clone(),
             not_finite: self.not_finite,
@@ -277,7 +277,7 @@ impl SpectrumAccumulator {
     ///
     /// # Errors
     /// [`StateError`].
-    pub fn restore(&mut self, state: SpectrumState) -> Result<(), StateError> {
+    pub(crate) fn restore(&mut self, state: SpectrumState) -> Result<(), StateError> {
         let SpectrumState { moments, not_finite, open, segments, sums } = state;
         if open > self.hops || moments.count() > self.samples {
             return Err(StateError::Value);

@@ -4,7 +4,7 @@ use crate::tyre::influence::CellGrid;
 
 /// F_m = sum_j s_m(y_j) F_j of every column, for some lateral numbers m.
 #[derive(Clone, Debug)]
-pub struct LateralForces {
+pub(crate) struct LateralForces {
     across: usize,
     numbers: Vec<usize>,
     /// s_m(y_j) by m, j up to the middle.
@@ -19,7 +19,7 @@ pub struct LateralForces {
 
 impl LateralForces {
     /// Makes the resolution into these numbers.
-    pub fn new(grid: &CellGrid, numbers: Vec<usize>) -> Self {
+    pub(crate) fn new(grid: &CellGrid, numbers: Vec<usize>) -> Self {
         let half = grid.across.div_ceil(2);
         Self {
             across: grid.across,
@@ -31,19 +31,9 @@ impl LateralForces {
         }
     }
 
-    /// The lateral numbers.
-    pub fn numbers(&self) -> &[usize] {
-        &self.numbers
-    }
-
-    /// Multiply-adds for the forces of so many columns.
-    pub fn multiply_adds(&self, columns: usize) -> usize {
-        self.shapes.len() * columns
-    }
-
     /// The components of a step's forces, stage after stage by cell, in windows of so many columns: stage after stage
     /// and m by m by column \[N\].
-    pub fn of(&mut self, forces: &[f64], columns: usize) -> &[f64] {
+    pub(crate) fn of(&mut self, forces: &[f64], columns: usize) -> &[f64] {
         let Self { across, numbers, shapes, even, sides: [sums, differences], components } = self;
         let (across, half, count) = (*across, sums.len(), numbers.len());
         components.resize(forces.len() / across * count, 0.0);

@@ -6,7 +6,7 @@ use super::third_octave::ThirdOctaveBand;
 
 /// Errors of levels, as far as they are known.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct LevelErrors {
+pub(crate) struct LevelErrors {
     /// Frequency \[Hz\] from which on the numerical error of valid levels is known, and that error \[dB\].
     pub numerical: Option<(f64, f64)>,
     /// Errors by slices \[dB\].
@@ -15,28 +15,28 @@ pub struct LevelErrors {
 
 impl LevelErrors {
     /// Both errors; `part` tells which of those by slices.
-    pub fn new(numerical: Option<(f64, f64)>, slices: Option<&SliceErrors>, part: Part) -> Self {
+    pub(crate) fn new(numerical: Option<(f64, f64)>, slices: Option<&SliceErrors>, part: Part) -> Self {
         Self { numerical, slices: SliceErrors::by_band(slices, part) }
     }
 
     /// Returns the numerical error in a band \[dB\].
-    pub fn numerical(&self, band: ThirdOctaveBand) -> Option<f64> {
+    pub(crate) fn numerical(&self, band: ThirdOctaveBand) -> Option<f64> {
         self.numerical.filter(|(from, _)| band.mid_frequency() >= *from).map(|(_, error)| error)
     }
 
     /// Returns the error by slices in a band \[dB\].
-    pub fn by_slices(&self, band: ThirdOctaveBand) -> Option<f64> {
+    pub(crate) fn by_slices(&self, band: ThirdOctaveBand) -> Option<f64> {
         self.slices.iter().find(|(of, _)| *of == band).map(|(_, error)| *error)
     }
 
     /// Adds up what is known of a band \[dB\].
-    pub fn total(&self, band: ThirdOctaveBand) -> Option<f64> {
+    pub(crate) fn total(&self, band: ThirdOctaveBand) -> Option<f64> {
         let known = [self.numerical(band), self.by_slices(band)];
         known.into_iter().flatten().reduce(|own, slices| own + slices)
     }
 
     /// Finds the largest error by slices of the valid ones among some levels \[dB\].
-    pub fn largest_by_slices(&self, levels: &[BandLevel]) -> Option<f64> {
+    pub(crate) fn largest_by_slices(&self, levels: &[BandLevel]) -> Option<f64> {
         let valid = levels.iter().filter(|level| level.valid);
         valid.filter_map(|level| self.by_slices(level.band)).reduce(f64::max)
     }

@@ -10,20 +10,21 @@
 //! - [`lateral_forces`]: forces on cells, resolved into lateral waves;
 //! - [`vibration`]: the tyre's velocities from the contact forces.
 
-pub mod accumulator;
-pub mod lateral_forces;
-pub mod level_errors;
-pub mod pressure;
-pub mod slice_errors;
-pub mod spectrum;
-pub mod speed_exponent;
-pub mod third_octave;
-pub mod vibration;
+pub(crate) mod accumulator;
+pub(crate) mod lateral_forces;
+pub(crate) mod level_errors;
+pub(crate) mod pressure;
+pub(crate) mod slice_errors;
+pub(crate) mod spectrum;
+pub(crate) mod speed_exponent;
+pub(crate) mod third_octave;
+pub(crate) mod vibration;
 
-pub use accumulator::{SpectrumAccumulator, SpectrumState};
-pub use lateral_forces::LateralForces;
-pub use level_errors::LevelErrors;
-pub use slice_errors::SliceErrors;
+pub use accumulator::SpectrumAccumulator;
+pub(crate) use accumulator::SpectrumState;
+pub(crate) use lateral_forces::LateralForces;
+pub(crate) use level_errors::LevelErrors;
+pub(crate) use slice_errors::SliceErrors;
 pub use spectrum::{BandLevel, PowerSpectrum, SpectrumError};
-pub use speed_exponent::SpeedExponent;
+pub(crate) use speed_exponent::SpeedExponent;
 pub use third_octave::ThirdOctaveBand;

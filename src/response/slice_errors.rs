@@ -5,11 +5,11 @@ use serde::{Deserialize, Serialize};
 use super::third_octave::ThirdOctaveBand;
 
 /// Error of one kind of levels in a band \[dB\].
-pub type Part = fn(&SliceErrors, ThirdOctaveBand) -> Option<f64>;
+pub(crate) type Part = fn(&SliceErrors, ThirdOctaveBand) -> Option<f64>;
 
 /// Errors of a run's levels, as far as they are known.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub struct SliceErrors {
+pub(crate) struct SliceErrors {
     /// Root-mean-square height of the road's macrotexture \[m\].
     pub macrotexture: f64,
     /// Largest error of a level that is vouched for \[dB\].
@@ -24,7 +24,7 @@ pub struct SliceErrors {
 
 /// Errors in a band.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
-pub struct SliceError {
+pub(crate) struct SliceError {
     /// Nominal mid-frequency \[Hz\].
     pub nominal_hz: f64,
     /// Error of force and vibration \[dB\].
@@ -36,7 +36,7 @@ pub struct SliceError {
 impl SliceErrors {
     /// Errors of force and sound \[dB\] in successive bands, neither of which falls as frequencies rise. Past the last
     /// band nothing is known, and nothing is vouched for.
-    pub fn new(macrotexture: f64, largest: f64, first: ThirdOctaveBand, force: &[f64], sound: &[f64]) -> Self {
+    pub(crate) fn new(macrotexture: f64, largest: f64, first: ThirdOctaveBand, force: &[f64], sound: &[f64]) -> Self {
         let valid_to = |errors: &[f64]| {
             let within = errors.iter().take_while(|error| **error <= largest).count();
             ThirdOctaveBand(first.0 + within as i32 - 1).mid_frequency()
@@ -57,17 +57,17 @@ impl SliceErrors {
     }
 
     /// Returns the error of a level of force or vibration \[dB\], where it is known.
-    pub fn force(&self, band: ThirdOctaveBand) -> Option<f64> {
+    pub(crate) fn force(&self, band: ThirdOctaveBand) -> Option<f64> {
         self.of(band).map(|error| error.force_db)
     }
 
     /// Returns the error of a level of sound \[dB\], where it is known.
-    pub fn sound(&self, band: ThirdOctaveBand) -> Option<f64> {
+    pub(crate) fn sound(&self, band: ThirdOctaveBand) -> Option<f64> {
         self.of(band).map(|error| error.sound_db)
     }
 
     /// Lists the errors by band, none where nothing is known; `part` is [`Self::force`] or [`Self::sound`].
-    pub fn by_band(errors: Option<&Self>, part: Part) -> Vec<(ThirdOctaveBand, f64)> {
+    pub(crate) fn by_band(errors: Option<&Self>, part: Part) -> Vec<(ThirdOctaveBand, f64)> {
         let Some(errors) = errors else { return Vec::new() };
         let bands = errors.bands.iter().filter_map(|error| ThirdOctaveBand::containing(error.nominal_hz));
         bands.filter_map(|band| Some((band, part(errors, band)?))).collect()

@@ -7,7 +7,7 @@ use crate::numeric::StraightLine;
 
 /// A straight line through levels over the logarithm of the speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SpeedExponent {
+pub(crate) struct SpeedExponent {
     /// Growth \[dB per decade of speed\].
     pub decibels_per_decade: f64,
     /// Root mean square of the levels' distances from the line \[dB\]; 0 for two speeds.
@@ -19,7 +19,7 @@ pub struct SpeedExponent {
 impl SpeedExponent {
     /// Fits pairs of speed (> 0, any unit) and level \[dB\]; pairs without a finite level do not count. `None` for
     /// fewer than two different speeds.
-    pub fn fit(pairs: impl IntoIterator<Item = (f64, f64)>) -> Option<Self> {
+    pub(crate) fn fit(pairs: impl IntoIterator<Item = (f64, f64)>) -> Option<Self> {
         let points: Vec<(f64, f64)> = pairs
             .into_iter()
             .map(|(speed, level)| (speed.log10(), level))

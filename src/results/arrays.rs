@@ -12,14 +12,14 @@ use super::npy::{ArrayState, NpyNumber, NpyWriter, Row};
 
 /// How far the arrays of a run have come, by the names of their files.
 #[derive(Clone, Debug, Default, Deserialize, Eq, PartialEq, Serialize)]
-pub struct WrittenArrays(BTreeMap<String, ArrayState>);
+pub(crate) struct WrittenArrays(BTreeMap<String, ArrayState>);
 
 impl WrittenArrays {
     /// Brings an array to the disk and notes how far it has come.
     ///
     /// # Errors
     /// [`ResultsError::Write`].
-    pub fn sync<T: NpyNumber>(&mut self, writer: &mut NpyWriter<T>) -> Result<(), ResultsError> {
+    pub(crate) fn sync<T: NpyNumber>(&mut self, writer: &mut NpyWriter<T>) -> Result<(), ResultsError> {
         let name = writer.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
         self.0.insert(name, writer.sync()?);
         Ok(())
@@ -29,7 +29,7 @@ impl WrittenArrays {
     ///
     /// # Errors
     /// [`CheckpointError::Array`] for an array that does not hold them, [`CheckpointError::Io`].
-    pub fn check(&self, folder: &Path) -> Result<(), CheckpointError> {
+    pub(crate) fn check(&self, folder: &Path) -> Result<(), CheckpointError> {
         for (name, state) in &self.0 {
             let path = folder.join(name);
             match state.is_in(&path) {
@@ -44,7 +44,7 @@ impl WrittenArrays {
 
 /// Where the arrays of a run are begun, or gone on with.
 #[derive(Clone, Copy, Debug)]
-pub struct ArrayPlace<'a> {
+pub(crate) struct ArrayPlace<'a> {
     /// The folder.
     pub folder: &'a ResultsFolder,
     /// How far they have come; of a run that begins, `None`.
@@ -56,7 +56,7 @@ impl ArrayPlace<'_> {
     ///
     /// # Errors
     /// As [`NpyWriter::open`]; [`ResultsError::NotThisArray`] for one that was not written before.
-    pub fn open<T: NpyNumber>(&self, name: &str, row: Row) -> Result<NpyWriter<T>, ResultsError> {
+    pub(crate) fn open<T: NpyNumber>(&self, name: &str, row: Row) -> Result<NpyWriter<T>, ResultsError> {
         let path = self.folder.path(name);
         let state = match self.written {
             Some(written) => match written.0.get(name) {

@@ -17,11 +17,11 @@ use crate::storage::sealed_file::{self, Body, Format};
 use crate::storage::{PendingFile, StateError};
 
 /// Name of the checkpoint in the folder of an unfinished run.
-pub const CHECKPOINT_FILE: &str = "checkpoint";
+pub(crate) const CHECKPOINT_FILE: &str = "checkpoint";
 /// Name while it is being written: the folder belongs to one process.
 pub(super) const TEMPORARY_FILE: &str = "checkpoint.tmp";
 /// Name of the effective scene in the folder of an unfinished run.
-pub const SCENE_FILE: &str = "scene.toml";
+pub(crate) const SCENE_FILE: &str = "scene.toml";
 /// Its version is to be raised whenever a state means something else.
 const FORMAT: Format = Format { magic: b"TWAVECHK", version: 13, name: "a checkpoint" };
 
@@ -70,7 +70,7 @@ pub enum CheckpointError {
         /// The checkpoint.
         path: PathBuf,
         /// Fault of the checkpoint.
-        reason: Unusable,
+        reason: CheckpointFault,
     },
     /// An array does not hold what was written to it.
     #[error("{} is damaged: its first {rows} rows are not those that the run had written", path.display())]
@@ -90,9 +90,14 @@ pub enum CheckpointError {
     },
 }
 
+/// Fault of a checkpoint; its message says which.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error(transparent)]
+pub struct CheckpointFault(#[from] pub(crate) Unusable);
+
 /// Fault of a checkpoint.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
-pub enum Unusable {
+pub(crate) enum Unusable {
     /// The file.
     #[error(transparent)]
     File(#[from] sealed_file::Unusable),
@@ -127,7 +132,7 @@ fn listed(paths: &[PathBuf]) -> String {
 ///
 /// # Errors
 /// [`ResultsError::Write`].
-pub fn write(folder: &Path, value: &impl Serialize) -> Result<(), ResultsError> {
+pub(crate) fn write(folder: &Path, value: &impl Serialize) -> Result<(), ResultsError> {
     let path = folder.join(CHECKPOINT_FILE);
     PendingFile::create_as(&path, ".tmp")
         .and_then(|file| FORMAT.write(file, value))
@@ -139,13 +144,13 @@ pub fn write(folder: &Path, value: &impl Serialize) -> Result<(), ResultsError> 
 ///
 /// # Errors
 /// [`CheckpointError::NoCheckpoint`], [`CheckpointError::Io`], [`CheckpointError::Unusable`].
-pub fn read(folder: &Path) -> Result<Body, CheckpointError> {
+pub(crate) fn read(folder: &Path) -> Result<Body, CheckpointError> {
     let path = folder.join(CHECKPOINT_FILE);
     let body = FORMAT.read(&path).map_err(|source| match source.kind() {
         ErrorKind::NotFound => CheckpointError::NoCheckpoint { path: folder.to_owned() },
         _ => CheckpointError::Io { path: path.clone(), source },
     })?;
-    body.map_err(|reason| CheckpointError::Unusable { path, reason: reason.into() })
+    body.map_err(|reason| CheckpointError::Unusable { path, reason: Unusable::from(reason).into() })
 }
 
 #[cfg(test)]

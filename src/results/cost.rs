@@ -22,17 +22,17 @@ pub struct Cost {
     /// Largest resident memory of the process \[bytes\]; `null` where the system does not tell.
     pub peak_memory: Option<u64>,
     /// Expectation before the run; `null` for what is not planned.
-    pub planned: Option<Planned>,
+    pub(crate) planned: Option<Planned>,
     /// Share of the time steps that were timed, in blocks: the times of stages within the steps are theirs, taken for
     /// all.
     pub share_of_steps_timed: f64,
     /// All steps together.
-    pub steps: StepsRecord,
+    pub(crate) steps: StepsRecord,
     /// Cost by stage, in the order of the data's way; what went on in the background is beside the wall time, not a
     /// part of it.
-    pub stages: BTreeMap<Stage, StageRecord>,
+    pub(crate) stages: BTreeMap<Stage, StageRecord>,
     /// Rates of what was counted.
-    pub rates: Rates,
+    pub(crate) rates: Rates,
     /// Best rates of one core of the machine, measured after a closely watched run.
     pub machine_peak: Option<MachinePeak>,
     /// Exact work counters; the same for any number of threads.
@@ -44,7 +44,7 @@ pub struct Cost {
 
 /// Expectation of a plan.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
-pub struct Planned {
+pub(crate) struct Planned {
     /// Wall time \[s\].
     pub wall_seconds: f64,
     /// Largest memory \[bytes\].
@@ -55,7 +55,7 @@ pub struct Planned {
 
 /// Rates over a whole run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
-pub struct Rates {
+pub(crate) struct Rates {
     /// Time of one evaluation of the layered compliance \[ns\]: processor time of all threads in the stage over
     /// evaluations, sums and all around them included; wall time where no processor time was measured.
     pub compliance_evaluation_ns: Option<f64>,
@@ -65,7 +65,7 @@ pub struct Rates {
 
 /// All steps of a run together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
-pub struct StepsRecord {
+pub(crate) struct StepsRecord {
     /// Wall time \[s\].
     pub seconds: f64,
     /// Processor time of all threads \[s\].
@@ -76,7 +76,7 @@ pub struct StepsRecord {
 
 /// Cost of a stage. Numbers that were not measured are `None`.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
-pub struct StageRecord {
+pub(crate) struct StageRecord {
     /// How often it was entered.
     pub calls: u64,
     /// Time that the run spent in it \[s\].
@@ -157,7 +157,7 @@ impl Cost {
     }
 
     /// Returns the cost of a stage.
-    pub fn stage(&self, stage: Stage) -> &StageRecord {
+    pub(crate) fn stage(&self, stage: Stage) -> &StageRecord {
         &self.stages[&stage]
     }
 

@@ -8,7 +8,7 @@ use super::error::ResultsError;
 use super::folder::ResultsFolder;
 
 /// Destination of whole files.
-pub trait ResultFiles {
+pub(crate) trait ResultFiles {
     /// Writes a file.
     ///
     /// # Errors
@@ -32,11 +32,11 @@ impl ResultFiles for ResultsFolder {
 
 /// Files of a run in memory, by name.
 #[derive(Clone, Debug, Default)]
-pub struct FilesInMemory(RefCell<BTreeMap<String, Vec<u8>>>);
+pub(crate) struct FilesInMemory(RefCell<BTreeMap<String, Vec<u8>>>);
 
 impl FilesInMemory {
     /// Hands the files over.
-    pub fn into_inner(self) -> BTreeMap<String, Vec<u8>> {
+    pub(crate) fn into_inner(self) -> BTreeMap<String, Vec<u8>> {
         self.0.into_inner()
     }
 }

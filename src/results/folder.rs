@@ -29,7 +29,7 @@ use crate::storage::flat_folder::{self, entries};
 
 /// A results folder being filled.
 #[derive(Debug)]
-pub struct ResultsFolder {
+pub(crate) struct ResultsFolder {
     target: PathBuf,
     working: PathBuf,
     /// Parents that did not exist, innermost first.
@@ -46,7 +46,7 @@ impl ResultsFolder {
     /// # Errors
     /// [`ResultsError::NotOurs`], [`ResultsError::ForeignEntry`] if something stands there that must not be replaced,
     /// [`ResultsError::NoFolderName`], [`ResultsError::Create`].
-    pub fn create(target: &Path) -> Result<Self, ResultsError> {
+    pub(crate) fn create(target: &Path) -> Result<Self, ResultsError> {
         if target.file_name().is_none() {
             return Err(ResultsError::NoFolderName { path: target.to_owned() });
         }
@@ -67,7 +67,7 @@ impl ResultsFolder {
     /// # Errors
     /// [`CheckpointError`] where there is none, more than one, none with a checkpoint, a link in it, or a process that
     /// still writes to it.
-    pub fn reopen(path: &Path) -> Result<Self, CheckpointError> {
+    pub(crate) fn reopen(path: &Path) -> Result<Self, CheckpointError> {
         let working = unfinished(path)?;
         flat_folder::without_links(&working).map_err(|source| CheckpointError::Io { path: working.clone(), source })?;
         let lock = lock(&working)?;
@@ -80,37 +80,38 @@ impl ResultsFolder {
     ///
     /// # Errors
     /// Where whole results cannot get their name.
-    pub fn put_in_order(path: &Path) -> Result<Option<PathBuf>, ResultsError> {
+    pub(crate) fn put_in_order(path: &Path) -> Result<Option<PathBuf>, ResultsError> {
         put_in_order(&final_name(path).unwrap_or_else(|| path.to_owned()))
     }
 
     /// From now on the folder stays if the process ends before the run does: it holds a checkpoint.
-    pub fn keep_if_stopped(&mut self) {
+    pub(crate) fn keep_if_stopped(&mut self) {
         self.keep = true;
     }
 
     /// Tells whether the folder holds a checkpoint to go on from.
-    pub fn holds_checkpoint(&self) -> bool {
+    pub(crate) fn holds_checkpoint(&self) -> bool {
         self.keep
     }
 
     /// Deletes the folder: its run cannot be gone on with.
-    pub fn discard(mut self) {
+    pub(crate) fn discard(mut self) {
         self.keep = false;
     }
 
     /// Where the files are now.
-    pub fn working(&self) -> &Path {
+    pub(crate) fn working(&self) -> &Path {
         &self.working
     }
 
     /// Where the results will be found.
-    pub fn target(&self) -> &Path {
+    #[cfg(test)]
+    pub(crate) fn target(&self) -> &Path {
         &self.target
     }
 
     /// Where a file of that name is to be written now.
-    pub fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.working.join(name)
     }
 
@@ -119,7 +120,7 @@ impl ResultsFolder {
     /// # Errors
     /// [`ResultsError::Overtaken`], [`ResultsError::Write`], [`ResultsError::Rename`]; an older folder is where it was
     /// then, and this one is gone unless it is whole or holds a checkpoint.
-    pub fn finish(mut self, summary: Summary) -> Result<PathBuf, ResultsError> {
+    pub(crate) fn finish(mut self, summary: Summary) -> Result<PathBuf, ResultsError> {
         self.write_summary(Summary { complete: true, ..summary }, &SERVICE_FILES)?;
         // The place may have changed hands during the run.
         check_replaceable(&self.target).map_err(|error| ResultsError::Overtaken(Box::new(error)))?;
@@ -137,13 +138,13 @@ impl ResultsFolder {
     ///
     /// # Errors
     /// [`ResultsError::Write`], [`ResultsError::Rename`].
-    pub fn finish_partial(mut self, summary: Summary) -> Result<PathBuf, ResultsError> {
+    pub(crate) fn finish_partial(mut self, summary: Summary) -> Result<PathBuf, ResultsError> {
         self.write_summary(Summary { complete: false, ..summary }, &[LOCK_FILE])?;
         self.settle()
     }
 
     /// Keeps the folder with its checkpoint after a failure, as `<final>.partial` if that is free; returns its place.
-    pub fn stay(mut self) -> PathBuf {
+    pub(crate) fn stay(mut self) -> PathBuf {
         self.settle().unwrap_or_else(|_| self.working.clone())
     }
 

@@ -7,30 +7,31 @@
 //! [`mod@table`] says how tables look, [`read_table`] reads those of a folder again, [`mod@trace`] is the timeline of a
 //! run. [`cost`] says what it took.
 
-pub mod arrays;
-pub mod checkpoint;
-pub mod cost;
+pub(crate) mod arrays;
+pub(crate) mod checkpoint;
+pub(crate) mod cost;
 mod disk;
-pub mod error;
-pub mod files;
-pub mod folder;
-pub mod npy;
+pub(crate) mod error;
+pub(crate) mod files;
+pub(crate) mod folder;
+pub(crate) mod npy;
 mod placing;
-pub mod plots;
-pub mod profile_table;
-pub mod read_table;
-pub mod sound;
-pub mod spectra;
-pub mod summary;
-pub mod table;
-pub mod trace;
-pub mod unfinished;
-pub mod vibration;
+pub(crate) mod plots;
+pub(crate) mod profile_table;
+pub(crate) mod read_table;
+pub(crate) mod sound;
+pub(crate) mod spectra;
+pub(crate) mod summary;
+pub(crate) mod table;
+pub(crate) mod trace;
+pub(crate) mod unfinished;
+pub(crate) mod vibration;
 
-pub use checkpoint::CheckpointError;
+pub use checkpoint::{CheckpointError, CheckpointFault};
 pub use error::ResultsError;
-pub use files::ResultFiles;
-pub use folder::ResultsFolder;
-pub use npy::{NpyWriter, Row};
+pub(crate) use files::ResultFiles;
+pub(crate) use folder::ResultsFolder;
 pub use plots::PlotError;
-pub use summary::Summary;
+pub use sound::{RatedLevel, ReceiverSpectrum, ReceiverSummary, SoundError, SoundSummary};
+pub use summary::{AxleMotion, CellsSummary, ContactQuality, LoadResult, Outcome, RollingResistance, Summary};
+pub use vibration::{VelocityPlace, VelocitySpectrum};

@@ -260,7 +260,7 @@ impl<T: NpyNumber> NpyWriter<T> {
 }
 
 /// A whole array as the content of a file; values row by row.
-pub fn array_file<T: NpyNumber>(values: &[T], row: Row) -> Vec<u8> {
+pub(crate) fn array_file<T: NpyNumber>(values: &[T], row: Row) -> Vec<u8> {
     let rows = values.len().checked_div(row.length()).unwrap_or_default();
     let mut file = Vec::with_capacity(HEADER_BYTES + size_of_val(values));
     file.extend_from_slice(&header(T::DESCRIPTOR, row, rows as u64));

@@ -7,7 +7,7 @@ const NAMES: [&str; 3] = ["receiver", "field", "frame"];
 
 /// The cells of a column.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Column {
+pub(crate) enum Column {
     /// Numbers; an empty cell is NaN.
     Numbers(Vec<f64>),
     /// Words.
@@ -16,7 +16,7 @@ pub enum Column {
 
 /// A table: names and cells of its columns.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Table {
+pub(crate) struct Table {
     /// From the left.
     pub columns: Vec<(String, Column)>,
 }
@@ -26,7 +26,7 @@ impl Table {
     ///
     /// # Errors
     /// Rows of different lengths.
-    pub fn parse(text: &str) -> Result<Self, csv::Error> {
+    pub(crate) fn parse(text: &str) -> Result<Self, csv::Error> {
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         let names: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
         let mut cells = vec![Vec::new(); names.len()];
@@ -48,7 +48,7 @@ impl Table {
     }
 
     /// A column of numbers.
-    pub fn numbers(&self, wanted: &str) -> Option<&[f64]> {
+    pub(crate) fn numbers(&self, wanted: &str) -> Option<&[f64]> {
         self.columns.iter().find_map(|(name, column)| match column {
             Column::Numbers(numbers) if name == wanted => Some(&numbers[..]),
             _ => None,
@@ -57,7 +57,7 @@ impl Table {
 
     /// The rows of each signal, which follow each other: its name, made of what stands in the columns before the first
     /// one of frequencies, and the rows.
-    pub fn signals(&self) -> Vec<(String, Range<usize>)> {
+    pub(crate) fn signals(&self) -> Vec<(String, Range<usize>)> {
         let before = self.columns.iter().take_while(|(name, _)| !name.ends_with("_hz"));
         let before: Vec<&Column> = before.map(|(_, column)| column).collect();
         let rows = self.columns.first().map_or(0, |(_, column)| match column {

@@ -11,11 +11,11 @@ use crate::scene::RadiationQuality;
 use crate::sound::{Air, CoveredBands, SoundLevels};
 
 /// Third octaves at the receivers.
-pub const SOUND_FILE: &str = "sound.csv";
+pub(crate) const SOUND_FILE: &str = "sound.csv";
 /// Quantity of its A-weighted levels.
-pub const SOUND_LEVEL: &str = "Sound pressure level [dB(A) re 20 uPa]";
+pub(crate) const SOUND_LEVEL: &str = "Sound pressure level [dB(A) re 20 uPa]";
 /// Narrow band.
-pub const SOUND_NARROW_FILE: &str = "sound_narrow.csv";
+pub(crate) const SOUND_NARROW_FILE: &str = "sound_narrow.csv";
 
 /// The spectrum at a receiver: the mean over its points, times the tyres that it hears.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +31,7 @@ pub struct ReceiverSpectrum {
 /// Third-octave levels: nominal and exact mid-frequency \[Hz\], level \[dB re 20 uPa\], A-weighted level \[dB(A)\], 1
 /// where the run vouches for it and 0 beyond, how far off the level may be there by the numerical solution and the
 /// sound's way, and by slices; empty where that is not known \[dB\].
-pub fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, slices: Option<&SliceErrors>) -> String {
+pub(crate) fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, slices: Option<&SliceErrors>) -> String {
     let header = "receiver,nominal_hz,mid_frequency_hz,level_db_re_20upa,level_db_a,valid,error_db,slice_error_db";
     let rows = spectra.iter().flat_map(|ReceiverSpectrum { name, spectrum, error }| {
         let levels = SoundLevels::of(spectrum, lowest..f64::INFINITY);
@@ -49,7 +49,7 @@ pub fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, slices: Optio
 }
 
 /// Narrow-band spectra: frequency \[Hz\] and power spectral density \[Pa^2/Hz\].
-pub fn sound_narrow_csv(spectra: &[ReceiverSpectrum]) -> String {
+pub(crate) fn sound_narrow_csv(spectra: &[ReceiverSpectrum]) -> String {
     let rows = spectra.iter().flat_map(|ReceiverSpectrum { name, spectrum, .. }| {
         spectrum.density().map(move |(frequency, density)| row([name, &frequency, &density]))
     });
@@ -64,7 +64,7 @@ pub struct SoundSummary {
     /// Highest frequency that is radiated \[Hz\].
     pub highest: f64,
     /// The body that radiates.
-    pub body: BodySummary,
+    pub(crate) body: BodySummary,
     /// How far off levels may be, at the receiver where it is most.
     pub error: SoundError,
     /// By receiver.
@@ -103,7 +103,7 @@ impl SoundError {
 
 /// The body that radiates, and how its transfers were found.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub struct BodySummary {
+pub(crate) struct BodySummary {
     /// Boundary elements, or a draft without any.
     pub quality: RadiationQuality,
     /// Length of its contact patch \[m\].
@@ -127,7 +127,7 @@ pub struct BodySummary {
 
 impl BodySummary {
     /// Makes the record of a body in some air, nothing solved.
-    pub fn of(quality: RadiationQuality, body: &Body, air: &Air) -> Self {
+    pub(crate) fn of(quality: RadiationQuality, body: &Body, air: &Air) -> Self {
         Self {
             quality,
             patch_length: 2.0 * body.half_patch(),
@@ -160,27 +160,27 @@ pub struct ReceiverSummary {
     pub level_a_error: f64,
     /// The bands of both levels, of the pass-by and of the files to listen to; absent where the run vouches for none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub bands: Option<CoveredBands>,
+    pub(crate) bands: Option<CoveredBands>,
     /// Sound power level \[dB(A) re 1 pW\], of a hemisphere.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub power_level_a: Option<f64>,
     /// The pass-by's maximum, where the tyre passes.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub pass_by: Option<PassBySummary>,
+    pub(crate) pass_by: Option<PassBySummary>,
     /// Why a receiver that is passed has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub no_pass_by: Option<String>,
     /// Sound intensity, by pairs of microphones.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub intensity: Option<IntensitySummary>,
+    pub(crate) intensity: Option<IntensitySummary>,
     /// The files to listen to, and the pressure of their full scale \[Pa\].
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub audio: Option<AudioSummary>,
+    pub(crate) audio: Option<AudioSummary>,
 }
 
 /// Sound intensity at a receiver of pairs of microphones.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub struct IntensitySummary {
+pub(crate) struct IntensitySummary {
     /// Its table.
     pub file: String,
     /// Energetic mean of the probes' A-weighted levels \[dB(A) re 1 pW/m^2\].
@@ -271,7 +271,7 @@ impl ReceiverSummary {
 
 /// A tyre passing a microphone.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub struct PassBySummary {
+pub(crate) struct PassBySummary {
     /// Name of its table, level against time.
     #[serde(default)]
     pub file: String,
@@ -290,7 +290,7 @@ fn is_false(value: &bool) -> bool {
 
 /// A file to listen to.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub struct AudioSummary {
+pub(crate) struct AudioSummary {
     /// Its name.
     pub file: String,
     /// Pressure of its full scale \[Pa\].

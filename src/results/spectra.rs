@@ -6,10 +6,10 @@ use super::table::csv;
 use crate::response::{BandLevel, LevelErrors, ThirdOctaveBand};
 
 /// Name of the file in a results folder.
-pub const SPECTRA_FILE: &str = "spectra.csv";
+pub(crate) const SPECTRA_FILE: &str = "spectra.csv";
 
 /// Quantity of its levels.
-pub const FORCE_LEVEL: &str = "Contact force level [dB re 1 N]";
+pub(crate) const FORCE_LEVEL: &str = "Contact force level [dB re 1 N]";
 
 /// Lowest band \[Hz\]: below, a run of seconds says little.
 pub(crate) const LOWEST_FREQUENCY: f64 = 20.0;
@@ -18,7 +18,7 @@ pub(crate) const LOWEST_FREQUENCY: f64 = 20.0;
 /// re 1 N\], 1 where the run vouches for the level and 0 beyond, the numerical error of the level and that of slices
 /// \[dB\]. Numbers are written so that reading gives the same bits; where there is none
 /// (the level of silence, an error that is not known) the cell is empty.
-pub fn force_levels_csv(levels: &[BandLevel], errors: &LevelErrors) -> String {
+pub(crate) fn force_levels_csv(levels: &[BandLevel], errors: &LevelErrors) -> String {
     let header = "nominal_hz,mid_frequency_hz,lower_edge_hz,upper_edge_hz,mean_square_n2,level_db_re_1n,valid,error_db,\
                   slice_error_db";
     let rows = levels.iter().map(|&BandLevel { band, mean_square, level, valid }| {
@@ -32,7 +32,7 @@ pub fn force_levels_csv(levels: &[BandLevel], errors: &LevelErrors) -> String {
 }
 
 /// The levels in such a text, bit by bit; `None` where it is none.
-pub fn read_force_levels(text: &str) -> Option<Vec<BandLevel>> {
+pub(crate) fn read_force_levels(text: &str) -> Option<Vec<BandLevel>> {
     /// The columns that are read.
     #[derive(Deserialize)]
     struct Line {

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-pub use super::cost::{Cost, Planned};
+pub(crate) use super::cost::{Cost, Planned};
 use super::error::ResultsError;
 use super::sound::SoundSummary;
 use super::vibration::VibrationSummary;
@@ -15,11 +15,11 @@ use crate::response::SliceErrors;
 use crate::scene::settings_hash;
 
 /// Name of the summary in a results folder.
-pub const SUMMARY_FILE: &str = "summary.json";
+pub(crate) const SUMMARY_FILE: &str = "summary.json";
 /// Value of `format` in a summary of ours.
-pub const FORMAT: &str = "tyrewave results";
+pub(crate) const FORMAT: &str = "tyrewave results";
 /// Version of the layout of the results folder; raised when a reader would stumble.
-pub const FORMAT_VERSION: u32 = 1;
+pub(crate) const FORMAT_VERSION: u32 = 1;
 
 /// Everything that `summary.json` says. Numbers that do not exist (no load asked for, nothing counted yet) are `null`.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -42,7 +42,7 @@ pub struct Summary {
     pub contact: ContactQuality,
     /// Vibration of the tyre, where it was wanted and the run was long enough.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub vibration: Option<VibrationSummary>,
+    pub(crate) vibration: Option<VibrationSummary>,
     /// Sound at the receivers, where there are any and the run was long enough.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sound: Option<SoundSummary>,
@@ -52,7 +52,7 @@ pub struct Summary {
     #[serde(default)]
     pub notes: Vec<String>,
     /// Cost of the run.
-    pub cost: Cost,
+    pub(crate) cost: Cost,
     /// The effective settings: the scene with every default filled in.
     pub settings: serde_json::Value,
     /// Names of all files in the folder; filled in by [`super::folder::ResultsFolder`].
@@ -170,7 +170,7 @@ pub struct ContactQuality {
     pub local_compliance: Option<f64>,
     /// Errors of levels by slices beside those by cells; absent where they are not known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub slices: Option<SliceErrors>,
+    pub(crate) slices: Option<SliceErrors>,
     /// Searches that were given up: always 0, or the run has failed.
     pub aborted_searches: u64,
     /// Steps by the number of linear solves that they took.
@@ -179,7 +179,7 @@ pub struct ContactQuality {
 
 impl Summary {
     /// A summary of a run that has only begun: the lead fields filled in, no outcome, not complete.
-    pub fn begun(title: &str, settings: serde_json::Value, cost: Cost) -> Self {
+    pub(crate) fn begun(title: &str, settings: serde_json::Value, cost: Cost) -> Self {
         Self {
             format: FORMAT.into(),
             format_version: FORMAT_VERSION,

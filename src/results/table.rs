@@ -10,7 +10,7 @@ const PADDING: usize = 2;
 const GAP: usize = 1;
 
 /// The cells of a row, from the left: whatever can be shown, one after the other.
-pub trait Cells {
+pub(crate) trait Cells {
     /// Their texts. Numbers are written so that reading gives the same bits; where there is none (the level of silence,
     /// the mean of nothing) the cell is empty.
     fn texts(self) -> Vec<String>;
@@ -27,12 +27,12 @@ impl<R: IntoIterator<Item: ToString>> Cells for R {
 const NO_NUMBERS: [&str; 3] = ["-inf", "inf", "NaN"];
 
 /// A row of cells of many kinds.
-pub fn row<const COUNT: usize>(cells: [&dyn fmt::Display; COUNT]) -> Vec<String> {
+pub(crate) fn row<const COUNT: usize>(cells: [&dyn fmt::Display; COUNT]) -> Vec<String> {
     cells.texts()
 }
 
 /// A cell that is empty where there is nothing to show.
-pub fn optional(cell: Option<impl ToString>) -> String {
+pub(crate) fn optional(cell: Option<impl ToString>) -> String {
     cell.map_or_else(String::new, |cell| cell.to_string())
 }
 
@@ -45,17 +45,17 @@ pub struct Table {
 }
 
 /// A table with words in the first column to the left, numbers in the others to the right.
-pub fn aligned(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> Table {
+pub(crate) fn aligned(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> Table {
     Table::new(header, rows, |column| if column == 0 { CellAlignment::Left } else { CellAlignment::Right })
 }
 
 /// As [`aligned`], all columns being numbers.
-pub fn numbers(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> Table {
+pub(crate) fn numbers(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> Table {
     Table::new(header, rows, |_| CellAlignment::Right)
 }
 
 /// As [`aligned`], all columns being words.
-pub fn words(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> Table {
+pub(crate) fn words(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> Table {
     Table::new(header, rows, |_| CellAlignment::Left)
 }
 
@@ -230,7 +230,7 @@ impl fmt::Display for Report {
 
 /// Header and rows as CSV; cells are quoted where they need it, and a blank stands before words that spreadsheets would
 /// take for a formula.
-pub fn csv(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> String {
+pub(crate) fn csv(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> String {
     let mut writer = csv::WriterBuilder::new().flexible(true).from_writer(Vec::new());
     let harmless = |cell: String| {
         let formula = cell.starts_with(['=', '+', '-', '@']) && cell.len() > 1 && cell.parse::<f64>().is_err();
@@ -244,7 +244,7 @@ pub fn csv(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> String {
 }
 
 /// A number with thin groups of three: 21 233 664.
-pub fn grouped(number: u64) -> String {
+pub(crate) fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let groups: Vec<&str> = (0..digits.len())
         .filter(|position| *position == 0 || (digits.len() - position).is_multiple_of(3))

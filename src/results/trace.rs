@@ -13,12 +13,12 @@ use crate::counters::trace::{Row, Trace, What};
 use crate::counters::{Phase, Stage};
 
 /// How a trace begins.
-pub const TRACE_HEAD: &str = "{\"displayTimeUnit\":\"ms\",\"otherData\":";
+pub(crate) const TRACE_HEAD: &str = "{\"displayTimeUnit\":\"ms\",\"otherData\":";
 /// How folded stacks begin.
-pub const FOLDED_HEAD: &str = "tyrewave;run";
+pub(crate) const FOLDED_HEAD: &str = "tyrewave;run";
 
 /// Chrome's trace events of a run that has ended.
-pub fn chrome_trace(trace: &Trace, title: &str) -> String {
+pub(crate) fn chrome_trace(trace: &Trace, title: &str) -> String {
     let thread = |row: Row| match row {
         Row::March => 1,
         Row::Behind => 2,
@@ -57,7 +57,7 @@ pub fn chrome_trace(trace: &Trace, title: &str) -> String {
 }
 
 /// Folded stacks of a run that has ended. What no stage has is its phase's own, what no phase has is the run's own.
-pub fn folded_stacks(trace: &Trace) -> String {
+pub(crate) fn folded_stacks(trace: &Trace) -> String {
     let microseconds = |time: std::time::Duration| u64::try_from(time.as_micros()).unwrap_or(u64::MAX);
     let mut text = String::new();
     let mut line = |stack: &str, time: u64| {

@@ -16,7 +16,7 @@ pub(super) const PARTIAL: &str = ".partial";
 ///
 /// # Errors
 /// [`CheckpointError`] unless there is exactly one.
-pub fn unfinished(path: &Path) -> Result<PathBuf, CheckpointError> {
+pub(crate) fn unfinished(path: &Path) -> Result<PathBuf, CheckpointError> {
     let has_checkpoint = |folder: &Path| folder.join(CHECKPOINT_FILE).is_file();
     if final_name(path).is_some() && path.is_dir() {
         let path = path.to_owned();
@@ -52,7 +52,7 @@ pub(super) fn partial_folders(target: &Path) -> Vec<PathBuf> {
 }
 
 /// Deletes what unfinished runs of a final name have left, unless a process still writes to it.
-pub fn forget_abandoned(target: &Path) {
+pub(crate) fn forget_abandoned(target: &Path) {
     for folder in partial_folders(target).into_iter().filter(|folder| !in_use(folder)) {
         // What cannot be deleted is in nobody's way.
         let _ = flat_folder::remove(&folder);

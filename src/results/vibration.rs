@@ -11,18 +11,18 @@ use super::table::{Cells, csv, row};
 use crate::response::{BandLevel, LevelErrors, PowerSpectrum};
 
 /// Third octaves.
-pub const VIBRATION_FILE: &str = "vibration.csv";
+pub(crate) const VIBRATION_FILE: &str = "vibration.csv";
 /// Quantity of its levels.
-pub const VELOCITY_LEVEL: &str = "Velocity level [dB re 1 m/s]";
+pub(crate) const VELOCITY_LEVEL: &str = "Velocity level [dB re 1 m/s]";
 /// Narrow band.
-pub const VIBRATION_NARROW_FILE: &str = "vibration_narrow.csv";
+pub(crate) const VIBRATION_NARROW_FILE: &str = "vibration_narrow.csv";
 
 /// The columns that say which spectrum a row is of.
 const NAMES: [&str; 4] = ["field", "frame", "position_m", "element"];
 
 /// Where a spectrum was taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Place {
+pub enum VelocityPlace {
     /// Mean over the circumference.
     Everywhere,
     /// Beside the road, at a distance from the axle \[m\].
@@ -33,34 +33,34 @@ pub enum Place {
 
 /// A spectrum with its names.
 #[derive(Clone, Debug, PartialEq)]
-pub struct NamedSpectrum {
+pub struct VelocitySpectrum {
     /// `tread`, `belt`, `tangential`.
     pub field: &'static str,
     /// `material`, the lines of the mean pattern included; `material-varying`, without them; `non-rotating`, where it
     /// stands still.
     pub frame: &'static str,
     /// Where.
-    pub place: Place,
+    pub place: VelocityPlace,
     /// The spectrum \[m^2/s^2\].
     pub spectrum: PowerSpectrum,
 }
 
-impl NamedSpectrum {
+impl VelocitySpectrum {
     /// Field with frame or place, for legends.
     pub fn name(&self) -> String {
         match self.place {
-            Place::Everywhere => format!("{}, {}", self.field, self.frame),
-            Place::Position(position) => format!("{} at {position} m", self.field),
-            Place::Element(element) => format!("{}, element {element}", self.field),
+            VelocityPlace::Everywhere => format!("{}, {}", self.field, self.frame),
+            VelocityPlace::Position(position) => format!("{} at {position} m", self.field),
+            VelocityPlace::Element(element) => format!("{}, element {element}", self.field),
         }
     }
 
     /// Its [`NAMES`] and some numbers.
     fn row<const COUNT: usize>(&self, numbers: [f64; COUNT]) -> Vec<String> {
         let [position, element] = match self.place {
-            Place::Everywhere => [String::new(), String::new()],
-            Place::Position(position) => [position.to_string(), String::new()],
-            Place::Element(element) => [String::new(), element.to_string()],
+            VelocityPlace::Everywhere => [String::new(), String::new()],
+            VelocityPlace::Position(position) => [position.to_string(), String::new()],
+            VelocityPlace::Element(element) => [String::new(), element.to_string()],
         };
         let mut row = row([&self.field, &self.frame, &position, &element]);
         row.extend(numbers.texts());
@@ -71,7 +71,7 @@ impl NamedSpectrum {
 /// Third-octave levels: nominal and exact mid-frequency \[Hz\], mean square \[m^2/s^2\], level \[dB re 1 m/s\], 1 where
 /// the run vouches for it and 0 beyond, its error by slices where that is known \[dB\], of all bands from `lowest`
 /// \[Hz\] on.
-pub fn vibration_levels_csv(spectra: &[NamedSpectrum], lowest: f64, errors: &LevelErrors) -> String {
+pub(crate) fn vibration_levels_csv(spectra: &[VelocitySpectrum], lowest: f64, errors: &LevelErrors) -> String {
     let header = "nominal_hz,mid_frequency_hz,mean_square_m2_s2,level_db_re_1m_s,valid,slice_error_db";
     let rows = spectra.iter().flat_map(|named| {
         named.spectrum.third_octaves(lowest, 1.0).into_iter().map(|BandLevel { band, mean_square, level, valid }| {
@@ -84,7 +84,7 @@ pub fn vibration_levels_csv(spectra: &[NamedSpectrum], lowest: f64, errors: &Lev
 }
 
 /// Narrow-band spectra: frequency \[Hz\] and power spectral density \[m^2/s^2/Hz\].
-pub fn vibration_narrow_csv(spectra: &[NamedSpectrum]) -> String {
+pub(crate) fn vibration_narrow_csv(spectra: &[VelocitySpectrum]) -> String {
     let rows = spectra
         .iter()
         .flat_map(|named| named.spectrum.density().map(|(frequency, density)| named.row([frequency, density])));
@@ -93,7 +93,7 @@ pub fn vibration_narrow_csv(spectra: &[NamedSpectrum]) -> String {
 
 /// Part of `summary.json` on the vibration.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub struct VibrationSummary {
+pub(crate) struct VibrationSummary {
     /// Segments averaged, half of each shared with the next.
     pub segments: u64,
     /// Length of a segment \[s\], and the revolutions that it is.
@@ -118,7 +118,7 @@ pub struct VibrationSummary {
 
 /// Velocities of a field, root mean squares over time and circumference.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub struct FieldSummary {
+pub(crate) struct FieldSummary {
     /// `tread`, `belt`, `tangential`.
     pub field: Cow<'static, str>,
     /// Root mean square of the vibration, the mean pattern left out \[m/s\].
@@ -134,7 +134,7 @@ pub struct FieldSummary {
 
 /// Power that the contact forces put in, against what the tyre dissipates \[W\].
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub struct PowerSummary {
+pub(crate) struct PowerSummary {
     /// Put in: forces times velocities, in the time domain.
     pub put_in: f64,
     /// Power of forces on cells that goes into the waves that the run carries, and that is dissipated there.
@@ -165,8 +165,10 @@ mod tests {
             nyquist: 200.0,
             valid_to: 150.0,
         };
-        let named = |place| NamedSpectrum { field: "belt", frame: "non-rotating", place, spectrum: spectrum.clone() };
-        let spectra = [named(Place::Everywhere), named(Place::Position(-0.1)), named(Place::Element(7))];
+        let named =
+            |place| VelocitySpectrum { field: "belt", frame: "non-rotating", place, spectrum: spectrum.clone() };
+        let spectra =
+            [named(VelocityPlace::Everywhere), named(VelocityPlace::Position(-0.1)), named(VelocityPlace::Element(7))];
         let narrow = vibration_narrow_csv(&spectra);
         assert_eq!(narrow.lines().count(), 1 + 3 * 601);
         let row: Vec<&str> = narrow.lines().nth(603).unwrap().split(',').collect();

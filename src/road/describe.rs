@@ -19,7 +19,7 @@ const SAMPLE_LENGTH: f64 = 1.0;
 
 /// A rectangular piece of the road on the run's lattice.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct HeightSample {
+pub(crate) struct HeightSample {
     /// Road coordinate of the first row \[m\].
     pub start: f64,
     /// Row spacing \[m\].
@@ -45,9 +45,9 @@ pub struct RoadDescription {
     /// wavelength first; the shortest has two spacings.
     pub levels: Vec<TextureLevel>,
     /// Level of the macrotexture, 0.5 to 50 mm; absent where no such band is valid.
-    pub macrotexture: Option<OverallLevel>,
+    pub(crate) macrotexture: Option<OverallLevel>,
     /// Level of the megatexture, 50 to 500 mm; absent where no such band is valid.
-    pub megatexture: Option<OverallLevel>,
+    pub(crate) megatexture: Option<OverallLevel>,
     /// Root-mean-square height of the profiles \[m\].
     pub rms: f64,
     /// Highest minus lowest height of the profiles \[m\].
@@ -61,7 +61,7 @@ pub struct RoadDescription {
     /// Findings and actions of opening.
     pub report: RoadReport,
     /// A piece to draw.
-    pub sample: HeightSample,
+    pub(crate) sample: HeightSample,
 }
 
 /// Describes a road for a run with this `lattice` at `speed` \[m/s\].

@@ -4,6 +4,11 @@ use std::path::{Path, PathBuf};
 
 use super::file_fault::FileFault;
 
+/// Fault inside a road's file; its message says where it is.
+#[derive(Debug, thiserror::Error)]
+#[error(transparent)]
+pub struct RoadFileFault(pub(crate) FileFault);
+
 /// A road that cannot be used, and why. Lengths in metres unless the message says otherwise.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -14,7 +19,7 @@ pub enum RoadError {
         /// The file.
         path: PathBuf,
         /// Fault of the file.
-        fault: FileFault,
+        fault: RoadFileFault,
     },
     /// A CSV without units.
     #[error(
@@ -221,12 +226,12 @@ pub enum RoadError {
 impl RoadError {
     /// Tells whether the file is plainly one for another kind of road.
     pub fn is_of_another_kind(&self) -> bool {
-        matches!(self, Self::File { fault: FileFault::OtherKind { .. }, .. })
+        matches!(self, Self::File { fault: RoadFileFault(FileFault::OtherKind { .. }), .. })
     }
 
     /// A fault of the file at `path`.
     pub(crate) fn file(path: &Path, fault: impl Into<FileFault>) -> Self {
-        Self::File { path: path.to_owned(), fault: fault.into() }
+        Self::File { path: path.to_owned(), fault: RoadFileFault(fault.into()) }
     }
 }
 

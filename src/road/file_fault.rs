@@ -8,7 +8,7 @@ use crate::storage::array::ArrayError;
 /// A fault of a file. Its messages are what a user reads behind the file's name; lengths in metres unless they say
 /// otherwise.
 #[derive(Debug, thiserror::Error)]
-pub enum FileFault {
+pub(crate) enum FileFault {
     #[error("it cannot be read: {0}")]
     Io(#[from] std::io::Error),
     /// In bytes.
@@ -125,7 +125,7 @@ pub enum FileFault {
 
 /// A guess at what damaged a file; displays as nothing or as the end of a sentence.
 #[derive(Clone, Copy, Debug, thiserror::Error, PartialEq, Eq)]
-pub enum LikelyCause {
+pub(crate) enum LikelyCause {
     /// No guess.
     #[error("")]
     Unknown,

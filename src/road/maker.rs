@@ -39,7 +39,7 @@ const MOST_READY: usize = 8;
 const SLEEP: Duration = Duration::from_micros(100);
 
 /// Makes one chunk after the other.
-pub struct RoadMaker {
+pub(crate) struct RoadMaker {
     bench: Place,
     /// Chunks made behind and not taken yet, in order.
     ready: VecDeque<Chunk>,
@@ -97,13 +97,13 @@ impl Chunk {
 
 impl RoadMaker {
     /// Makes the maker of a road and its slices.
-    pub fn new(surface: RoadSurface, form: SliceForm) -> Self {
+    pub(crate) fn new(surface: RoadSurface, form: SliceForm) -> Self {
         let bench = Bench { surface, form, heights: Vec::new() };
         Self { bench: Place::Here(Box::new(bench)), ready: VecDeque::with_capacity(MOST_READY) }
     }
 
     /// Tells whether another chunk may be begun behind: looks whether the one before is finished.
-    pub fn is_free(&mut self) -> bool {
+    pub(crate) fn is_free(&mut self) -> bool {
         if let Place::Behind(made) = &self.bench {
             let Ok(made) = made.try_recv() else { return false };
             let (bench, chunk) = made.unwrap_or_else(|panic| resume_unwind(panic));
@@ -114,7 +114,7 @@ impl RoadMaker {
     }
 
     /// Begins a chunk behind, on a thread of the present pool; nothing while one is in the making.
-    pub fn begin(&mut self, rows: Range<i64>) {
+    pub(crate) fn begin(&mut self, rows: Range<i64>) {
         if matches!(self.bench, Place::Behind(_)) {
             return;
         }
@@ -136,7 +136,7 @@ impl RoadMaker {
     ///
     /// # Errors
     /// Errors of the road and of its slices.
-    pub fn take(&mut self, rows: Range<i64>, meter: &mut Meter) -> Result<Vec<RoadSlice>, MakingError> {
+    pub(crate) fn take(&mut self, rows: Range<i64>, meter: &mut Meter) -> Result<Vec<RoadSlice>, MakingError> {
         let chunk = match (self.ready.pop_front(), &mut self.bench) {
             (Some(chunk), _) => chunk,
             (None, Place::Behind(made)) => {

@@ -7,26 +7,29 @@
 //! `texture` measures, [`describe`](fn@describe) tells. `report` is what was found on the way, `error` why there is no
 //! road, `file_fault` what is wrong with its file.
 
-pub mod ahead;
+pub(crate) mod ahead;
 mod describe;
 mod error;
 mod file_fault;
 mod lattice;
-pub mod maker;
+pub(crate) mod maker;
 mod report;
-pub mod resample;
-pub mod slices;
-pub mod sources;
-pub mod strip;
+pub(crate) mod resample;
+pub(crate) mod slices;
+pub(crate) mod sources;
+pub(crate) mod strip;
 mod surface;
 pub(crate) mod texture;
 
 pub use describe::{RoadDescription, describe};
-pub use error::RoadError;
+pub use error::{RoadError, RoadFileFault};
 pub use lattice::Lattice;
 pub use report::RoadReport;
+pub use slices::builder::{SliceBuilder, SliceScratch};
+pub use slices::{SliceError, StiffnessCurve};
 pub use surface::{Limits, RoadSurface};
-pub use texture::TextureLevel;
+pub use texture::depth::ProfileDepth;
+pub use texture::levels::TextureLevel;
 
 #[cfg(test)]
 mod tests;

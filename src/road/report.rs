@@ -8,7 +8,7 @@ use super::texture::BandFit;
 /// Something that the user should know about the road, as it stands in `road.json`; lengths in m.
 #[derive(Clone, Debug, Error, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "note")]
-pub enum RoadNote {
+pub(crate) enum RoadNote {
     /// Missing heights were interpolated: so many of all.
     #[error("{missing} of {total} heights ({:.1} %) are missing and were interpolated", percent(*missing, *total))]
     Filled { missing: usize, total: usize },
@@ -90,7 +90,7 @@ pub enum RoadNote {
 
 impl RoadNote {
     /// Tells whether the results may be affected in a way that the user did not ask for.
-    pub fn is_warning(&self) -> bool {
+    pub(crate) fn is_warning(&self) -> bool {
         matches!(
             self,
             Self::Filled { .. }
@@ -125,9 +125,9 @@ pub struct RoadReport {
     /// Shortest wavelength that the road holds on the run's lattice \[m\]; absent for the plane.
     pub shortest_wavelength: Option<f64>,
     /// Made roads: levels asked for and levels of the surface.
-    pub bands: Vec<BandFit>,
+    pub(crate) bands: Vec<BandFit>,
     /// Everything else, in the order in which it was found.
-    pub notes: Vec<RoadNote>,
+    pub(crate) notes: Vec<RoadNote>,
 }
 
 impl RoadReport {

@@ -73,7 +73,7 @@ struct RunState {
 }
 
 /// A checkpoint that belongs to a known scene, version and road; its state is still to be read.
-pub struct Checkpoint {
+pub(crate) struct Checkpoint {
     path: PathBuf,
     /// Rest of the file: a [`RunState`].
     state: Body,
@@ -90,10 +90,10 @@ impl Checkpoint {
     ///
     /// # Errors
     /// [`CheckpointError`].
-    pub fn read(folder: &Path) -> Result<Self, RunError> {
+    pub(crate) fn read(folder: &Path) -> Result<Self, RunError> {
         let mut body = checkpoint::read(folder)?;
         let path = folder.join(CHECKPOINT_FILE);
-        let unusable = |reason: Unusable| CheckpointError::Unusable { path: path.clone(), reason };
+        let unusable = |reason: Unusable| CheckpointError::Unusable { path: path.clone(), reason: reason.into() };
         let program: String = body.take().map_err(|error| unusable(error.into()))?;
         if program != env!("CARGO_PKG_VERSION") {
             return Err(unusable(Unusable::Program { found: program }).into());
@@ -121,9 +121,9 @@ impl Checkpoint {
     ///
     /// # Errors
     /// [`CheckpointError::Unusable`]; the run is of no use then.
-    pub fn restore(self, run: &mut Simulation) -> Result<[Duration; 2], RunError> {
+    pub(crate) fn restore(self, run: &mut Simulation) -> Result<[Duration; 2], RunError> {
         let Self { path, state, steps, .. } = self;
-        let unusable = |reason| CheckpointError::Unusable { path, reason };
+        let unusable = |reason: Unusable| CheckpointError::Unusable { path, reason: reason.into() };
         let state: RunState = match state.finish() {
             Ok(state) => state,
             Err(error) => return Err(unusable(error.into()).into()),
@@ -165,7 +165,7 @@ impl RunState {
 }
 
 /// Writes checkpoints as the time comes.
-pub struct Checkpoints {
+pub(crate) struct Checkpoints {
     owner: Owner,
     /// The scene as used, as TOML.
     scene: String,
@@ -184,7 +184,7 @@ impl Checkpoints {
     ///
     /// # Errors
     /// A scene that TOML cannot hold, a road file that cannot be read.
-    pub fn new(
+    pub(crate) fn new(
         loaded: &LoadedScene,
         (begin, begin_cpu): (Instant, Option<Duration>),
         earlier: [Duration; 2],
@@ -196,17 +196,17 @@ impl Checkpoints {
     }
 
     /// Wall time of the whole run until `now`.
-    pub fn wall(&self, now: Instant) -> Duration {
+    pub(crate) fn wall(&self, now: Instant) -> Duration {
         self.earlier[0] + now.saturating_duration_since(self.begin)
     }
 
     /// Processor time of all threads for the whole run so far; `None` where the system does not tell.
-    pub fn cpu(&self) -> Option<Duration> {
+    pub(crate) fn cpu(&self) -> Option<Duration> {
         cpu_time().zip(self.begin_cpu).map(|(now, begin)| self.earlier[1] + now.saturating_sub(begin))
     }
 
     /// Tells whether it is time for one.
-    pub fn due(&self) -> bool {
+    pub(crate) fn due(&self) -> bool {
         self.interval.is_some_and(|interval| self.last.elapsed() >= interval)
     }
 
@@ -214,7 +214,7 @@ impl Checkpoints {
     ///
     /// # Errors
     /// [`ResultsError`]; the checkpoint before stays whole then.
-    pub fn write(&mut self, folder: &mut ResultsFolder, run: &mut Simulation) -> Result<(), ResultsError> {
+    pub(crate) fn write(&mut self, folder: &mut ResultsFolder, run: &mut Simulation) -> Result<(), ResultsError> {
         let written = run.sync_arrays()?;
         if !folder.holds_checkpoint() {
             folder.write_text(SCENE_FILE, &self.scene)?;

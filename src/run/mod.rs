@@ -7,22 +7,31 @@
 //!    [`checkpoint`] lets a folder's run go on where it was stopped.
 
 mod cells;
-pub mod checkpoint;
-pub mod in_memory;
+pub(crate) mod checkpoint;
+pub(crate) mod in_memory;
 mod look_back;
-pub mod past;
-pub mod prepare;
-pub mod road;
-pub mod simulation;
-pub mod slices;
-pub mod to_folder;
+pub(crate) mod past;
+pub(crate) mod prepare;
+pub(crate) mod road;
+pub(crate) mod simulation;
+pub(crate) mod slices;
+pub(crate) mod to_folder;
 mod zone_maker;
 
 #[cfg(test)]
 mod tests;
 
+pub use crate::contact::error::ContactError;
+pub use crate::contact::footprint::Footprint;
+pub use crate::contact::geometry::Geometry;
+pub use crate::contact::march::StepResult;
 pub use crate::counters::{Progress, Unwatched};
 pub use crate::effects::RunError;
+pub use crate::effects::channel::{KeptArray, Numbers};
+pub use crate::effects::sound::HeardSound;
+pub use crate::effects::vibration::results::HeardVibration;
+pub use crate::storage::state::StateError;
 pub use in_memory::{RunInMemory, run_in_memory};
-pub use simulation::{Results, Setup, Simulation};
+pub(crate) use simulation::Setup;
+pub use simulation::{Results, Simulation};
 pub use to_folder::{RunOptions, RunReport, resume, run};

@@ -16,7 +16,7 @@ use crate::tyre::influence::convolution_quadrature::Weights;
 use crate::tyre::poles::RationalModel;
 
 /// Ingredients of a way to carry the past.
-pub struct Past<'a> {
+pub(crate) struct Past<'a> {
     /// The scene.
     pub loaded: &'a LoadedScene,
     /// Its plan.
@@ -43,14 +43,14 @@ fn ringing(rule: TimeRule, time_step: f64) -> String {
 
 /// Influence between the points in contact within an instant, and the past; and the model that both were made from, if
 /// there is one.
-pub type Kernels = (ContactKernel, Box<dyn PastForces>, Option<RationalModel>);
+pub(crate) type Kernels = (ContactKernel, Box<dyn PastForces>, Option<RationalModel>);
 
 impl Past<'_> {
     /// Weights summed on the contour of the quadrature, for the lags of the scene's memory.
     ///
     /// # Errors
     /// As [`ContactKernel::new`]; [`RunError::Interrupted`].
-    pub fn direct(&self, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Kernels, RunError> {
+    pub(crate) fn direct(&self, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Kernels, RunError> {
         let numerics = &self.plan.scene.numerics;
         if numerics.time_rule.is_marginal() {
             warnings.push(ringing(numerics.time_rule, self.plan.time_step));
@@ -84,7 +84,7 @@ impl Past<'_> {
     ///
     /// # Errors
     /// A fit that was refused; as [`ContactKernel::new`].
-    pub fn modal(&self, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Kernels, RunError> {
+    pub(crate) fn modal(&self, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Kernels, RunError> {
         let (rule, time_step) = (self.plan.scene.numerics.time_rule, self.plan.time_step);
         let right = "another tolerance, or history = \"direct\"";
         let model = planned_model(self.loaded, self.plan, right, self.stop, meter, warnings)?;

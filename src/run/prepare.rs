@@ -10,8 +10,8 @@ use crate::contact::axle::{AxleHeight, LoadControl};
 use crate::contact::geometry::Geometry;
 use crate::contact::march::March;
 use crate::contact::static_contact::{deepest, window_reach};
-use crate::counters::{Meter, Stage};
-use crate::effects::{ContactFacts, RunError, TyreModels};
+use crate::counters::{Meter, Progress, Stage};
+use crate::effects::{Begin, ContactFacts, RunError, TyreModels};
 use crate::plan::Plan;
 use crate::road::ahead::RoadAhead;
 use crate::road::strip::RoadStrip;
@@ -39,6 +39,23 @@ pub struct Prepared {
     pub notes: Vec<String>,
     /// Warnings that the user should act on.
     pub warnings: Vec<String>,
+}
+
+impl Prepared {
+    /// Ingredients of the observers of its effects; `in_memory` is true for a run whose results stay there.
+    pub fn begin<'a>(
+        &'a mut self,
+        loaded: &'a LoadedScene,
+        plan: &'a Plan,
+        in_memory: bool,
+        stop: &'a AtomicBool,
+        progress: &'a mut dyn Progress,
+        meter: &'a mut Meter,
+    ) -> Begin<'a> {
+        let Self { contact, models, warnings, .. } = self;
+        let planned_memory = |plan: &Plan| plan.amounts().memory_on(1);
+        Begin { loaded, plan, contact, models, in_memory, planned_memory, warnings, stop, progress, meter }
+    }
 }
 
 /// Prepares a run. `stop` ends the work on the influence functions once it is set.
@@ -122,7 +139,7 @@ fn unexcited(plan: &Plan, highest: f64) -> Option<String> {
 ///
 /// # Errors
 /// Whatever can be known to be wrong without running.
-pub fn checked(loaded: &LoadedScene) -> Result<Plan, RunError> {
+pub(crate) fn checked(loaded: &LoadedScene) -> Result<Plan, RunError> {
     loaded.check_time_domain()?;
     let mut plan = Plan::of(loaded)?.with_kept_model();
     plan.check(loaded)?;

@@ -10,7 +10,7 @@ use crate::scene::{LoadedScene, Scene, SceneError};
 ///
 /// # Errors
 /// [`RunError`] with the key that is to blame.
-pub fn open_road(loaded: &LoadedScene, plan: &Plan, chord: f64) -> Result<(RoadSurface, f64), RunError> {
+pub(crate) fn open_road(loaded: &LoadedScene, plan: &Plan, chord: f64) -> Result<(RoadSurface, f64), RunError> {
     let scene = &plan.scene;
     let open = || -> Result<_, RoadError> {
         let surface = RoadSurface::open(&scene.road, plan.lattice()?, road_limits(scene))?;
@@ -27,12 +27,12 @@ pub fn open_road(loaded: &LoadedScene, plan: &Plan, chord: f64) -> Result<(RoadS
 }
 
 /// Returns the limits of opening a scene's road.
-pub fn road_limits(scene: &Scene) -> Limits {
+pub(crate) fn road_limits(scene: &Scene) -> Limits {
     Limits { bytes: scene.numerics.memory_bytes() }
 }
 
 /// A road's complaint, placed in the scene at the key that it is about.
-pub fn in_scene(loaded: &LoadedScene, error: RoadError) -> RunError {
+pub(crate) fn in_scene(loaded: &LoadedScene, error: RoadError) -> RunError {
     let (key, right) = match &error {
         error if error.is_of_another_kind() => {
             ("road.kind", "the kind that the file is of, with its keys; or another file")

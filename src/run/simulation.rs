@@ -16,7 +16,7 @@ use crate::effects::RunError;
 use crate::effects::force::ForceObserver;
 use crate::effects::sound::{HeardSound, SoundObserver};
 use crate::effects::vibration::{HeardVibration, VibrationObserver};
-use crate::effects::{Arrays, Begin, EFFECTS, End, Found, KeptArray, Observer, Step, channels};
+use crate::effects::{Arrays, EFFECTS, EffectObserver, End, Found, KeptArray, Observer, Step, channels};
 use crate::plan::Plan;
 use crate::response::PowerSpectrum;
 use crate::response::vibration::ContactPower;
@@ -34,10 +34,10 @@ const LOOK_EVERY: u64 = 16;
 const WIDER: f64 = 1.5;
 
 /// Observer with the name of its effect.
-type Named = (&'static str, Box<dyn Observer>);
+type Named = (&'static str, Box<dyn EffectObserver>);
 
 /// The first observer of a type, if there is one.
-fn first_of<T: Observer>(observers: &[Named]) -> Option<&T> {
+fn first_of<T: EffectObserver>(observers: &[Named]) -> Option<&T> {
     observers.iter().find_map(|(_, observer)| (observer.as_ref() as &dyn Any).downcast_ref())
 }
 
@@ -52,6 +52,8 @@ pub struct Simulation {
     pub(crate) prepared: Prepared,
     /// Observers by the names of their effects.
     observers: Vec<Named>,
+    /// Observers of the caller's own.
+    own: Vec<Box<dyn Observer>>,
     /// Power put in, where an observer needs it.
     power: Option<ContactPower>,
     arrays: Option<Arrays>,
@@ -60,7 +62,7 @@ pub struct Simulation {
 }
 
 /// Choices of a beginning.
-pub struct Setup<'a> {
+pub(crate) struct Setup<'a> {
     /// Flag that ends the work once it is set.
     pub stop: &'a AtomicBool,
     /// Meter of the cost, begun.
@@ -89,9 +91,9 @@ pub struct Results {
     /// Averaged spectrum of the total force; `None` for a run that did not reach its end, or is too short for one.
     pub spectrum: Option<PowerSpectrum>,
     /// Work of the search for the forces.
-    pub search: SearchCounts,
+    pub(crate) search: SearchCounts,
     /// How far the contact conditions are missed, at worst; relative to the largest force and displacement.
-    pub residuals: Residuals,
+    pub(crate) residuals: Residuals,
     /// Sound at the receivers, where there are any and the run was long enough.
     pub sound: Option<HeardSound>,
     /// Choices of the plan, and effects that it leaves out.
@@ -128,24 +130,12 @@ impl Simulation {
     ///
     /// # Errors
     /// As [`Self::begin`].
-    pub fn prepare(loaded: &LoadedScene, plan: &Plan, setup: Setup<'_>) -> Result<Self, RunError> {
+    pub(crate) fn prepare(loaded: &LoadedScene, plan: &Plan, setup: Setup<'_>) -> Result<Self, RunError> {
         loaded.check_time_domain()?;
         let Setup { stop, mut meter, progress, in_memory, without } = setup;
         progress.stage(Stage::Influence);
         let mut prepared = prepare(loaded, plan, stop, &mut meter)?;
-        let Prepared { contact, models, warnings, .. } = &mut prepared;
-        let mut begin = Begin {
-            loaded,
-            plan,
-            contact,
-            models,
-            in_memory,
-            planned_memory: |plan| plan.amounts().memory_on(1),
-            warnings,
-            stop,
-            progress,
-            meter: &mut meter,
-        };
+        let mut begin = prepared.begin(loaded, plan, in_memory, stop, progress, &mut meter);
         let mut observers = Vec::new();
         for effect in EFFECTS.into_iter().filter(|effect| !without.contains(&effect.name())) {
             observers.extend(effect.begin(&mut begin)?.map(|observer| (effect.name(), observer)));
@@ -158,6 +148,7 @@ impl Simulation {
             power: None,
             prepared,
             observers,
+            own: Vec::new(),
             arrays: None,
             meter,
         };
@@ -177,13 +168,13 @@ impl Simulation {
         if observer.needs_power() && self.power.is_none() {
             self.power = Some(self.contact_power());
         }
-        self.observers.push(("own", Box::new(observer)));
+        self.own.push(Box::new(observer));
         self
     }
 
-    /// The first observer of a type, if there is one.
+    /// The caller's first observer of a type, if there is one.
     pub fn observer<T: Observer>(&self) -> Option<&T> {
-        first_of(&self.observers)
+        self.own.iter().find_map(|observer| (observer.as_ref() as &dyn Any).downcast_ref())
     }
 
     /// Begins the arrays that the plan calls for, in a folder or in memory, or goes on with them.
@@ -262,7 +253,8 @@ impl Simulation {
     pub fn finish(mut self) -> Results {
         self.settle();
         let found = self.tell();
-        let (sound, spectrum) = (self.observer::<SoundObserver>(), self.observer::<ForceObserver>());
+        let (sound, spectrum) =
+            (first_of::<SoundObserver>(&self.observers), first_of::<ForceObserver>(&self.observers));
         let (sound, spectrum) =
             (sound.and_then(|sound| sound.heard().ok()), spectrum.and_then(ForceObserver::spectrum));
         let Self { prepared, meter, .. } = self;
@@ -398,7 +390,7 @@ impl Simulation {
     /// begins again over a wider one, since other waves carry the past through that; `None` until it has come as far
     /// as it was.
     fn advance(&mut self) -> Result<Option<StepResult>, RunError> {
-        let Self { plan, next_step, prepared, observers, power, arrays, meter, .. } = self;
+        let Self { plan, next_step, prepared, observers, own, power, arrays, meter, .. } = self;
         let Prepared { march, road, axle, contact, .. } = prepared;
         let number = march.next_step();
         meter.begin_step(number);
@@ -440,6 +432,9 @@ impl Simulation {
             meter.time_in_step(Stage::Output, || arrays.push(&step))?;
         }
         for (_, observer) in observers {
+            observer.observe(&step, meter)?;
+        }
+        for observer in own {
             observer.observe(&step, meter)?;
         }
         meter.end_step(number + 1);

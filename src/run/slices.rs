@@ -123,7 +123,7 @@ fn slice_law(plan: &Plan, kappa: Option<f64>) -> SliceLaw {
 ///
 /// # Errors
 /// As [`SliceBuilder`]'s constructors; [`SliceError::Together`] for the law of a pressed road.
-pub fn slice_builder(law: Slices, lattice: Lattice) -> Result<SliceBuilder, SliceError> {
+pub(crate) fn slice_builder(law: Slices, lattice: Lattice) -> Result<SliceBuilder, SliceError> {
     match law {
         // A single cell presses flat, by every law.
         _ if lattice.cells() == 1 => SliceBuilder::flat(1),

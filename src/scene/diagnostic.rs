@@ -10,7 +10,7 @@ use super::Problem;
 
 /// A text and where it comes from.
 #[derive(Debug, PartialEq, Eq)]
-pub struct Source {
+pub(crate) struct Source {
     /// The file's path as people gave it, or any other name.
     pub name: String,
     /// All of the text.
@@ -19,7 +19,7 @@ pub struct Source {
 
 impl Source {
     /// Line and column of a byte, both from 1, the column in characters.
-    pub fn position(&self, byte: usize) -> (usize, usize) {
+    pub(crate) fn position(&self, byte: usize) -> (usize, usize) {
         let before = self.text.get(..byte).unwrap_or(&self.text);
         let line = before.matches('\n').count() + 1;
         let column = before.rsplit('\n').next().unwrap_or(before).chars().count() + 1;
@@ -27,7 +27,7 @@ impl Source {
     }
 
     /// Bytes of the line that a byte lies in, without its end.
-    pub fn line(&self, byte: usize) -> Range<usize> {
+    pub(crate) fn line(&self, byte: usize) -> Range<usize> {
         let (before, after) = self.text.split_at_checked(byte).unwrap_or((&self.text, ""));
         let begin = before.rfind('\n').map_or(0, |end| end + 1);
         begin..before.len() + after.find('\n').unwrap_or(after.len())
@@ -65,7 +65,7 @@ impl Diagnostic {
     }
 
     /// Returns the problem.
-    pub fn problem(&self) -> &Problem {
+    pub(crate) fn problem(&self) -> &Problem {
         &self.problem
     }
 

@@ -6,12 +6,12 @@
 ///
 /// From this come the type, its reader, its schema, and its default where every key has one.
 macro_rules! keys {
-    ($(#[doc = $title:literal])* #[derive($($trait:ident),*)] $table:ident {
+    ($(#[doc = $title:literal])* #[derive($($trait:ident),*)] $vis:vis $table:ident {
         $($(#[doc = $about:literal])* $(#[serde($($serde:tt)*)])*
         $key:ident $(as $name:literal)?: $type:ty = $default:expr => $kind:expr,)*
     }) => {
         $crate::scene::keys::keys! { @read
-            $(#[doc = $title])* #[derive($($trait),*)] $table {
+            $(#[doc = $title])* #[derive($($trait),*)] $vis $table {
                 $($(#[doc = $about])* $(#[serde($($serde)*)])* $key $(as $name)?: $type = $default => $kind,)*
             }
         }
@@ -22,7 +22,7 @@ macro_rules! keys {
             }
         }
     };
-    (@read $(#[doc = $title:literal])* #[derive($($trait:ident),*)] $table:ident {
+    (@read $(#[doc = $title:literal])* #[derive($($trait:ident),*)] $vis:vis $table:ident {
         $($(#[doc = $about:literal])* $(#[serde($($serde:tt)*)])*
         $key:ident $(as $name:literal)?: $type:ty $(= $default:expr)? => $kind:expr,)*
     } $(without key {
@@ -30,7 +30,7 @@ macro_rules! keys {
     })?) => {
         $(#[doc = $title])*
         #[derive($($trait),*)]
-        pub struct $table {
+        $vis struct $table {
             $($(#[doc = $about])* $(#[serde($($serde)*)])* pub $key: $type,)*
             $($($(#[doc = $told])* $(#[serde($($own_serde)*)])* pub $own: $own_type,)*)?
         }

@@ -21,7 +21,7 @@ const FORMULA: [char; 4] = ['=', '+', '-', '@'];
 
 /// Where a number has to lie, and its unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bounds {
+pub(crate) struct Bounds {
     low: Bound<f64>,
     high: Bound<f64>,
     unit: &'static str,
@@ -35,33 +35,33 @@ impl Bounds {
     }
 
     /// Any finite number.
-    pub const fn any(unit: &'static str) -> Self {
+    pub(crate) const fn any(unit: &'static str) -> Self {
         Self::new(Bound::Unbounded, Bound::Unbounded, unit)
     }
 
     /// Numbers above zero.
-    pub const fn positive(unit: &'static str) -> Self {
+    pub(crate) const fn positive(unit: &'static str) -> Self {
         Self::new(Bound::Excluded(0.0), Bound::Unbounded, unit)
     }
 
     /// Zero and above.
-    pub const fn not_negative(unit: &'static str) -> Self {
+    pub(crate) const fn not_negative(unit: &'static str) -> Self {
         Self::new(Bound::Included(0.0), Bound::Unbounded, unit)
     }
 
     /// Between two limits that are themselves not accepted.
-    pub const fn inside(low: f64, high: f64, unit: &'static str) -> Self {
+    pub(crate) const fn inside(low: f64, high: f64, unit: &'static str) -> Self {
         Self::new(Bound::Excluded(low), Bound::Excluded(high), unit)
     }
 
     /// Between two limits that are themselves accepted.
-    pub const fn between(low: f64, high: f64, unit: &'static str) -> Self {
+    pub(crate) const fn between(low: f64, high: f64, unit: &'static str) -> Self {
         Self::new(Bound::Included(low), Bound::Included(high), unit)
     }
 
     /// The same, and what of it is plausible, from toys to earth movers: numbers of another magnitude, 0 apart, are
     /// asked about unless the scene allows them.
-    pub const fn plausible(self, least: f64, most: f64) -> Self {
+    pub(crate) const fn plausible(self, least: f64, most: f64) -> Self {
         Self { plausible: Some([least, most]), ..self }
     }
 

@@ -44,7 +44,7 @@ const NOT_CAUSAL: [&str; 2] = [
 
 /// Where the files that a scene names may be.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Reach {
+pub(crate) enum Reach {
     /// In the scene's folder and below, links followed: a scene from anywhere opens nothing else.
     #[default]
     Folder,
@@ -84,7 +84,11 @@ impl Scene {
     ///
     /// # Errors
     /// As [`Self::load`].
-    pub fn load_with(path: impl AsRef<Path>, settings: &[Setting], reach: Reach) -> Result<LoadedScene, SceneError> {
+    pub(crate) fn load_with(
+        path: impl AsRef<Path>,
+        settings: &[Setting],
+        reach: Reach,
+    ) -> Result<LoadedScene, SceneError> {
         let path = path.as_ref();
         let text = read_text(path)?;
         let absolute = std::path::absolute(path).map_err(|source| SceneError::reading(path, source))?;
@@ -160,7 +164,7 @@ impl LoadedScene {
     ///
     /// # Errors
     /// As [`Scene::from_str`].
-    pub fn restored(written: &str, used: &str, path: PathBuf, folder: PathBuf) -> Result<Self, SceneError> {
+    pub(crate) fn restored(written: &str, used: &str, path: PathBuf, folder: PathBuf) -> Result<Self, SceneError> {
         let used = Self::new(used.to_owned(), path.clone(), PathBuf::new(), &[], Reach::Recorded)?;
         let written = Self::new(written.to_owned(), path, PathBuf::new(), &[], Reach::Recorded)?;
         Ok(Self { scene: used.scene, folder, ..written })
@@ -170,7 +174,7 @@ impl LoadedScene {
     ///
     /// # Errors
     /// As [`Scene::from_str`]; of a tyre that is not a table.
-    pub fn recorded(text: &str, name: &str) -> Result<Self, SceneError> {
+    pub(crate) fn recorded(text: &str, name: &str) -> Result<Self, SceneError> {
         Self::new(text.to_owned(), PathBuf::from(name), PathBuf::new(), &[], Reach::Recorded)
     }
 
@@ -178,18 +182,18 @@ impl LoadedScene {
     ///
     /// # Errors
     /// As [`Scene::from_str_with`].
-    pub fn varied(&self, text: String, name: &str, settings: &[Setting]) -> Result<Self, SceneError> {
+    pub(crate) fn varied(&self, text: String, name: &str, settings: &[Setting]) -> Result<Self, SceneError> {
         Self::new(text, PathBuf::from(name), self.folder.clone(), settings, Reach::Anywhere)
     }
 
     /// Tells whether a key is given, such as `numerics.elements`; all are in a scene with every setting decided.
-    pub fn gives(&self, key: &str) -> bool {
+    pub(crate) fn gives(&self, key: &str) -> bool {
         self.settled || self.document.has(key)
     }
 
     /// As it was loaded, with settings that are all decided.
     #[must_use]
-    pub fn settled(self, scene: Scene) -> Self {
+    pub(crate) fn settled(self, scene: Scene) -> Self {
         Self { scene, settled: true, ..self }
     }
 
@@ -197,7 +201,7 @@ impl LoadedScene {
     ///
     /// # Errors
     /// As [`Scene::to_toml`].
-    pub fn given(&self) -> Result<toml::Table, SceneError> {
+    pub(crate) fn given(&self) -> Result<toml::Table, SceneError> {
         let mut scene = toml::Table::try_from(&self.scene).map_err(|source| SceneError::NotToml { source })?;
         scene.retain(|name, _| self.gives(name));
         for (name, value) in &mut scene {
@@ -212,7 +216,7 @@ impl LoadedScene {
     ///
     /// # Errors
     /// As [`Scene::to_toml`].
-    pub fn written_toml(&self) -> Result<String, SceneError> {
+    pub(crate) fn written_toml(&self) -> Result<String, SceneError> {
         self.as_written().to_toml()
     }
 
@@ -403,6 +407,6 @@ fn syntax(source: &Arc<Source>, document: &Document, error: &toml::de::Error) ->
 
 /// SHA-256 of settings as compact JSON with sorted keys, in hexadecimal: two scenes have the same hash exactly if they
 /// say the same, however they are written.
-pub fn settings_hash(settings: &serde_json::Value) -> String {
+pub(crate) fn settings_hash(settings: &serde_json::Value) -> String {
     sha256(&[&settings.to_string()])
 }

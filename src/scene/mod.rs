@@ -10,20 +10,21 @@ mod error;
 mod keys;
 mod kind;
 mod load;
-pub mod model;
+pub(crate) mod model;
 mod problem;
-pub mod schema;
+pub(crate) mod schema;
 mod setting;
 mod table;
 #[cfg(test)]
 pub(crate) mod tests;
 
-pub use diagnostic::{Diagnostic, Source};
+pub use diagnostic::Diagnostic;
 pub use error::SceneError;
-pub use kind::Bounds;
-pub use load::{LoadedScene, Reach, settings_hash};
+pub use load::LoadedScene;
+pub(crate) use load::Reach;
+pub(crate) use load::settings_hash;
 pub use model::*;
-pub use problem::Problem;
+pub(crate) use problem::Problem;
 pub(crate) use problem::short;
 pub use setting::Setting;
 

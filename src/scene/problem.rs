@@ -9,7 +9,7 @@ const MOST: usize = 1000;
 
 /// A mistake in a scene: [`Display`](fmt::Display) says what is wrong, [`Problem::right`] what would be right.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Problem {
+pub(crate) struct Problem {
     wrong: String,
     right: String,
     /// True if the key is at fault, not its value.
@@ -123,7 +123,7 @@ impl Problem {
     }
 
     /// Returns the remedy, as a short request.
-    pub fn right(&self) -> &str {
+    pub(crate) fn right(&self) -> &str {
         &self.right
     }
 

@@ -7,7 +7,7 @@ use super::table::Kind;
 
 /// One table of a schema.
 #[derive(Clone, Debug)]
-pub struct Section<'a> {
+pub(crate) struct Section<'a> {
     /// Its path, such as `tyre.layers`; empty for the scene itself.
     pub path: String,
     /// True if there may be several of it.
@@ -17,7 +17,7 @@ pub struct Section<'a> {
 }
 
 /// All tables of a schema, each before those in it; one whose keys depend on a word in it, once for each word.
-pub fn sections(schema: &Value) -> Vec<Section<'_>> {
+pub(crate) fn sections(schema: &Value) -> Vec<Section<'_>> {
     let mut sections = Vec::new();
     collect(String::new(), false, schema, &mut sections);
     sections

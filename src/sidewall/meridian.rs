@@ -69,7 +69,7 @@ impl EdgeStatics {
 
 /// The meridian of an arc in steady state.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Meridian {
+pub(crate) struct Meridian {
     load: Load,
     length: f64,
     begin: State,
@@ -151,7 +151,7 @@ impl Load {
 impl Meridian {
     /// The steady meridian of an arc; `None` where there is none: measures without an arc between bead and belt, or a
     /// rotation under which its cords would bear no tension.
-    pub fn new(arc: &Arc) -> Option<Self> {
+    pub(crate) fn new(arc: &Arc) -> Option<Self> {
         let start = [arc.pressure * arc.radius, -arc.angle];
         let spin = arc.mass * arc.angular_velocity * arc.angular_velocity;
         let under = |share: f64| Load { pressure: arc.pressure, spin: share * spin };
@@ -181,7 +181,7 @@ impl Meridian {
     }
 
     /// Tension and angle at its ends.
-    pub fn edge(&self) -> EdgeStatics {
+    pub(crate) fn edge(&self) -> EdgeStatics {
         self.edge
     }
 

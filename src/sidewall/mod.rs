@@ -9,15 +9,15 @@
 //! - [`cases`]: sidewalls in files of compliance cases.
 
 mod arc;
-pub mod cases;
+pub(crate) mod cases;
 mod edge;
 mod meridian;
 mod relaxation;
 mod swept;
-mod table;
+pub(crate) mod table;
 
 pub use arc::Arc;
-pub use edge::EdgeImpedance;
-pub use meridian::{EdgeStatics, Meridian};
+pub(crate) use edge::EdgeImpedance;
+pub(crate) use meridian::Meridian;
 pub use relaxation::Relaxation;
-pub use table::{BothWays, Flow, Pieces, Sidewall, SidewallAt, table_bytes};
+pub(crate) use table::{BothWays, Flow, Pieces, Sidewall, SidewallAt, table_bytes};

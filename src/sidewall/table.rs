@@ -29,7 +29,7 @@ pub struct BothWays<T = EdgeImpedance> {
 
 /// Flow of each piece of a sidewall per radian, by the edge's motions w and V \[m^2\]: its [`SplitRule`] runs from the
 /// belt to the bead.
-pub type Flow = [[Complex64; 2]; SplitRule::POINTS];
+pub(crate) type Flow = [[Complex64; 2]; SplitRule::POINTS];
 
 /// A sidewall, ready for any wave.
 #[derive(Debug)]
@@ -63,7 +63,7 @@ impl PartialEq for Sidewall {
 }
 
 /// Bytes of the impedances at one s, of so many waves.
-pub fn table_bytes(waves: usize) -> f64 {
+pub(crate) fn table_bytes(waves: usize) -> f64 {
     (waves.div_ceil(MOST_LANES) * (size_of::<OnceLock<Box<BothWays>>>() + MOST_LANES * size_of::<BothWays>())) as f64
 }
 

@@ -5,7 +5,7 @@
 //! which changes no level by more than 0.1 dB.
 
 /// Standard atmospheric pressure \[Pa\] (ISO 9613-1: the reference pressure).
-pub const STANDARD_PRESSURE: f64 = 101_325.0;
+pub(crate) const STANDARD_PRESSURE: f64 = 101_325.0;
 
 /// 0 degC \[K\].
 const ICE_POINT: f64 = 273.15;

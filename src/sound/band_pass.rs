@@ -16,7 +16,7 @@ const FALLS: [f64; 2] = [0.1, 0.02];
 const SILENCE: f64 = 0.2;
 
 /// The part of a signal, sampled at `rate` \[Hz\], between two frequencies \[Hz\].
-pub fn band_pass(signal: &[f64], rate: f64, band: &Range<f64>) -> Vec<f64> {
+pub(crate) fn band_pass(signal: &[f64], rate: f64, band: &Range<f64>) -> Vec<f64> {
     let length = transform_length(signal.len() + (SILENCE * rate) as usize);
     let mut planner = RealFftPlanner::new();
     let (forward, backward) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));

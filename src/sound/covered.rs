@@ -27,7 +27,7 @@ const HIGHEST: ThirdOctaveBand = ThirdOctaveBand(10);
 
 /// The bands of an overall level.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
-pub struct CoveredBands {
+pub(crate) struct CoveredBands {
     /// Nominal mid-frequency of the first one \[Hz\].
     pub lowest: f64,
     /// Nominal mid-frequency of the last one \[Hz\].
@@ -41,7 +41,7 @@ pub struct CoveredBands {
 
 impl CoveredBands {
     /// Finds the coverage of A-weighted bands, rising; `None` of none.
-    pub fn of(a_weighted: &[BandLevel]) -> Option<Self> {
+    pub(crate) fn of(a_weighted: &[BandLevel]) -> Option<Self> {
         let (first, last) = (a_weighted.first()?.band, a_weighted.last()?.band);
         let [lowest, highest] = [first, last].map(ThirdOctaveBand::nominal_frequency);
         let missing = if last >= HIGHEST { Some(0.0) } else { missing(a_weighted).filter(|_| last >= FOLLOWED) };
@@ -49,14 +49,14 @@ impl CoveredBands {
     }
 
     /// `25 Hz - 2 kHz`.
-    pub fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         let frequency =
             |hertz: f64| if hertz < 1000.0 { format!("{hertz} Hz") } else { format!("{} kHz", hertz / 1000.0) };
         format!("{} - {}", frequency(self.lowest), frequency(self.highest))
     }
 
     /// Why the level is a lower bound, if it is.
-    pub fn doubt(&self) -> Option<String> {
+    pub(crate) fn doubt(&self) -> Option<String> {
         self.lower_bound.then(|| match self.missing {
             Some(missing) => {
                 format!("a lower bound: by the slope of the last three bands those above add {missing:.1} dB")

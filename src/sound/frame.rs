@@ -1,7 +1,7 @@
 //! Frame of a tyre: places and sides.
 
 /// Place \[m\]: x forward, y to the left, z up from the road below the axle's centre.
-pub type Position = [f64; 3];
+pub(crate) type Position = [f64; 3];
 
 /// A side of the tyre.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

@@ -19,11 +19,11 @@ use super::weighting::FrequencyWeighting;
 use crate::response::{BandLevel, PowerSpectrum, SpectrumAccumulator, SpectrumError};
 
 /// Reference intensity of levels \[W/m^2\] (ISO 1683).
-pub const REFERENCE_INTENSITY: f64 = 1e-12;
+pub(crate) const REFERENCE_INTENSITY: f64 = 1e-12;
 
 /// Intensity in third octaves.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Intensity {
+pub(crate) struct Intensity {
     /// Bands: `mean_square` is the intensity \[W/m^2\], less than 0 where it comes the other way; `level` re 1 pW/m^2
     /// \[dB\], minus infinity there.
     pub bands: Vec<BandLevel>,
@@ -40,7 +40,7 @@ impl Intensity {
     ///
     /// # Errors
     /// [`SpectrumError`].
-    pub fn of(
+    pub(crate) fn of(
         [first, second]: [&[f64]; 2],
         time_step: f64,
         spacing: f64,
@@ -88,7 +88,7 @@ impl Intensity {
     }
 
     /// A-weighted level of the bands that are vouched for, what comes the other way subtracted \[dB(A) re 1 pW/m^2\].
-    pub fn level_a(&self) -> f64 {
+    pub(crate) fn level_a(&self) -> f64 {
         let sum: f64 = self.a_weighted.iter().filter(|band| band.valid).map(|band| band.mean_square).sum();
         outwards(10.0 * (sum / REFERENCE_INTENSITY).log10())
     }

@@ -78,7 +78,7 @@ impl SoundLevels {
     }
 
     /// The bands that the signal's maker vouches for; `None` of none.
-    pub fn covered(&self) -> Option<CoveredBands> {
+    pub(crate) fn covered(&self) -> Option<CoveredBands> {
         let valid: Vec<BandLevel> = self.a_weighted.iter().copied().filter(|band| band.valid).collect();
         CoveredBands::of(&valid)
     }

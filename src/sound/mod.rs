@@ -18,30 +18,35 @@
 //! Origin on the road, below the axle's centre; x forward, in the direction of travel; y to the left; z up. Positions
 //! are `[x, y, z]` in metres.
 
-pub mod air;
-pub mod band_pass;
-pub mod covered;
-pub mod detector;
-pub mod frame;
-pub mod intensity;
-pub mod levels;
-pub mod pass_by;
-pub mod power;
-pub mod receivers;
-pub mod resample;
-pub mod speed_coefficient;
-pub mod wav;
-pub mod weighting;
-pub mod weighting_filter;
+pub(crate) mod air;
+pub(crate) mod band_pass;
+pub(crate) mod covered;
+pub(crate) mod detector;
+pub(crate) mod frame;
+pub(crate) mod intensity;
+pub(crate) mod levels;
+pub(crate) mod pass_by;
+pub(crate) mod power;
+pub(crate) mod receivers;
+pub(crate) mod resample;
+pub(crate) mod speed_coefficient;
+pub(crate) mod wav;
+pub(crate) mod weighting;
+pub(crate) mod weighting_filter;
 
 pub use air::Air;
-pub use covered::CoveredBands;
-pub use detector::{Detector, TimeWeighting};
+pub(crate) use covered::CoveredBands;
+pub use detector::{Detector, TimeWeighting, meter_levels};
 pub use frame::Side;
-pub use levels::SoundLevels;
-pub use pass_by::{PassBy, PassByError};
-pub use receivers::CoastByLine;
-pub use speed_coefficient::SpeedCoefficient;
-pub use wav::{Recording, SampleFormat, WavError};
+pub use levels::{
+    REFERENCE_PRESSURE, SoundLevels, energetic_mean, energetic_sum, level, mean_square, spectrum_of_density,
+};
+pub(crate) use pass_by::PassBy;
+pub use power::{Hemisphere, Iso3744, REFERENCE_POWER, power_level};
+pub use receivers::circle::circle;
+pub use receivers::coast_by::CoastByLine;
+pub use receivers::cpx::close_proximity;
+pub(crate) use speed_coefficient::SpeedCoefficient;
+pub use wav::{Recording, SampleFormat, WavError, full_scale_for};
 pub use weighting::FrequencyWeighting;
-pub use weighting_filter::WeightingFilter;
+pub use weighting_filter::{RateError, WeightingFilter};

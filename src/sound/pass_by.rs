@@ -46,11 +46,11 @@ use super::resample::{half_width, weighted};
 use crate::numeric::lagrange::uniform_cubic;
 
 /// Points that are cross-faded at a time.
-pub const STENCIL: usize = 4;
+pub(crate) const STENCIL: usize = 4;
 
 /// Why there is no pass-by.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
-pub enum PassByError {
+pub(crate) enum PassByError {
     /// Fewer points than are cross-faded at a time.
     #[error("a pass-by needs at least {STENCIL} receivers along its line, not {given}")]
     TooFewReceivers {
@@ -87,7 +87,7 @@ pub enum PassByError {
 
 /// Ingredients of a pass-by.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Passage {
+pub(crate) struct Passage {
     /// Points in the tyre's frame \[m\], as [`super::CoastByLine::positions`] gives them.
     pub receivers: Vec<Position>,
     /// Speed V \[m/s\].
@@ -108,7 +108,7 @@ pub struct Passage {
 /// Time runs as in the points' pressures: their sample n is at n/input_rate. The first sample heard left the origin at
 /// time 0, when the microphone hears it at the first point; the last is heard at the last point.
 #[derive(Clone, Debug)]
-pub struct PassBy {
+pub(crate) struct PassBy {
     passage: Passage,
     spacing: f64,
     /// Distance h of the line from the axis of travel \[m\].
@@ -133,7 +133,7 @@ impl PassBy {
     ///
     /// # Errors
     /// All of [`PassByError`] but the last.
-    pub fn new(passage: Passage) -> Result<Self, PassByError> {
+    pub(crate) fn new(passage: Passage) -> Result<Self, PassByError> {
         let Passage { receivers, speed, sound_speed, input_rate, output_rate, .. } = &passage;
         let given = receivers.len();
         if given < STENCIL {
@@ -168,23 +168,24 @@ impl PassBy {
     }
 
     /// Number of samples heard.
-    pub fn samples(&self) -> usize {
+    pub(crate) fn samples(&self) -> usize {
         self.samples
     }
 
     /// Where the microphone is in the tyre's frame when it hears a sample: its x \[m\]. The tyre is as far behind (x >
     /// 0) or past (x < 0) the microphone.
-    pub fn place(&self, sample: usize) -> f64 {
+    pub(crate) fn place(&self, sample: usize) -> f64 {
         self.passage.receivers[0][0] - self.passage.speed * sample as f64 / self.passage.output_rate
     }
 
     /// When a sample is heard \[s\].
-    pub fn time(&self, sample: usize) -> f64 {
+    pub(crate) fn time(&self, sample: usize) -> f64 {
         self.path(self.place(0)).0 / self.passage.sound_speed + sample as f64 / self.passage.output_rate
     }
 
     /// The frequency heard over the one that left the tyre: D.
-    pub fn doppler_ratio(&self, sample: usize) -> f64 {
+    #[cfg(test)]
+    pub(crate) fn doppler_ratio(&self, sample: usize) -> f64 {
         let (distance, shortened) = self.path(self.place(sample));
         distance / shortened
     }
@@ -194,7 +195,7 @@ impl PassBy {
     ///
     /// # Panics
     /// If there is no such receiver.
-    pub fn needed(&self, receiver: usize) -> Range<i64> {
+    pub(crate) fn needed(&self, receiver: usize) -> Range<i64> {
         let heard = self.heard(receiver);
         if heard.is_empty() {
             return 0..0;
@@ -213,7 +214,7 @@ impl PassBy {
     ///
     /// # Panics
     /// If there is no such receiver, or `heard` is too short.
-    pub fn add(&self, receiver: usize, excerpt: &[f64], heard: &mut [f64]) -> Result<(), PassByError> {
+    pub(crate) fn add(&self, receiver: usize, excerpt: &[f64], heard: &mut [f64]) -> Result<(), PassByError> {
         let needed = self.needed(receiver);
         let length = (needed.end - needed.start) as usize;
         if excerpt.len() != length {
@@ -237,7 +238,10 @@ impl PassBy {
     ///
     /// # Errors
     /// [`PassByError::ExcerptLength`] if it gives another number.
-    pub fn synthesise(&self, mut pressure: impl FnMut(usize, Range<i64>) -> Vec<f64>) -> Result<Vec<f64>, PassByError> {
+    pub(crate) fn synthesise(
+        &self,
+        mut pressure: impl FnMut(usize, Range<i64>) -> Vec<f64>,
+    ) -> Result<Vec<f64>, PassByError> {
         let mut heard = vec![0.0; self.samples];
         for receiver in 0..self.distances.len() {
             self.add(receiver, &pressure(receiver, self.needed(receiver)), &mut heard)?;
@@ -247,7 +251,7 @@ impl PassBy {
 
     /// The sample with the highest of the levels heard, and the level, while the tyre is no farther than `half_length`
     /// \[m\] before or past the microphone: the coast-by level of UN R117 with L_AF and 10 m. `None` for none.
-    pub fn highest(&self, levels: &[f64], half_length: f64) -> Option<(usize, f64)> {
+    pub(crate) fn highest(&self, levels: &[f64], half_length: f64) -> Option<(usize, f64)> {
         let within = |sample: &usize| self.place(*sample).abs() <= half_length * (1.0 + 1e-12);
         let heard = (0..self.samples.min(levels.len())).filter(within).map(|sample| (sample, levels[sample]));
         heard.max_by(|a, b| a.1.total_cmp(&b.1))

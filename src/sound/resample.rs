@@ -13,7 +13,7 @@ use std::sync::LazyLock;
 use crate::numeric::windowed_sinc::{Phases, WindowedSinc};
 
 /// Sampling rate of sound files \[Hz\].
-pub const FILE_RATE: f64 = 48_000.0;
+pub(crate) const FILE_RATE: f64 = 48_000.0;
 
 /// The interpolation kernel of signals.
 static KERNEL: LazyLock<WindowedSinc> = LazyLock::new(|| WindowedSinc::new(0.45, 0.55, 100.0));
@@ -28,7 +28,7 @@ pub(super) fn half_width() -> f64 {
 /// The signal with `new_rate` samples a second in place of `rate` (both > 0), from the same first instant on and not
 /// beyond its last sample. Before its first and after its last sample the signal counts as 0: half the kernel's width,
 /// 33 samples of the lower rate, fades in and out there.
-pub fn resample(signal: &[f64], rate: f64, new_rate: f64) -> Vec<f64> {
+pub(crate) fn resample(signal: &[f64], rate: f64, new_rate: f64) -> Vec<f64> {
     let Some(last) = signal.len().checked_sub(1) else {
         return Vec::new();
     };

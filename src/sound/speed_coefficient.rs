@@ -14,12 +14,9 @@
 use crate::numeric::quantile_of_student;
 use crate::response::SpeedExponent;
 
-/// Reference speed of UN R117 for tyres of passenger cars and vans (C1, C2) \[m/s\]: 80 km/h.
-pub const REFERENCE_SPEED: f64 = 80.0 / 3.6;
-
 /// A level's growth with the speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SpeedCoefficient {
+pub(crate) struct SpeedCoefficient {
     /// The slope b, what it misses and over how many speeds.
     pub slope: SpeedExponent,
     /// Half the width of the 95 % interval of b \[dB per decade\]; `None` for two levels, which leave no residual.
@@ -33,7 +30,7 @@ pub struct SpeedCoefficient {
 impl SpeedCoefficient {
     /// Fits pairs of speed and level \[dB\], speeds in the unit of `reference_speed`; pairs without a finite level do
     /// not count. `None` for fewer than two different speeds.
-    pub fn fit(pairs: impl IntoIterator<Item = (f64, f64)>, reference_speed: f64) -> Option<Self> {
+    pub(crate) fn fit(pairs: impl IntoIterator<Item = (f64, f64)>, reference_speed: f64) -> Option<Self> {
         let relative: Vec<(f64, f64)> = pairs
             .into_iter()
             .map(|(speed, level)| (speed / reference_speed, level))

@@ -173,7 +173,7 @@ impl Recording {
 ///
 /// # Errors
 /// [`WavError`], but not [`WavError::Write`].
-pub fn rescaled(file: &[u8], full_scale: f64) -> Option<Result<Vec<u8>, WavError>> {
+pub(crate) fn rescaled(file: &[u8], full_scale: f64) -> Option<Result<Vec<u8>, WavError>> {
     let before = full_scale_of(file)?;
     let comment = chunk(chunk(file.get(12..)?, b"LIST")?.strip_prefix(b"INFO")?, b"ICMT")?;
     let description = std::str::from_utf8(comment).ok()?.split_once("; ")?.1.trim_end_matches('\0').to_owned();
@@ -197,7 +197,7 @@ pub fn rescaled(file: &[u8], full_scale: f64) -> Option<Result<Vec<u8>, WavError
 }
 
 /// Pressure that is 1 in a file \[Pa\], from its content; `None` without a calibration in the form of [`super::wav`].
-pub fn full_scale_of(file: &[u8]) -> Option<f64> {
+pub(crate) fn full_scale_of(file: &[u8]) -> Option<f64> {
     let list = chunk(file.get(12..)?, b"LIST")?;
     let comment = chunk(list.strip_prefix(b"INFO")?, b"ICMT")?;
     let text = std::str::from_utf8(comment).ok()?;

@@ -12,7 +12,7 @@
 use crate::response::PowerSpectrum;
 
 /// Frequency that every weighting passes with gain 1 \[Hz\].
-pub const REFERENCE_FREQUENCY: f64 = 1000.0;
+pub(crate) const REFERENCE_FREQUENCY: f64 = 1000.0;
 
 /// How a sound level meter weights frequencies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -25,9 +25,9 @@ use thiserror::Error;
 use super::weighting::{FrequencyWeighting, REFERENCE_FREQUENCY, poles};
 
 /// Lowest sampling rate \[Hz\]: 1 kHz, where the gain is 1, must lie well inside the band.
-pub const LOWEST_RATE: f64 = 4000.0;
+pub(crate) const LOWEST_RATE: f64 = 4000.0;
 /// Highest sampling rate \[Hz\] that the error is stated for.
-pub const HIGHEST_RATE: f64 = 192_000.0;
+pub(crate) const HIGHEST_RATE: f64 = 192_000.0;
 
 /// Taps of the FIR part.
 const TAPS: usize = 32;

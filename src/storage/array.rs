@@ -21,7 +21,7 @@ const MOST_NUMBERS: u64 = 1 << 48;
 
 /// Why an array is not read.
 #[derive(Debug, Error)]
-pub enum ArrayError {
+pub(crate) enum ArrayError {
     /// The file cannot be read.
     #[error(transparent)]
     Io(#[from] Error),
@@ -37,7 +37,7 @@ pub enum ArrayError {
 }
 
 /// An array whose header is known.
-pub struct Array {
+pub(crate) struct Array {
     npy: NpyFile<BufReader<Box<dyn Read>>>,
     kind: (TypeChar, u64),
 }
@@ -47,7 +47,7 @@ impl Array {
     ///
     /// # Errors
     /// [`ArrayError`].
-    pub fn open(path: &Path) -> Result<Self, ArrayError> {
+    pub(crate) fn open(path: &Path) -> Result<Self, ArrayError> {
         let (mut file, size) = input::open(path)?;
         let header = header(&mut file)?;
         let text = String::from_utf8_lossy(&header);
@@ -70,17 +70,17 @@ impl Array {
     }
 
     /// Its lengths.
-    pub fn shape(&self) -> &[u64] {
+    pub(crate) fn shape(&self) -> &[u64] {
         self.npy.shape()
     }
 
     /// Tells whether its numbers are floating-point ones.
-    pub fn is_of_floats(&self) -> bool {
+    pub(crate) fn is_of_floats(&self) -> bool {
         self.kind.0 == TypeChar::Float
     }
 
     /// Returns the type of its numbers, in the file's words.
-    pub fn type_name(&self) -> String {
+    pub(crate) fn type_name(&self) -> String {
         self.npy.dtype().descr()
     }
 
@@ -88,7 +88,7 @@ impl Array {
     ///
     /// # Errors
     /// [`ArrayError`].
-    pub fn into_values(self) -> Result<Vec<f64>, ArrayError> {
+    pub(crate) fn into_values(self) -> Result<Vec<f64>, ArrayError> {
         let (shape, order) = (self.npy.shape().to_vec(), self.npy.order());
         let npy = self.npy;
         let stored: Vec<f64> = match self.kind {

@@ -73,7 +73,7 @@ pub trait Cached: Serialize + DeserializeOwned {
 ///
 /// # Errors
 /// Content that JSON cannot hold.
-pub fn key<T: Cached>(content: &impl Serialize) -> serde_json::Result<[u8; 32]> {
+pub(crate) fn key<T: Cached>(content: &impl Serialize) -> serde_json::Result<[u8; 32]> {
     Ok(Sha256::digest(serde_json::to_vec(&(T::KIND.format.version, content))?).into())
 }
 
@@ -85,7 +85,7 @@ pub struct CacheEntry {
     /// Its size \[bytes\].
     pub bytes: u64,
     /// Usability: complete, of this version, with the right checksum.
-    pub usable: Result<(), Unusable>,
+    pub(crate) usable: Result<(), Unusable>,
 }
 
 /// An entry's file.
@@ -141,7 +141,7 @@ impl Cache {
     ///
     /// # Errors
     /// [`CacheError::Io`].
-    pub fn load<T: Cached>(&self, key: &[u8; 32]) -> Result<Option<Result<T, Unusable>>, CacheError> {
+    pub(crate) fn load<T: Cached>(&self, key: &[u8; 32]) -> Result<Option<Result<T, Unusable>>, CacheError> {
         let path = self.path::<T>(key);
         let body = match T::KIND.format.read(&path) {
             Ok(body) => body,

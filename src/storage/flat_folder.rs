@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// Errors of the file system.
 #[cfg(unix)]
-pub fn entries(folder: &Path) -> io::Result<Vec<String>> {
+pub(crate) fn entries(folder: &Path) -> io::Result<Vec<String>> {
     use rustix::fs::{Dir, DirEntry, Mode, OFlags, open};
     let opened = open(folder, OFlags::RDONLY | OFlags::DIRECTORY | OFlags::CLOEXEC, Mode::empty())?;
     let name = |entry: rustix::io::Result<DirEntry>| Ok(entry?.file_name().to_string_lossy().into_owned());
@@ -36,7 +36,7 @@ pub fn entries(folder: &Path) -> io::Result<Vec<String>> {
 ///
 /// # Errors
 /// [`ErrorKind::InvalidInput`] for any other name and for a link; of the file system.
-pub fn file(folder: &Path, name: &str) -> io::Result<Option<PathBuf>> {
+pub(crate) fn file(folder: &Path, name: &str) -> io::Result<Option<PathBuf>> {
     let refused = |why| Err(io::Error::new(ErrorKind::InvalidInput, why));
     if Path::new(name).file_name() != Some(OsStr::new(name)) {
         return refused("it is no name of a file in this folder, and nothing outside of it is read");
@@ -54,7 +54,7 @@ pub fn file(folder: &Path, name: &str) -> io::Result<Option<PathBuf>> {
 ///
 /// # Errors
 /// [`ErrorKind::InvalidInput`], which names the link; of the file system.
-pub fn without_links(folder: &Path) -> io::Result<()> {
+pub(crate) fn without_links(folder: &Path) -> io::Result<()> {
     for name in entries(folder)? {
         if fs::symlink_metadata(folder.join(&name)).is_ok_and(|found| found.is_symlink()) {
             let why = format!("{name} in it is a link, and links are not followed here");
@@ -69,7 +69,7 @@ pub fn without_links(folder: &Path) -> io::Result<()> {
 ///
 /// # Errors
 /// Errors of the file system.
-pub fn remove(folder: &Path) -> io::Result<()> {
+pub(crate) fn remove(folder: &Path) -> io::Result<()> {
     for name in entries(folder).unwrap_or_default() {
         let _ = fs::remove_file(folder.join(name));
     }

@@ -10,13 +10,13 @@ use std::path::Path;
 use thiserror::Error;
 
 /// Largest scene, tyre or road table \[bytes\]: the largest ones that people write have some kilobytes.
-pub const SCENE_BYTES: u64 = 1_000_000;
+pub(crate) const SCENE_BYTES: u64 = 1_000_000;
 /// Largest file of cases or measured values \[bytes\].
-pub const TABLE_BYTES: u64 = 100_000_000;
+pub(crate) const TABLE_BYTES: u64 = 100_000_000;
 
 /// Why a file is not read.
 #[derive(Debug, Error)]
-pub enum InputError {
+pub(crate) enum InputError {
     /// The system's reason, or that it is no regular file.
     #[error(transparent)]
     Io(#[from] io::Error),
@@ -43,7 +43,7 @@ impl From<InputError> for io::Error {
 ///
 /// # Errors
 /// Errors of the file system; [`io::ErrorKind::InvalidInput`] for pipes, devices and sockets.
-pub fn open(path: &Path) -> io::Result<(File, u64)> {
+pub(crate) fn open(path: &Path) -> io::Result<(File, u64)> {
     // Looked at before it is opened: opening a named pipe waits for somebody who writes to it.
     let regular = |information: fs::Metadata| match information.is_dir() {
         true => Err(io::ErrorKind::IsADirectory.into()),
@@ -60,7 +60,7 @@ pub fn open(path: &Path) -> io::Result<(File, u64)> {
 ///
 /// # Errors
 /// As [`open`], and [`InputError::TooLarge`].
-pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>, InputError> {
+pub(crate) fn read(path: &Path, limit: u64) -> Result<Vec<u8>, InputError> {
     let (file, size) = open(path)?;
     let check = |found| if found > limit { Err(InputError::TooLarge { found, limit }) } else { Ok(()) };
     check(size)?;
@@ -75,7 +75,7 @@ pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>, InputError> {
 ///
 /// # Errors
 /// As [`read`]; [`io::ErrorKind::InvalidData`] for bytes that are no text.
-pub fn read_text(path: &Path, limit: u64) -> Result<String, InputError> {
+pub(crate) fn read_text(path: &Path, limit: u64) -> Result<String, InputError> {
     let text = String::from_utf8(read(path, limit)?);
     text.map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error.utf8_error()).into())
 }
@@ -84,12 +84,12 @@ pub fn read_text(path: &Path, limit: u64) -> Result<String, InputError> {
 const QUOTED: usize = 80;
 
 /// Returns the part of a file's text that a message quotes.
-pub fn excerpt(text: &str) -> String {
+pub(crate) fn excerpt(text: &str) -> String {
     beginning(text, QUOTED)
 }
 
 /// A text of at most so many characters, or its beginning.
-pub fn beginning(text: &str, most: usize) -> String {
+pub(crate) fn beginning(text: &str, most: usize) -> String {
     match text.char_indices().nth(most) {
         Some((end, _)) => format!("{}...", &text[..end]),
         None => text.to_owned(),

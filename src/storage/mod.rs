@@ -11,17 +11,17 @@
 //!
 //! None of them knows what the bytes mean: a type that is kept says so by deriving serde's traits.
 
-pub mod array;
-pub mod cache;
-pub mod flat_folder;
-pub mod input;
-pub mod pending_file;
-pub mod sealed_file;
-pub mod separated;
-pub mod state;
+pub(crate) mod array;
+pub(crate) mod cache;
+pub(crate) mod flat_folder;
+pub(crate) mod input;
+pub(crate) mod pending_file;
+pub(crate) mod sealed_file;
+pub(crate) mod separated;
+pub(crate) mod state;
 
-pub use cache::{Cache, CacheEntry, CacheError, Cached, Kind};
-pub use input::InputError;
-pub use pending_file::PendingFile;
-pub use sealed_file::{Format, Unusable};
-pub use state::StateError;
+pub(crate) use cache::{Cache, CacheError, Cached, Kind};
+pub(crate) use input::InputError;
+pub(crate) use pending_file::PendingFile;
+pub(crate) use sealed_file::{Format, Unusable};
+pub(crate) use state::StateError;

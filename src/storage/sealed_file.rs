@@ -29,7 +29,7 @@ const LARGEST: u64 = 16_000_000_000;
 
 /// Why a sealed file is not used.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
-pub enum Unusable {
+pub(crate) enum Unusable {
     /// Shorter than it says it is.
     #[error("it is truncated")]
     Truncated,
@@ -89,7 +89,7 @@ impl Format {
     ///
     /// # Errors
     /// Errors of the file.
-    pub fn read(&self, path: &Path) -> io::Result<Result<Body, Unusable>> {
+    pub(crate) fn read(&self, path: &Path) -> io::Result<Result<Body, Unusable>> {
         let bytes = input::read(path, LARGEST)?;
         Ok(self.check(&bytes).map(|()| Body { bytes, next: HEADER }))
     }
@@ -118,7 +118,7 @@ impl Format {
 
 /// Content of a whole file.
 #[derive(Clone, Debug)]
-pub struct Body {
+pub(crate) struct Body {
     bytes: Vec<u8>,
     /// Where the next value begins.
     next: usize,
@@ -129,7 +129,7 @@ impl Body {
     ///
     /// # Errors
     /// [`Unusable::Damaged`] where the bytes do not make one.
-    pub fn take<T: DeserializeOwned>(&mut self) -> Result<T, Unusable> {
+    pub(crate) fn take<T: DeserializeOwned>(&mut self) -> Result<T, Unusable> {
         let body = &self.bytes[self.next..self.bytes.len() - TRAILER];
         let (value, rest) = postcard::take_from_bytes(body).map_err(|_| Unusable::Damaged)?;
         self.next += body.len() - rest.len();
@@ -140,7 +140,7 @@ impl Body {
     ///
     /// # Errors
     /// As [`Self::take`].
-    pub fn finish<T: DeserializeOwned>(mut self) -> Result<T, Unusable> {
+    pub(crate) fn finish<T: DeserializeOwned>(mut self) -> Result<T, Unusable> {
         let value = self.take()?;
         if self.next == self.bytes.len() - TRAILER { Ok(value) } else { Err(Unusable::Damaged) }
     }

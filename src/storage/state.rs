@@ -25,35 +25,35 @@ pub enum StateError {
 
 /// Bytes of a state whose parts are put down one after the other, and taken in the same order.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
-pub struct SavedState(Vec<u8>);
+pub(crate) struct SavedState(Vec<u8>);
 
 /// Writer of a [`SavedState`].
 #[derive(Debug, Default)]
-pub struct StateWriter(Vec<u8>);
+pub(crate) struct StateWriter(Vec<u8>);
 
 /// Reader of a [`SavedState`].
 #[derive(Clone, Debug)]
-pub struct StateReader<'a>(&'a [u8]);
+pub(crate) struct StateReader<'a>(&'a [u8]);
 
 impl StateWriter {
     /// Puts a value down.
     ///
     /// # Errors
     /// [`StateError::Value`] for one that has no bytes.
-    pub fn put<T: Serialize + ?Sized>(&mut self, value: &T) -> Result<(), StateError> {
+    pub(crate) fn put<T: Serialize + ?Sized>(&mut self, value: &T) -> Result<(), StateError> {
         self.0 = postcard::to_extend(value, std::mem::take(&mut self.0)).map_err(|_| StateError::Value)?;
         Ok(())
     }
 
     /// Hands over the bytes.
-    pub fn finish(self) -> SavedState {
+    pub(crate) fn finish(self) -> SavedState {
         SavedState(self.0)
     }
 }
 
 impl SavedState {
     /// Begins to read.
-    pub fn reader(&self) -> StateReader<'_> {
+    pub(crate) fn reader(&self) -> StateReader<'_> {
         StateReader(&self.0)
     }
 }
@@ -63,7 +63,7 @@ impl StateReader<'_> {
     ///
     /// # Errors
     /// [`StateError::Value`] where the bytes make none.
-    pub fn take<T: DeserializeOwned>(&mut self) -> Result<T, StateError> {
+    pub(crate) fn take<T: DeserializeOwned>(&mut self) -> Result<T, StateError> {
         let (value, rest) = postcard::take_from_bytes(self.0).map_err(|_| StateError::Value)?;
         self.0 = rest;
         Ok(value)
@@ -73,7 +73,7 @@ impl StateReader<'_> {
     ///
     /// # Errors
     /// [`StateError::Value`] otherwise.
-    pub fn finish(self) -> Result<(), StateError> {
+    pub(crate) fn finish(self) -> Result<(), StateError> {
         if self.0.is_empty() { Ok(()) } else { Err(StateError::Value) }
     }
 }
@@ -82,7 +82,7 @@ impl StateReader<'_> {
 ///
 /// # Errors
 /// [`StateError::Length`] for another number of them.
-pub fn fill<T: Copy>(values: &mut [T], saved: &[T]) -> Result<(), StateError> {
+pub(crate) fn fill<T: Copy>(values: &mut [T], saved: &[T]) -> Result<(), StateError> {
     if values.len() != saved.len() {
         return Err(StateError::Length { expected: values.len(), found: saved.len() });
     }
@@ -94,7 +94,7 @@ pub fn fill<T: Copy>(values: &mut [T], saved: &[T]) -> Result<(), StateError> {
 ///
 /// # Errors
 /// [`StateError::Length`] for another number of lists, or of values in one of them.
-pub fn fill_all<'a, T: Copy + 'a>(
+pub(crate) fn fill_all<'a, T: Copy + 'a>(
     lists: impl ExactSizeIterator<Item = &'a mut [T]>,
     saved: &[Vec<T>],
 ) -> Result<(), StateError> {
@@ -108,7 +108,7 @@ pub fn fill_all<'a, T: Copy + 'a>(
 ///
 /// # Errors
 /// [`StateError::Value`] unless there are both, part and state, or neither; those of `restore`.
-pub fn restore_part<T, S>(
+pub(crate) fn restore_part<T, S>(
     part: &mut Option<T>,
     state: Option<S>,
     restore: impl FnOnce(&mut T, S) -> Result<(), StateError>,

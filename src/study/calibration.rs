@@ -31,7 +31,7 @@ const MEASURED: [Stage; 7] =
 ///
 /// # Errors
 /// [`RunError::Interrupted`] once `stop` is set; any other is a defect of the probes.
-pub fn calibrated(stop: &AtomicBool) -> Result<UnitCosts, RunError> {
+pub(crate) fn calibrated(stop: &AtomicBool) -> Result<UnitCosts, RunError> {
     let known = known();
     if known.measured { Ok(known) } else { calibrate(stop) }
 }
@@ -40,7 +40,7 @@ pub fn calibrated(stop: &AtomicBool) -> Result<UnitCosts, RunError> {
 ///
 /// # Errors
 /// As [`calibrated`].
-pub fn calibrate(stop: &AtomicBool) -> Result<UnitCosts, RunError> {
+pub(crate) fn calibrate(stop: &AtomicBool) -> Result<UnitCosts, RunError> {
     let interrupted = || RunError::Interrupted { kept: None };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(|_| interrupted())?;
     let costs = pool.install(|| measure(stop))?;

@@ -24,7 +24,7 @@ use crate::scene::{AirMotion, LoadedScene, Scene, SliceCoupling, Slices, Zone};
 use crate::study::trial::{Trial, Trials};
 
 /// Longest time rolled for each variant unless asked for \[s\].
-pub const LONGEST: f64 = 3.0;
+pub(crate) const LONGEST: f64 = 3.0;
 /// Motions of the air at the tread, and their names as doubts.
 const AIRS: [(AirMotion, &str); 3] = [
     (AirMotion::Road, "air over the road"),
@@ -33,10 +33,10 @@ const AIRS: [(AirMotion, &str); 3] = [
 ];
 
 /// Effect that can be taken away: a row of the plan's table.
-pub type Effect = &'static Row;
+pub(crate) type Effect = &'static Row;
 
 /// All of them; contact over cells, which is compared with slices as a whole, is the last.
-pub fn effects() -> Vec<Effect> {
+pub(crate) fn effects() -> Vec<Effect> {
     let (cells, others): (Vec<_>, Vec<_>) = rows().filter(|row| row.switch.is_some()).partition(|row| is_cells(row));
     others.into_iter().chain(cells).collect()
 }
@@ -58,7 +58,7 @@ fn set(effect: Effect, scene: &mut Scene, on: bool) {
 
 /// Plans a scene of slices over cells instead, rolled for `duration` \[s\]; `None` of a scene of cells, and of one that
 /// cells cannot have.
-pub fn over_cells(loaded: &LoadedScene, duration: f64) -> Option<Plan> {
+pub(crate) fn over_cells(loaded: &LoadedScene, duration: f64) -> Option<Plan> {
     let mut scene = loaded.scene.clone();
     let cells = effects().into_iter().find(|effect| is_cells(effect) && scene.contact.zone == Zone::Slices)?;
     set(cells, &mut scene, true);
@@ -81,7 +81,7 @@ fn beside_cells(scene: &Scene, effect: Effect) -> Option<String> {
 
 /// One effect.
 #[derive(Clone)]
-pub struct Worth {
+pub(crate) struct Worth {
     /// The effect.
     pub effect: Effect,
     /// With it alone, and with all but it; or why the scene cannot have it, or cannot be without it.
@@ -90,7 +90,7 @@ pub struct Worth {
 
 /// All effects of a scene.
 #[derive(Clone)]
-pub struct Comparison {
+pub(crate) struct Comparison {
     /// Without any effect that can be taken away; one without which the motion grows without bound stays.
     pub base: Trial,
     /// With all that the scene can have.
@@ -106,7 +106,7 @@ pub struct Comparison {
 ///
 /// # Errors
 /// Errors of any of the runs; [`RunError::Interrupted`].
-pub fn compare(
+pub(crate) fn compare(
     loaded: &LoadedScene,
     duration: f64,
     stop: &AtomicBool,
@@ -189,7 +189,7 @@ pub fn compare(
 
 /// How an effect is switched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Way {
+pub(crate) enum Way {
     /// Alone, compared with none.
     Added,
     /// All but this, compared with all.
@@ -198,10 +198,10 @@ pub enum Way {
 
 impl Way {
     /// Both.
-    pub const ALL: [Self; 2] = [Self::Added, Self::TakenAway];
+    pub(crate) const ALL: [Self; 2] = [Self::Added, Self::TakenAway];
 
     /// The way in words.
-    pub const fn title(self) -> &'static str {
+    pub(crate) const fn title(self) -> &'static str {
         match self {
             Self::Added => "each effect alone",
             Self::TakenAway => "all effects but one",
@@ -209,7 +209,7 @@ impl Way {
     }
 
     /// The way in names of runs.
-    pub const fn sign(self) -> char {
+    pub(crate) const fn sign(self) -> char {
         match self {
             Self::Added => '+',
             Self::TakenAway => '-',
@@ -219,7 +219,7 @@ impl Way {
 
 impl Comparison {
     /// The effects that the scene can have, each with its run and what that is compared with.
-    pub fn runs(&self, way: Way) -> Vec<(Effect, &Trial, &Trial)> {
+    pub(crate) fn runs(&self, way: Way) -> Vec<(Effect, &Trial, &Trial)> {
         let Self { base, all, effects, .. } = self;
         let run = |worth| match worth {
             &Worth { effect, found: Ok([ref alone, ref without]) } => Some(match way {
@@ -232,7 +232,7 @@ impl Comparison {
     }
 
     /// Every run with its name and what it is compared with, in the order of the tables.
-    pub fn rolled(&self) -> Vec<(String, &Trial, Option<&Trial>)> {
+    pub(crate) fn rolled(&self) -> Vec<(String, &Trial, Option<&Trial>)> {
         let Self { base, all, doubts, .. } = self;
         let mut rolled = vec![("none".to_owned(), base, None), ("all".to_owned(), all, Some(base))];
         for way in Way::ALL {
@@ -245,7 +245,7 @@ impl Comparison {
     }
 
     /// Every run as a row of numbers.
-    pub fn csv(&self) -> String {
+    pub(crate) fn csv(&self) -> String {
         let level = |band: &BandLevel| format!("level_db_re_1n_{}hz", band.band.nominal_frequency());
         let header = ["effects", "mean_force_n", "contact_length_m", "steps_s", "memory_bytes", "valid_to_hz"];
         let receivers: Vec<String> = self.all.heard().into_iter().map(|(rated, _)| rated.name).collect();

@@ -23,7 +23,7 @@ const BEYOND: f64 = 1.2;
 
 /// A tyre that stands on a smooth road.
 #[derive(Clone, Debug)]
-pub struct Standing {
+pub(crate) struct Standing {
     /// Static influence of the element j further on \[m/N\].
     row: Vec<f64>,
     circumference: f64,
@@ -31,7 +31,7 @@ pub struct Standing {
 
 impl Standing {
     /// The tyre of a scene with the scene's elements, all its settings decided.
-    pub fn new(scene: &Scene) -> Self {
+    pub(crate) fn new(scene: &Scene) -> Self {
         let Scene { tyre, rolling, numerics, .. } = scene;
         let time_step = tyre.circumference / (numerics.elements as f64 * numerics.substeps as f64 * rolling.speed());
         let sum = InfluenceSum::new(tyre, numerics, numerics.time_rule.resolved_symbol() / time_step);
@@ -46,7 +46,7 @@ impl Standing {
     ///
     /// # Errors
     /// [`ContactError::LoadNotReached`], or of the search.
-    pub fn under(&self, load: f64) -> Result<StaticContact, ContactError> {
+    pub(crate) fn under(&self, load: f64) -> Result<StaticContact, ContactError> {
         self.held_by(&Axle::Load { load, tolerance: Axle::LOAD_TOLERANCE })
     }
 
@@ -54,7 +54,7 @@ impl Standing {
     ///
     /// # Errors
     /// As [`Self::under`].
-    pub fn held_by(&self, axle: &Axle) -> Result<StaticContact, ContactError> {
+    pub(crate) fn held_by(&self, axle: &Axle) -> Result<StaticContact, ContactError> {
         self.tyre().under(axle)
     }
 
@@ -62,7 +62,7 @@ impl Standing {
     ///
     /// # Errors
     /// As [`Self::under`].
-    pub fn curve(&self, load: f64, points: usize) -> Result<Vec<StaticContact>, ContactError> {
+    pub(crate) fn curve(&self, load: f64, points: usize) -> Result<Vec<StaticContact>, ContactError> {
         let deepest = BEYOND * self.under(load)?.indentation;
         (1..=points).map(|k| self.tyre().at(deepest * k as f64 / points as f64)).collect()
     }
@@ -72,7 +72,7 @@ impl Standing {
 ///
 /// # Errors
 /// Errors of any of the runs; [`RunError::Interrupted`].
-pub fn rolling(
+pub(crate) fn rolling(
     scene: &Scene,
     loads: &[f64],
     stop: &AtomicBool,

@@ -13,15 +13,15 @@
 //!
 //! Comparisons roll by [`trial`], which holds runs against each other, too.
 
-pub mod accuracy;
-pub mod calibration;
-pub mod effects;
-pub mod fit_tyre;
-pub mod loads;
-pub mod radiation;
-pub mod rolling_waves;
-pub mod rules;
-pub mod slices;
-pub mod sweep;
-pub mod trial;
-pub mod validation;
+pub(crate) mod accuracy;
+pub(crate) mod calibration;
+pub(crate) mod effects;
+pub(crate) mod fit_tyre;
+pub(crate) mod loads;
+pub(crate) mod radiation;
+pub(crate) mod rolling_waves;
+pub(crate) mod rules;
+pub(crate) mod slices;
+pub(crate) mod sweep;
+pub(crate) mod trial;
+pub(crate) mod validation;

@@ -22,17 +22,17 @@ use crate::tyre::influence::mobility::frequencies;
 use crate::tyre::influence::{SurfaceWaves, Waves};
 
 /// How far in front of the patch's edge the piece of tread is \[m\].
-pub const AHEAD: f64 = 0.015;
+pub(crate) const AHEAD: f64 = 0.015;
 /// Radius and height of the circle of the directivity \[m\].
-pub const CIRCLE: [f64; 2] = [2.0, 0.3];
+pub(crate) const CIRCLE: [f64; 2] = [2.0, 0.3];
 
 /// Lowest frequency \[Hz\].
-pub const LOWEST: f64 = 100.0;
+pub(crate) const LOWEST: f64 = 100.0;
 /// Frequencies of the directivity \[Hz\].
-pub const DIRECTIVITY: [f64; 3] = [500.0, 1000.0, 2000.0];
+pub(crate) const DIRECTIVITY: [f64; 3] = [500.0, 1000.0, 2000.0];
 
 /// So many frequencies from [`LOWEST`] to the highest \[Hz\], and those of the directivity among them.
-pub fn asked_frequencies(highest: f64, points: u32) -> Vec<f64> {
+pub(crate) fn asked_frequencies(highest: f64, points: u32) -> Vec<f64> {
     let mut asked = frequencies(LOWEST, highest, points);
     asked.extend(DIRECTIVITY.iter().filter(|&&frequency| frequency <= highest));
     asked.sort_by(f64::total_cmp);
@@ -41,7 +41,7 @@ pub fn asked_frequencies(highest: f64, points: u32) -> Vec<f64> {
 }
 
 /// The receivers, by name.
-pub fn named_receivers(width: f64) -> [(&'static str, [f64; 3]); 3] {
+pub(crate) fn named_receivers(width: f64) -> [(&'static str, [f64; 3]); 3] {
     let [front, _] = receivers::close_proximity(width, Side::Left);
     let height = receivers::COAST_BY_HEIGHT;
     [
@@ -53,7 +53,7 @@ pub fn named_receivers(width: f64) -> [(&'static str, [f64; 3]); 3] {
 
 /// Findings at a frequency.
 #[derive(Clone, Debug, PartialEq)]
-pub struct AtFrequency {
+pub(crate) struct AtFrequency {
     /// Frequency \[Hz\].
     pub frequency: f64,
     /// |G| from the piece of tread, by receiver \[1/m\].
@@ -76,7 +76,7 @@ pub struct AtFrequency {
 
 /// A tyre that stands on a road.
 #[derive(Clone, Debug)]
-pub struct Radiator {
+pub(crate) struct Radiator {
     body: Body,
     air: Air,
     contact_width: f64,
@@ -94,7 +94,7 @@ impl Radiator {
     ///
     /// # Errors
     /// A body that cannot be.
-    pub fn new(scene: &Scene, plan: &Plan, at_rest: f64) -> Result<Option<Self>, RadiationError> {
+    pub(crate) fn new(scene: &Scene, plan: &Plan, at_rest: f64) -> Result<Option<Self>, RadiationError> {
         let radiation = &scene.radiation;
         let body = plan.radiating_body(radiation, at_rest)?;
         let tyre = &plan.decisions.tyre;
@@ -126,22 +126,22 @@ impl Radiator {
     }
 
     /// Length of the patch \[m\].
-    pub fn patch_length(&self) -> f64 {
+    pub(crate) fn patch_length(&self) -> f64 {
         2.0 * self.body.half_patch()
     }
 
     /// Width over the shoulders \[m\].
-    pub fn width(&self) -> f64 {
+    pub(crate) fn width(&self) -> f64 {
         self.width
     }
 
     /// Tells whether shoulders and sides are heard.
-    pub fn hears_sides(&self) -> bool {
+    pub(crate) fn hears_sides(&self) -> bool {
         self.flank.is_some()
     }
 
     /// Length of sound in the air at a frequency \[m\].
-    pub fn wavelength(&self, frequency: f64) -> f64 {
+    pub(crate) fn wavelength(&self, frequency: f64) -> f64 {
         self.air.sound_speed / frequency
     }
 
@@ -149,7 +149,7 @@ impl Radiator {
     ///
     /// # Errors
     /// As [`Cost::expected`].
-    pub fn cost(&self, frequency: f64) -> Result<Cost, RadiationError> {
+    pub(crate) fn cost(&self, frequency: f64) -> Result<Cost, RadiationError> {
         let wavenumber = TAU * frequency / self.air.sound_speed;
         Cost::expected(&self.body, wavenumber, wavenumber, &self.resolution, &Block::EVEN_ACROSS)
     }
@@ -172,7 +172,7 @@ impl Radiator {
     ///
     /// # Errors
     /// As [`TransferProblem::solve`]; [`RadiationError::Interrupted`] once `stop` is set.
-    pub fn at(
+    pub(crate) fn at(
         &self,
         frequencies: &[f64],
         stop: &AtomicBool,

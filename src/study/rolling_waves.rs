@@ -12,11 +12,11 @@ use crate::tyre::poles::Direction;
 use crate::tyre::slowest_wave::{SlowestWave, slowest_wave_below};
 
 /// Highest speed at which the belt's waves are looked for \[m/s\].
-pub const HIGHEST: f64 = 200.0;
+pub(crate) const HIGHEST: f64 = 200.0;
 
 /// Lowest radial modes of n periods and of the lowest lateral number \[Hz\], where there are any.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RollingWave {
+pub(crate) struct RollingWave {
     /// Periods round the tyre.
     pub n: usize,
     /// Frequency of the standing tyre.
@@ -29,7 +29,7 @@ pub struct RollingWave {
 
 /// Waves and critical speeds.
 #[derive(Clone, Debug, PartialEq)]
-pub struct RollingWaves {
+pub(crate) struct RollingWaves {
     /// Speed at which it rolls \[m/s\].
     pub speed: f64,
     /// Growth of the radius \[m\].
@@ -51,7 +51,7 @@ pub struct RollingWaves {
 ///
 /// # Errors
 /// As [`modes`].
-pub fn rolling_waves(scene: &Scene, largest_n: usize, highest: f64) -> Result<RollingWaves, ModesError> {
+pub(crate) fn rolling_waves(scene: &Scene, largest_n: usize, highest: f64) -> Result<RollingWaves, ModesError> {
     let mut turning = scene.clone();
     turning.effects.rotation = Switch::Auto;
     let Decisions { tyre, growth, .. } = Decisions::new(&turning);

@@ -15,7 +15,7 @@ use crate::study::trial::{Common, Trials};
 
 /// Properties of a rule for a scene's tyre and time step.
 #[derive(Clone, Debug)]
-pub struct RuleReport {
+pub(crate) struct RuleReport {
     /// The rule.
     pub rule: TimeRule,
     /// Diagnosis of its inverse.
@@ -26,7 +26,7 @@ pub struct RuleReport {
 ///
 /// # Errors
 /// A fit that was refused, or stopped by `stop`.
-pub fn compare(loaded: &LoadedScene, stop: &AtomicBool) -> Result<Vec<RuleReport>, RunError> {
+pub(crate) fn compare(loaded: &LoadedScene, stop: &AtomicBool) -> Result<Vec<RuleReport>, RunError> {
     let plan = Plan::new(&loaded.scene);
     let model =
         fetch(&plan.decisions.tyre, &plan.fit, stop).map_err(|error| refused(loaded, error, "another tolerance"))?;
@@ -43,7 +43,7 @@ pub fn compare(loaded: &LoadedScene, stop: &AtomicBool) -> Result<Vec<RuleReport
 
 /// One run of a comparison.
 #[derive(Clone, Copy, Debug)]
-pub struct WorkPoint {
+pub(crate) struct WorkPoint {
     /// The rule.
     pub rule: TimeRule,
     /// Steps per element.
@@ -60,7 +60,7 @@ pub struct WorkPoint {
 
 /// A comparison.
 #[derive(Clone, Debug)]
-pub struct WorkPrecision {
+pub(crate) struct WorkPrecision {
     /// Runs, by rule and substeps.
     pub points: Vec<WorkPoint>,
     /// How far the two references (`sdirk2` and `bdf2` at `finest` substeps) are apart: what an error below this says
@@ -76,7 +76,7 @@ pub struct WorkPrecision {
 ///
 /// # Errors
 /// Errors of a run.
-pub fn work_precision(
+pub(crate) fn work_precision(
     loaded: &LoadedScene,
     rules: &[TimeRule],
     substeps: &[usize],

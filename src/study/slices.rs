@@ -14,11 +14,11 @@ use crate::scene::{LoadedScene, Slices};
 /// Indentation levels that are looked at, as shares of the slice's depth.
 const LEVELS: [f64; 4] = [0.25, 0.5, 1.0, 1.5];
 /// The laws side by side.
-pub const LAWS: [(Slices, &str); 2] = [(Slices::Winkler, "winkler"), (Slices::HalfSpace, "half-space")];
+pub(crate) const LAWS: [(Slices, &str); 2] = [(Slices::Winkler, "winkler"), (Slices::HalfSpace, "half-space")];
 
 /// The spread of S over the road at one penetration, by both laws.
 #[derive(Clone, Debug, Serialize)]
-pub struct Spread {
+pub(crate) struct Spread {
     /// Penetration past each slice's highest point \[m\].
     pub penetration: f64,
     /// Mean of S/y by the winkler and by the half-space law.
@@ -35,7 +35,7 @@ pub struct Spread {
 
 /// Heights of some slices of a road, and where they are.
 #[derive(Clone, Debug)]
-pub struct Sample {
+pub(crate) struct Sample {
     /// Elements and their cells.
     pub lattice: Lattice,
     /// Number of the first element.
@@ -46,7 +46,7 @@ pub struct Sample {
 
 /// The first slice of a sample, looked at along its highest line of cells.
 #[derive(Clone, Debug)]
-pub struct SliceView {
+pub(crate) struct SliceView {
     /// Places across the tyre \[m\].
     pub across: Vec<f64>,
     /// Heights there \[m\].
@@ -66,7 +66,7 @@ impl Sample {
     ///
     /// # Errors
     /// Errors of the road.
-    pub fn of(loaded: &LoadedScene, at: f64, slices: usize) -> Result<Self, RunError> {
+    pub(crate) fn of(loaded: &LoadedScene, at: f64, slices: usize) -> Result<Self, RunError> {
         let scene = &loaded.scene;
         let read = || {
             let lattice = Plan::new(scene).lattice()?;
@@ -86,13 +86,13 @@ impl Sample {
     ///
     /// # Errors
     /// [`SliceError`].
-    pub fn curves(&self, tolerance: f64) -> Result<[Vec<StiffnessCurve>; 2], SliceError> {
+    pub(crate) fn curves(&self, tolerance: f64) -> Result<[Vec<StiffnessCurve>; 2], SliceError> {
         let build = |law| slice_builder(law, self.lattice)?.with_tolerance(tolerance)?.build_rows(&self.heights);
         Ok([build(LAWS[0].0)?, build(LAWS[1].0)?])
     }
 
     /// Depth of every point under its slice's highest one \[m\], slice by slice.
-    pub fn depths(&self) -> Vec<f64> {
+    pub(crate) fn depths(&self) -> Vec<f64> {
         self.heights
             .chunks(self.lattice.cells())
             .flat_map(|row| {
@@ -106,7 +106,7 @@ impl Sample {
     ///
     /// # Errors
     /// [`SliceError`].
-    pub fn view(&self, curves: [&StiffnessCurve; 2]) -> Result<Option<SliceView>, SliceError> {
+    pub(crate) fn view(&self, curves: [&StiffnessCurve; 2]) -> Result<Option<SliceView>, SliceError> {
         let lattice = self.lattice;
         let slice = &self.heights[..lattice.cells()];
         let peak = curves[0].peak;
@@ -134,7 +134,7 @@ impl Sample {
 }
 
 /// The spread over some slices, each by both laws, whose depths are given \[m\]; none over flat ones.
-pub fn spread(curves: &[Vec<StiffnessCurve>; 2], depths: &[f64]) -> Vec<Spread> {
+pub(crate) fn spread(curves: &[Vec<StiffnessCurve>; 2], depths: &[f64]) -> Vec<Spread> {
     // Penetrations at fractions of the road's mean depth: where the laws can differ.
     let typical = 2.0 * depths.iter().sum::<f64>() / depths.len() as f64;
     if typical <= 0.0 {

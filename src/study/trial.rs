@@ -27,13 +27,13 @@ use crate::sound::SoundLevels;
 const LOOK_EVERY: u64 = 256;
 /// Ramp and settling of an axle that is held at a height, left out of a comparison \[s\]: the default tyre's modes lose
 /// 40 dB in it.
-pub const SETTLING: f64 = 0.2;
+pub(crate) const SETTLING: f64 = 0.2;
 /// Unit of the progress: rolled time in this \[s\].
 pub(crate) const UNIT: f64 = 1e-3;
 /// Lowest band of a trial's own levels \[Hz\].
 const LOWEST_FREQUENCY: f64 = 20.0;
 /// Lowest band that is compared \[Hz\].
-pub const LOWEST_BAND: f64 = 100.0;
+pub(crate) const LOWEST_BAND: f64 = 100.0;
 /// Pass band and stop band of the kernel, in cycles per instant.
 const PASS: f64 = 0.4;
 const STOP: f64 = 0.5;
@@ -44,7 +44,7 @@ const SEGMENT: f64 = 0.5;
 
 /// One run of a comparison.
 #[derive(Clone, Debug)]
-pub struct Trial {
+pub(crate) struct Trial {
     /// Its plan.
     pub plan: Plan,
     /// Its time rule.
@@ -63,35 +63,35 @@ pub struct Trial {
 
 impl Trial {
     /// Mean force after the warm-up \[N\].
-    pub fn mean_force(&self) -> f64 {
+    pub(crate) fn mean_force(&self) -> f64 {
         self.results.mean_force.unwrap_or_default()
     }
 
     /// Mean length of the patch after the warm-up \[m\].
-    pub fn contact_length(&self) -> f64 {
+    pub(crate) fn contact_length(&self) -> f64 {
         self.results.mean_contact_length.unwrap_or_default()
     }
 
     /// Rolling resistance after the warm-up \[N\]; 0 where the tread law has none.
-    pub fn rolling_resistance(&self) -> f64 {
+    pub(crate) fn rolling_resistance(&self) -> f64 {
         self.results.rolling_resistance.map_or(0.0, |resistance| resistance.force)
     }
 
     /// A-weighted levels at the receivers, by which runs are compared, and third octaves.
-    pub fn heard(&self) -> Vec<(RatedLevel, SoundLevels)> {
+    pub(crate) fn heard(&self) -> Vec<(RatedLevel, SoundLevels)> {
         let receivers = self.results.sound.iter().flat_map(|sound| sound.rated.iter().zip(&sound.receivers));
         let levels = |heard: &ReceiverSpectrum| SoundLevels::of(&heard.spectrum, LOWEST_FREQUENCY..f64::INFINITY);
         receivers.map(|(rated, heard)| (rated.clone(), levels(heard))).collect()
     }
 
     /// Planned memory on the present threads, without the process itself \[bytes\].
-    pub fn memory(&self) -> f64 {
+    pub(crate) fn memory(&self) -> f64 {
         self.plan.amounts().memory_on(rayon::current_num_threads())
     }
 }
 
 /// Rolls one variant after the other.
-pub struct Trials<'a> {
+pub(crate) struct Trials<'a> {
     /// True if receivers hear the runs.
     heard: bool,
     stop: &'a AtomicBool,
@@ -114,19 +114,19 @@ struct Shared {
 
 impl<'a> Trials<'a> {
     /// Begins about `time` \[s\] to be rolled in all.
-    pub fn new(time: f64, stop: &'a AtomicBool, progress: &'a mut dyn Progress) -> Self {
+    pub(crate) fn new(time: f64, stop: &'a AtomicBool, progress: &'a mut dyn Progress) -> Self {
         progress.march(0, (time / UNIT) as u64, UNIT);
         Self { heard: false, stop, progress, done: 0.0, shared: None }
     }
 
     /// Begins runs that are expected to take about `all` \[s\]: their share of it is told, see [`Self::announce`].
-    pub fn shared(all: f64, stop: &'a AtomicBool, progress: &'a mut dyn Progress) -> Self {
+    pub(crate) fn shared(all: f64, stop: &'a AtomicBool, progress: &'a mut dyn Progress) -> Self {
         let shared = Shared { all, name: String::new(), seconds: 0.0 };
         Self { heard: false, stop, progress, done: 0.0, shared: Some(shared) }
     }
 
     /// Tells what is rolled next, or prepared for it, and the time that it is expected to take \[s\].
-    pub fn announce(&mut self, name: &str, seconds: f64) {
+    pub(crate) fn announce(&mut self, name: &str, seconds: f64) {
         if let Some(shared) = &mut self.shared {
             (shared.name, shared.seconds) = (name.to_owned(), seconds);
             self.tell(0.0, 0.0);
@@ -146,12 +146,12 @@ impl<'a> Trials<'a> {
 
     /// The same, and the receivers of a scene hear its runs.
     #[must_use]
-    pub fn heard(self) -> Self {
+    pub(crate) fn heard(self) -> Self {
         Self { heard: true, ..self }
     }
 
     /// Returns the flag that ends a run.
-    pub fn stop(&self) -> &'a AtomicBool {
+    pub(crate) fn stop(&self) -> &'a AtomicBool {
         self.stop
     }
 
@@ -168,7 +168,7 @@ impl<'a> Trials<'a> {
     ///
     /// # Errors
     /// Errors of the plan and of the run; [`RunError::Interrupted`].
-    pub fn roll(&mut self, scene: &Scene) -> Result<Trial, RunError> {
+    pub(crate) fn roll(&mut self, scene: &Scene) -> Result<Trial, RunError> {
         let (plan, run) = self.begin(scene)?;
         self.march(scene, (plan, run), &mut |_| {})
     }
@@ -178,7 +178,11 @@ impl<'a> Trials<'a> {
     ///
     /// # Errors
     /// As [`Self::roll`], and those of the observer.
-    pub fn roll_with<O: Observer + Clone>(&mut self, scene: &Scene, mut observer: O) -> Result<(Trial, O), RunError> {
+    pub(crate) fn roll_with<O: Observer + Clone>(
+        &mut self,
+        scene: &Scene,
+        mut observer: O,
+    ) -> Result<(Trial, O), RunError> {
         let (plan, run) = self.begin(scene)?;
         let run = run.with(observer.clone());
         let trial = self.march(scene, (plan, run), &mut |run| {
@@ -236,7 +240,7 @@ impl<'a> Trials<'a> {
     ///
     /// # Errors
     /// As [`Self::roll`].
-    pub fn held(&mut self, scene: &Scene, duration: f64) -> Result<Scene, RunError> {
+    pub(crate) fn held(&mut self, scene: &Scene, duration: f64) -> Result<Scene, RunError> {
         let mut held = scene.clone();
         held.numerics.forget_wishes();
         held.outputs.vibration = None;
@@ -263,14 +267,14 @@ impl<'a> Trials<'a> {
     }
 
     /// The end of the watch.
-    pub fn finish(self) {
+    pub(crate) fn finish(self) {
         self.progress.finish();
     }
 }
 
 /// Compared quantities of a run.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Common {
+pub(crate) struct Common {
     /// Distance of the instants \[s\].
     pub spacing: f64,
     /// Total force at the instants \[N\].
@@ -287,7 +291,7 @@ pub struct Common {
 
 /// How far a run is from another.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Difference {
+pub(crate) struct Difference {
     /// Largest difference of a third-octave level \[dB\].
     pub worst: f64,
     /// Nominal mid-frequency of its band \[Hz\].
@@ -315,14 +319,14 @@ pub(crate) fn upper_edge(highest: f64) -> f64 {
 }
 
 /// Lowest sampling frequency \[Hz\] that holds what is compared up to the band of `highest` \[Hz\].
-pub fn least_rate(highest: f64) -> f64 {
+pub(crate) fn least_rate(highest: f64) -> f64 {
     2.0 * STOP / PASS * band(highest).upper_edge()
 }
 
 impl Common {
     /// Takes the quantities of a run up to the band that holds `highest` \[Hz\], within a stretch of time \[s\] that is
     /// the same for all.
-    pub fn of(trial: &Trial, within: Range<f64>, highest: f64) -> Self {
+    pub(crate) fn of(trial: &Trial, within: Range<f64>, highest: f64) -> Self {
         let spacing = PASS / band(highest).upper_edge();
         let force = resampled(&trial.force, trial.plan.time_step, trial.rule.force_lead(), spacing, within);
         // Too short for a spectrum: no levels.
@@ -337,7 +341,7 @@ impl Common {
     }
 
     /// How far this is from another of the same instants.
-    pub fn difference(&self, other: &Self) -> Difference {
+    pub(crate) fn difference(&self, other: &Self) -> Difference {
         let (mut worst, mut worst_band, mut squares, mut count) = (0.0_f64, 0.0, 0.0, 0.0);
         for (level, change) in level_changes(&self.levels, &other.levels).filter(|(_, change)| change.is_finite()) {
             if change.abs() > worst {
@@ -361,7 +365,7 @@ impl Common {
 
 /// Change of the level of each band of `reference` \[dB\], valid where both levels are; NaN where one of them is silent
 /// or not there.
-pub fn level_changes<'a>(
+pub(crate) fn level_changes<'a>(
     found: &'a [BandLevel],
     reference: &'a [BandLevel],
 ) -> impl Iterator<Item = (BandLevel, f64)> + 'a {

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::plate_tyre;
 use crate::scene::{Law, Sides};
-use crate::tyre::influence::{CellGrid, CellInfluence, CellSums, CellTruncation, OddInfluence};
+use crate::tyre::influence::{CellGrid, CellInfluence, CellSums, CellTruncation};
 
 /// Circumference of the tyre \[m\].
 const CIRCUMFERENCE: f64 = 1.95;
@@ -37,7 +37,14 @@ pub fn instant_cells(columns: usize, across: usize, elements: usize, time_step: 
 }
 
 /// The same of a tyre that turns, made up: waves of even part E have the odd part `skew` sin(k dx) E.
-pub fn turning_cells(columns: usize, across: usize, elements: usize, time_step: f64, skew: f64) -> CellInfluence {
+#[cfg(test)]
+pub(crate) fn turning_cells(
+    columns: usize,
+    across: usize,
+    elements: usize,
+    time_step: f64,
+    skew: f64,
+) -> CellInfluence {
     let CellInfluence { mut toeplitz, mut hankel, .. } = instant_cells(columns + 1, across, elements, time_step);
     let odd = |each: usize, values: &mut Vec<f64>| -> Vec<f64> {
         let value = |place: usize| values[place];
@@ -47,7 +54,10 @@ pub fn turning_cells(columns: usize, across: usize, elements: usize, time_step: 
         values.truncate(columns * each);
         odd
     };
-    let odd = OddInfluence { toeplitz: odd(across, &mut toeplitz), hankel: odd(2 * across - 1, &mut hankel) };
+    let odd = crate::tyre::influence::OddInfluence {
+        toeplitz: odd(across, &mut toeplitz),
+        hankel: odd(2 * across - 1, &mut hankel),
+    };
     CellInfluence { columns, across, toeplitz, hankel, odd: Some(odd) }
 }
 

@@ -4,9 +4,11 @@
 //! change that finds nothing to change panics: else a test would lose what it is about, unseen, when the shipped scene
 //! changes.
 
-pub mod cells;
-pub mod transforms;
+pub(crate) mod cells;
+#[cfg(test)]
+pub(crate) mod transforms;
 
+#[cfg(test)]
 use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
@@ -16,15 +18,19 @@ use crate::scene::{LoadedScene, PLATE, Scene, Tyre};
 /// The flat tyre's circumference \[m\].
 pub const CIRCUMFERENCE: f64 = 1.95;
 /// Its contact width \[m\].
-pub const CONTACT_WIDTH: f64 = 0.12;
+#[cfg(test)]
+pub(crate) const CONTACT_WIDTH: f64 = 0.12;
 
 /// A measured road of chip seal, a CAPTIF profile, among the [`reference`] files.
-pub const CHIP_SEAL: &str = "roads/captif_aylesbury_station_10.dat";
+#[cfg(test)]
+pub(crate) const CHIP_SEAL: &str = "roads/captif_aylesbury_station_10.dat";
 /// A measured strip of cobbles, OpenCRG, among the [`reference`] files.
-pub const COBBLES: &str = "roads/belgian_block.crg";
+#[cfg(test)]
+pub(crate) const COBBLES: &str = "roads/belgian_block.crg";
 
 /// The path of a file of `tests/reference`: values of others and measured roads.
-pub fn reference(name: &str) -> PathBuf {
+#[cfg(test)]
+pub(crate) fn reference(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference").join(name)
 }
 
@@ -53,7 +59,8 @@ pub fn wide_tyre() -> Tyre {
 }
 
 /// The same with layers of one density and a tread of the given loss factor.
-pub fn tyre(loss_factor: f64) -> Tyre {
+#[cfg(test)]
+pub(crate) fn tyre(loss_factor: f64) -> Tyre {
     let mut tyre = wide_tyre();
     tyre.layers.iter_mut().for_each(|layer| layer.material.density = 1200.0);
     tyre.layers[1].material.loss_factor = loss_factor;
@@ -71,12 +78,14 @@ pub fn scene_text(elements: usize, road: &str, rolling: &str, numerics: &str, mo
 }
 
 /// The text, with leave for numbers that nothing has.
-pub fn implausible(text: &str) -> String {
+#[cfg(test)]
+pub(crate) fn implausible(text: &str) -> String {
     format!("allow_implausible = true\n{text}")
 }
 
 /// A text of [`scene_text`] with all terms of its sums.
-pub fn with_all_terms(text: &str) -> String {
+#[cfg(test)]
+pub(crate) fn with_all_terms(text: &str) -> String {
     without(text, &["numerics.lateral_terms", "numerics.wavenumber_aliases"])
 }
 
@@ -88,7 +97,8 @@ fn tyre_tables() -> String {
 }
 
 /// The keys of a road from a grid at the run's own lattice: used as it is.
-pub fn grid_road(path: &Path, elements: usize, columns: usize) -> String {
+#[cfg(test)]
+pub(crate) fn grid_road(path: &Path, elements: usize, columns: usize) -> String {
     format!(
         "kind = \"grid\"\nfile = '{}'\ndx = {:?}\ndy = {:?}",
         path.display(),
@@ -118,7 +128,8 @@ pub fn edit(text: &str, changes: &[(&str, &str)]) -> String {
 /// # Panics
 ///
 /// If one is not there.
-pub fn without(text: &str, paths: &[&str]) -> String {
+#[cfg(test)]
+pub(crate) fn without(text: &str, paths: &[&str]) -> String {
     paths.iter().fold(text.to_owned(), |text, path| changed(&text, path, |inside, key| inside.remove(key).is_some()))
 }
 
@@ -139,7 +150,8 @@ pub fn add(text: &str, name: &str, keys: &str) -> String {
 /// # Panics
 ///
 /// If it has none.
-pub fn with_road(text: &str, keys: &str) -> String {
+#[cfg(test)]
+pub(crate) fn with_road(text: &str, keys: &str) -> String {
     changed(text, "road", |inside, road| inside.insert(road.to_owned(), table(keys).into()).is_some())
 }
 
@@ -148,7 +160,8 @@ pub fn with_road(text: &str, keys: &str) -> String {
 /// # Panics
 ///
 /// If it has no tyre.
-pub fn on_springs(text: &str) -> String {
+#[cfg(test)]
+pub(crate) fn on_springs(text: &str) -> String {
     let springs = table(include_str!("../../scenes/tyres/spring_sides.toml"));
     changed(text, "tyre", |inside, tyre| inside.insert(tyre.to_owned(), springs.into()).is_some())
 }
@@ -158,7 +171,8 @@ pub fn on_springs(text: &str) -> String {
 /// # Panics
 ///
 /// If a passage is not there.
-pub fn replaced(text: &str, changes: &[(&str, &str)]) -> String {
+#[cfg(test)]
+pub(crate) fn replaced(text: &str, changes: &[(&str, &str)]) -> String {
     changes.iter().fold(text.to_owned(), |text, (from, to)| {
         assert!(text.contains(from), "no {from:?} in\n{text}");
         text.replace(from, to)

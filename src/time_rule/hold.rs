@@ -6,7 +6,7 @@ use num_complex::Complex64;
 /// Exact step of a' = lambda a + F for F linear between the steps, in units of dt, z = lambda dt:
 /// a_l = exp(z) a_(l-1) + dt (yesterday F_(l-1) + today F_l).
 #[derive(Clone, Copy, Debug)]
-pub struct FirstOrderHold {
+pub(crate) struct FirstOrderHold {
     /// exp(z); not below exp(-300), which is as good as zero and still has a reciprocal.
     pub decay: Complex64,
     /// (exp z - 1 - z)/z^2.
@@ -17,7 +17,7 @@ pub struct FirstOrderHold {
 
 impl FirstOrderHold {
     /// For z = lambda dt, Re z < 0.
-    pub fn new(z: Complex64) -> Self {
+    pub(crate) fn new(z: Complex64) -> Self {
         let decay = Complex64::new(z.re.max(-300.0), z.im).exp();
         let (first, second) = if z.norm() < 0.5 {
             // Taylor: sum z^k/(k+1)!, sum z^k/(k+2)!; 0.5^16/18! is far below rounding.

@@ -23,8 +23,8 @@ use std::f64::consts::PI;
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-pub use rates::Rates;
-pub use runge_kutta::RungeKutta;
+pub(crate) use rates::Rates;
+pub(crate) use runge_kutta::RungeKutta;
 use runge_kutta::{SDIRK2, SDIRK3};
 
 /// Time rule.
@@ -91,7 +91,7 @@ impl TimeRule {
     }
 
     /// The Runge-Kutta rule, for those that are one.
-    pub const fn runge_kutta(self) -> Option<RungeKutta> {
+    pub(crate) const fn runge_kutta(self) -> Option<RungeKutta> {
         match self {
             Self::Sdirk2 => Some(SDIRK2),
             Self::Sdirk3 => Some(SDIRK3),
@@ -149,7 +149,7 @@ impl TimeRule {
     }
 
     /// mu(zeta) of the quadrature: the values at which H(mu/dt) is taken. None for the first-order hold.
-    pub fn rates(self, zeta: Complex64) -> Option<Rates> {
+    pub(crate) fn rates(self, zeta: Complex64) -> Option<Rates> {
         let one = |value| Some(Rates { values: [value, Complex64::ZERO, Complex64::ZERO], count: 1 });
         match self {
             Self::Bdf1 => one(1.0 - zeta),

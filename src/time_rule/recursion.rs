@@ -37,14 +37,14 @@ use super::hold::FirstOrderHold;
 use crate::numeric::Element;
 
 /// Stages of a rule at most.
-pub const MOST_STAGES: usize = 3;
+pub(crate) const MOST_STAGES: usize = 3;
 
 /// A number of every lane, complex or, of real poles, the one real part.
-pub type Number<E, S, const PARTS: usize> = [<E as Element>::Vector<S>; PARTS];
+pub(crate) type Number<E, S, const PARTS: usize> = [<E as Element>::Vector<S>; PARTS];
 
 /// g and w of vectors of poles.
 #[derive(Clone, Copy)]
-pub struct Poles<E: Element, S: Simd, const PARTS: usize> {
+pub(crate) struct Poles<E: Element, S: Simd, const PARTS: usize> {
     /// g.
     pub g: Number<E, S, PARTS>,
     /// w.
@@ -53,7 +53,7 @@ pub struct Poles<E: Element, S: Simd, const PARTS: usize> {
 
 /// State of vectors of poles driven by one real force.
 #[derive(Clone, Copy)]
-pub struct State<E: Element, S: Simd, const PARTS: usize> {
+pub(crate) struct State<E: Element, S: Simd, const PARTS: usize> {
     /// b at the end of the last step.
     pub end: Number<E, S, PARTS>,
     /// b at its beginning, for a rule that [looks back](Recursion::LOOKS_BACK).
@@ -62,7 +62,7 @@ pub struct State<E: Element, S: Simd, const PARTS: usize> {
 
 /// Maps of a pole over a step.
 #[derive(Clone, Copy)]
-pub struct StepMaps<E: Element, S: Simd, const PARTS: usize> {
+pub(crate) struct StepMaps<E: Element, S: Simd, const PARTS: usize> {
     /// R.
     whole: Number<E, S, PARTS>,
     /// W of every instant: what a unit force there adds to b at the step's end.
@@ -80,10 +80,10 @@ impl<E: Element, S: Simd, const PARTS: usize> StepMaps<E, S, PARTS> {
 }
 
 /// A value for every instant of a step.
-pub type Instants<E, S> = [<E as Element>::Vector<S>; MOST_STAGES];
+pub(crate) type Instants<E, S> = [<E as Element>::Vector<S>; MOST_STAGES];
 
 /// How a rule goes from one step to the next.
-pub trait Recursion: Copy + Send + Sync {
+pub(crate) trait Recursion: Copy + Send + Sync {
     /// Instants of a step, [`MOST_STAGES`] at most.
     const STAGES: usize;
     /// Need of b of two steps.
@@ -196,7 +196,7 @@ fn add<E: Element, S: Simd, const PARTS: usize>(
 
 /// b_l = g (b_(l-1) - b_(l-2)/4) + w F_l.
 #[derive(Clone, Copy)]
-pub struct Bdf2;
+pub(crate) struct Bdf2;
 
 impl Recursion for Bdf2 {
     const STAGES: usize = 1;
@@ -223,7 +223,7 @@ impl Recursion for Bdf2 {
 
 /// b_l = g b_(l-1) + w (F_l + F_(l-1)). Its state is b at the coming instant without that instant's force.
 #[derive(Clone, Copy)]
-pub struct Trapezoidal;
+pub(crate) struct Trapezoidal;
 
 impl Recursion for Trapezoidal {
     const STAGES: usize = 1;
@@ -265,7 +265,7 @@ impl Recursion for Trapezoidal {
 /// b_i = g base_i + w F_i, base_i a sum of b at the step's beginning and of the stages before; with one stage
 /// b_l = g b_(l-1) + w F_l.
 #[derive(Clone, Copy)]
-pub struct Stages<const COUNT: usize>(pub [[f64; 3]; 3]);
+pub(crate) struct Stages<const COUNT: usize>(pub [[f64; 3]; 3]);
 
 impl<const COUNT: usize> Recursion for Stages<COUNT> {
     const STAGES: usize = COUNT;
@@ -392,7 +392,7 @@ impl WithRecursion for OfPole {
 }
 
 /// Work to be done with a rule's recursion.
-pub trait WithRecursion {
+pub(crate) trait WithRecursion {
     /// Result of the work.
     type Output;
 

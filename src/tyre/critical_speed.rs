@@ -32,7 +32,7 @@ const HALVINGS: usize = 20;
 const HIGHEST: f64 = 1000.0;
 
 /// The highest speed of stable rolling \[m/s\], where it lies below a speed \[m/s\]; `None` for a flat tyre.
-pub fn limit_below(tyre: &Tyre, speed: f64) -> Option<f64> {
+pub(crate) fn limit_below(tyre: &Tyre, speed: f64) -> Option<f64> {
     if !tyre.curvature || is_stable(tyre, speed) {
         return None;
     }
@@ -49,13 +49,13 @@ pub fn limit_below(tyre: &Tyre, speed: f64) -> Option<f64> {
 }
 
 /// The highest speed of stable rolling \[m/s\], if it is below 1000 m/s.
-pub fn limit(tyre: &Tyre) -> Option<f64> {
+pub(crate) fn limit(tyre: &Tyre) -> Option<f64> {
     limit_below(tyre, HIGHEST)
 }
 
 /// A wave of the tread's surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TreadWave {
+pub(crate) struct TreadWave {
     /// Length \[m\].
     pub length: f64,
     /// Speed of the tyre at which it stands still under the axle \[m/s\].
@@ -64,7 +64,7 @@ pub struct TreadWave {
 
 /// The wave of the tread's surface of some 16 mm, of a tyre that turns as it rolls, or does not; `None` if it is
 /// faster than 1000 m/s.
-pub fn tread_wave(tyre: &Tyre, turns: bool) -> Option<TreadWave> {
+pub(crate) fn tread_wave(tyre: &Tyre, turns: bool) -> Option<TreadWave> {
     let thickness = tyre.layers.last()?.thickness;
     let n = (TREAD_WAVE * tyre.radius() / thickness).round().max(1.0);
     let follows = |speed: f64| steady_compliance(tyre, n as i64, speed, turns) > 0.0;

@@ -10,10 +10,16 @@
 //! - [`modes`]: resonances of single waves, poles of C; [`slowest_wave`]: up to which speed a tyre rolls steadily;
 //!   [`critical_speed`]: up to which it is stable, and the speed of its tread's waves.
 
-pub mod critical_speed;
-pub mod influence;
-pub mod layers;
-pub mod modes;
-pub mod poles;
-pub mod slowest_wave;
-pub mod views;
+pub(crate) mod critical_speed;
+pub(crate) mod influence;
+pub(crate) mod layers;
+pub(crate) mod modes;
+pub(crate) mod poles;
+pub(crate) mod slowest_wave;
+pub(crate) mod views;
+
+pub use influence::lane_sum::FaceValues;
+pub use influence::mobility::{Mobility, driving_point};
+pub use influence::wave_compliance::wave_compliance;
+pub use influence::{Field, InfluenceSum, InfluenceValue, Projection, SumAt, Truncation};
+pub use layers::compliance::{NormalCompliance, Stack, StackAt};

@@ -66,7 +66,7 @@ const SAME: f64 = 1e-7;
 /// Motion of a mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Motion {
+pub(crate) enum Motion {
     /// Along the radius, at least by a quarter: what a road excites and what radiates.
     Radial,
     /// Hardly along the radius, and most round the tyre: torsion for n = 0.
@@ -77,7 +77,7 @@ pub enum Motion {
 
 impl Motion {
     /// In a word.
-    pub const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Radial => "radial",
             Self::Circumferential => "circumferential",
@@ -88,11 +88,11 @@ impl Motion {
 
 /// A mode of a wave.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mode {
+pub(crate) struct Mode {
     /// Periods round the tyre.
     pub n: usize,
     /// Direction, of a tyre that turns; `None` at rest and of n = 0, where both are the same.
-    pub direction: Option<Direction>,
+    pub(crate) direction: Option<Direction>,
     /// Lateral number.
     pub m: usize,
     /// How the tread's surface moves.
@@ -108,17 +108,18 @@ pub struct Mode {
 impl Mode {
     /// n of exp(i n theta' + s t), theta' rising with the elements, against the rotation: negative of a wave that runs
     /// against it.
-    pub fn signed_n(&self) -> i64 {
+    #[cfg(test)]
+    pub(crate) fn signed_n(&self) -> i64 {
         signed(self.n, self.direction)
     }
 
     /// Frequency |Im s|/2 pi \[Hz\].
-    pub fn frequency(&self) -> f64 {
+    pub(crate) fn frequency(&self) -> f64 {
         frequency(self.pole)
     }
 
     /// Damping -Re s/|s|, of the critical one.
-    pub fn damping(&self) -> f64 {
+    pub(crate) fn damping(&self) -> f64 {
         damping(self.pole)
     }
 }
@@ -133,7 +134,7 @@ fn damping(pole: Complex64) -> f64 {
 
 /// The modes of a tyre.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Modes {
+pub(crate) struct Modes {
     /// By n, of a tyre that turns with the rotation first, then m, then frequency.
     pub confirmed: Vec<Mode>,
     /// Poles of an approximation, as (n, m, pole), that were not found again in C itself.
@@ -145,13 +146,13 @@ pub struct Modes {
 /// Why the modes of a wave cannot be found.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("modes of the wave n = {n}, m = {m}: {source}")]
-pub struct ModesError {
+pub(crate) struct ModesError {
     /// Periods round the tyre.
     pub n: usize,
     /// Lateral number.
     pub m: usize,
     /// Error of the approximation.
-    pub source: RationalError,
+    pub(crate) source: RationalError,
 }
 
 /// Modes up to the frequency `highest` \[Hz\] of a tyre's waves n = 0..=`largest_n`, each with so many lateral numbers,
@@ -159,7 +160,7 @@ pub struct ModesError {
 ///
 /// # Errors
 /// As [`modes_of`].
-pub fn modes(tyre: &Tyre, largest_n: usize, lateral_count: usize, highest: f64) -> Result<Modes, ModesError> {
+pub(crate) fn modes(tyre: &Tyre, largest_n: usize, lateral_count: usize, highest: f64) -> Result<Modes, ModesError> {
     let kernel = Kernel::new(tyre, BEYOND * TAU * highest, TOLERANCE);
     let lateral = Waves::new(tyre).lateral_numbers().take(lateral_count);
     let turns = tyre.turns();
@@ -199,7 +200,8 @@ fn signed(n: usize, direction: Option<Direction>) -> i64 {
 ///
 /// # Errors
 /// [`ModesError`] for a compliance that is not finite, of the first such wave.
-pub fn modes_of(
+#[cfg(test)]
+pub(crate) fn modes_of(
     waves: &[(usize, usize)],
     highest: f64,
     compliance: impl Fn(usize, usize, Complex64) -> Matrix3 + Sync,
@@ -230,7 +232,7 @@ fn found(
 
 /// |C_zz| of the waves n = 0..=`largest_n` with the lowest lateral number \[m/Pa\]: one row for each frequency \[Hz\],
 /// one column for each n; with it the lateral number.
-pub fn radial_compliance(tyre: &Tyre, largest_n: usize, frequencies: &[f64]) -> (usize, Vec<Vec<f64>>) {
+pub(crate) fn radial_compliance(tyre: &Tyre, largest_n: usize, frequencies: &[f64]) -> (usize, Vec<Vec<f64>>) {
     let top = frequencies.iter().fold(0.0_f64, |a, &b| a.max(b));
     let kernel = Kernel::new(tyre, TAU * top, TOLERANCE);
     let m = Waves::new(tyre).first_lateral_number();

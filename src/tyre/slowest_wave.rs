@@ -30,7 +30,7 @@ const HALVINGS: usize = 10;
 
 /// A free wave round the tyre.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SlowestWave {
+pub(crate) struct SlowestWave {
     /// Periods round the tyre.
     pub n: usize,
     /// Speed \[m/s\].
@@ -38,7 +38,7 @@ pub struct SlowestWave {
 }
 
 /// The slowest wave of a tyre as it rolls, where it is slower than a speed \[m/s\].
-pub fn slowest_wave_below(tyre: &Tyre, speed: f64) -> Option<SlowestWave> {
+pub(crate) fn slowest_wave_below(tyre: &Tyre, speed: f64) -> Option<SlowestWave> {
     let highest = (HIGHEST * tyre.radius() / tyre.thickness()).clamp(1.0, 1000.0) as usize;
     let waves: Vec<usize> = (1..=highest).collect();
     let m = Waves::new(tyre).first_lateral_number();

@@ -21,7 +21,7 @@ use crate::scene::TimeRule;
 
 /// |H_n(2 pi i f)| \[m/N\], of a tyre that turns for the waves of one direction: one row for each wavenumber, one
 /// column for each frequency \[Hz\]. `None` for a field that the model does not have.
-pub fn magnitudes(
+pub(crate) fn magnitudes(
     model: &RationalModel,
     field: Field,
     direction: Direction,
@@ -38,7 +38,7 @@ pub fn magnitudes(
 
 /// Driving-point mobility of one element, s sum over n = -N/2 ... N/2 - 1 of Ht_n(s), from a value for each n = 0..=N/2
 /// \[m/(N s)\].
-pub fn element_mobility(elements: usize, s: Complex64, value: impl Fn(usize) -> Complex64) -> Complex64 {
+pub(crate) fn element_mobility(elements: usize, s: Complex64, value: impl Fn(usize) -> Complex64) -> Complex64 {
     s * (0..=elements / 2).map(|n| value(n) * multiplicity(n, elements)).sum::<Complex64>()
 }
 
@@ -64,7 +64,7 @@ fn odd_weight(n: usize, distance: usize, elements: usize) -> f64 {
 
 /// g_j(t) \[m/(N s)\] of a unit force impulse: one row for each distance j \[elements\], N - j towards smaller
 /// elements, one column for each time t >= 0 \[s\]. A constant of the model (an impulse at t = 0) is left out.
-pub fn impulse_responses(
+pub(crate) fn impulse_responses(
     model: &RationalModel,
     field: Field,
     distances: &[usize],
@@ -100,7 +100,7 @@ pub fn impulse_responses(
 
 /// Convolution weights round t = 0 of the driven element itself.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Causality {
+pub(crate) struct Causality {
     /// Largest |w_p| of a negative lag over the largest of all.
     pub precursor: f64,
     /// Share of sum w_p^2 that lies before t = 0.
@@ -115,7 +115,7 @@ pub struct Causality {
 ///
 /// On the circle |zeta| = rho the transform of length K gives rho^-q w_-q + rho^(K-q) w_(K-q) in place K - q: for q <
 /// K/2 what wraps round is below rho^K of the weights.
-pub fn causality(sum: &InfluenceSum, rule: TimeRule, time_step: f64, lags: usize) -> Causality {
+pub(crate) fn causality(sum: &InfluenceSum, rule: TimeRule, time_step: f64, lags: usize) -> Causality {
     let contour = Contour::new(rule, time_step, lags);
     let length = contour.circle.length;
     let at: Vec<_> = contour.points.iter().map(|&s| sum.at(s)).collect();
@@ -161,7 +161,7 @@ pub fn causality(sum: &InfluenceSum, rule: TimeRule, time_step: f64, lags: usize
 
 /// Static influence with distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StaticRatio {
+pub(crate) struct StaticRatio {
     /// Distance j \[elements\].
     pub distance: usize,
     /// G_j/G_0 of the tyre at rest.
@@ -171,7 +171,7 @@ pub struct StaticRatio {
 }
 
 /// G_j/G_0 at rest for j = 0..=`most`, `element` long and `contact_width` wide \[m\].
-pub fn static_ratios(
+pub(crate) fn static_ratios(
     model: &RationalModel,
     field: Field,
     [element, contact_width]: [f64; 2],
@@ -191,7 +191,7 @@ pub fn static_ratios(
 
 /// Mean of 1/r between the points of two equal rectangles, `length` by `width`, whose centres lie `distance` apart
 /// along the length \[1/m\]: the fourth difference of the function with f_xxyy = 1/r.
-pub fn mean_inverse_distance(distance: f64, length: f64, width: f64) -> f64 {
+pub(crate) fn mean_inverse_distance(distance: f64, length: f64, width: f64) -> f64 {
     let f = |x: f64, y: f64| {
         let r = x.hypot(y);
         let term = |a: f64, b: f64| if a == 0.0 || b == 0.0 { 0.0 } else { 0.5 * a * a * b * (b / a.abs()).asinh() };

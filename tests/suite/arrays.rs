@@ -3,7 +3,7 @@
 use tyrewave::effects::{channel, channels};
 use tyrewave::test_models::{CIRCUMFERENCE, scene_text};
 
-use crate::common::run;
+use crate::suite::common::run;
 
 /// Elements round the tyre.
 const ELEMENTS: usize = 128;

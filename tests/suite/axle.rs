@@ -2,7 +2,7 @@
 
 use tyrewave::test_models::{edit, scene_text};
 
-use crate::common::{mean_and_deviation, run};
+use crate::suite::common::{mean_and_deviation, run};
 
 #[test]
 fn a_load_is_carried_on_smooth_and_rough_roads() {

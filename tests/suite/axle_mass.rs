@@ -16,7 +16,7 @@ use tyrewave::run::prepare::{Prepared, prepare};
 use tyrewave::scene::LoadedScene;
 use tyrewave::test_models::{CIRCUMFERENCE, grid_road, implausible, scene, scene_text};
 
-use crate::common::{Results, mean_and_deviation, run, try_run, write_grid};
+use crate::suite::common::{Results, mean_and_deviation, run, try_run, write_grid};
 
 const SMOOTH: &str = "kind = \"smooth\"";
 

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use tyrewave::test_models::{COBBLES, edit, reference, scene_text, with_all_terms, without};
 
-use crate::common::{folder_with, names, read_array, read_summary, skipped, tyrewave};
+use crate::suite::common::{folder_with, names, program, read_array, read_summary, skipped, tyrewave};
 
 const USAGE: i32 = 2;
 const NOT_WRITABLE: i32 = 3;
@@ -234,8 +234,7 @@ fn an_unwritable_place_is_refused_before_the_long_work() {
 
 /// A shell command line in the folder, on Unix.
 fn shell(folder: &Path, line: &str) -> Output {
-    let program = env!("CARGO_BIN_EXE_tyrewave");
-    Command::new("sh").args(["-c", line, "sh", program]).current_dir(folder).output().unwrap()
+    Command::new("sh").args(["-c", line, "sh"]).arg(program()).current_dir(folder).output().unwrap()
 }
 
 #[test]
@@ -300,7 +299,7 @@ fn wait_for(what: &str, mut condition: impl FnMut() -> bool) {
 fn ctrl_c_keeps_what_there_is_as_partial() {
     let scene = edit(&good(), &[("rolling.duration", "20000.0")]);
     let folder = folder_with(&scene);
-    let mut run = Command::new(env!("CARGO_BIN_EXE_tyrewave"))
+    let mut run = Command::new(program())
         .args(["run", "scene.toml", "--out", "long"])
         .current_dir(folder.path())
         .stdout(Stdio::null())

@@ -11,7 +11,7 @@ use tyrewave::response::ThirdOctaveBand;
 use tyrewave::scene::Scene;
 use tyrewave::test_models::{edit, scene, scene_text, with_all_terms, without};
 
-use crate::common::{Results, run};
+use crate::suite::common::{Results, run};
 
 const ROUGH: &str = "kind = \"made\"\nseed = 4";
 const SMOOTH: &str = "kind = \"smooth\"";

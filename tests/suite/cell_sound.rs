@@ -8,7 +8,7 @@ use tyrewave::counters::Counter;
 use tyrewave::plan::Plan;
 use tyrewave::test_models::{edit, grid_road, scene, scene_text, with_all_terms};
 
-use crate::common::{Results, run, write_grid};
+use crate::suite::common::{Results, run, write_grid};
 
 const ACROSS: usize = 4;
 const ELEMENTS: usize = 96;

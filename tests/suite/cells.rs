@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use tyrewave::contact::cells::{CellSearch, InstantCells};
 use tyrewave::half_space::love;
-use tyrewave::half_space::rough::{Control, Extent, HeightMap, Limits, indent};
+use tyrewave::half_space::rough::{Extent, HeightMap, IndentationControl, IndentationLimits, indent};
 use tyrewave::plan::Plan;
 use tyrewave::road::{self, Lattice, RoadSurface};
 use tyrewave::run::Simulation;
@@ -15,8 +15,8 @@ use tyrewave::test_models::{CIRCUMFERENCE, add, edit, grid_road, scene, scene_te
 
 use tyrewave::tyre::influence::CellInfluence;
 
-use crate::common::hard_case::measured;
-use crate::common::{Results, mean_and_deviation, read_array, run, write_grid};
+use crate::suite::common::hard_case::measured;
+use crate::suite::common::{Results, mean_and_deviation, read_array, run, write_grid};
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.1\naxle = { load = 3400.0, tolerance = 0.05 }";
 const INDENTED: &str = "speed_kmh = 80.0\nwarm_up = 0.05\nduration = 0.1\naxle = { indentation = 0.01, ramp = 0.03 }";
@@ -261,7 +261,7 @@ fn patch_on_a_half_space(n: usize, elements: usize) -> (f64, [f64; 2]) {
     let peak = required.iter().copied().fold(f64::MIN, f64::max);
     let map = HeightMap { heights: required, extent: Extent { nx: n, ny: n }, dx, dy };
     let begin = Instant::now();
-    let other = indent(&map, MODULUS, Control::Penetration(peak), Limits::default()).unwrap();
+    let other = indent(&map, MODULUS, IndentationControl::Penetration(peak), IndentationLimits::default()).unwrap();
     let times = [own, begin.elapsed().as_secs_f64()];
     let largest = forces.iter().copied().fold(0.0, f64::max);
     let differences = forces.iter().zip(&other.pressure).map(|(force, p)| (force - p * dx * dy).abs() / largest);

@@ -4,7 +4,7 @@
 use toml::{Table, Value};
 use tyrewave::test_models::{CHIP_SEAL, reference, scene_text, with_all_terms};
 
-use crate::common::run;
+use crate::suite::common::run;
 
 /// Elements of 2 mm, and steps on each.
 const FINE: [usize; 2] = [1024, 1];

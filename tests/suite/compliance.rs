@@ -6,7 +6,7 @@ use tyrewave::scene::{Law, Layer, Material, Tyre};
 use tyrewave::test_models::{plate_tyre, reference};
 use tyrewave::tyre::layers::{Stack, cases};
 
-use crate::common::hard_case::measured;
+use crate::suite::common::hard_case::measured;
 
 const BOUND: f64 = 1e-10;
 

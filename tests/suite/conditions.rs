@@ -16,7 +16,7 @@ use tyrewave::test_models::{
 };
 use tyrewave::tyre::layers::Stack;
 
-use crate::common::{Results, run, write_grid};
+use crate::suite::common::{Results, run, write_grid};
 
 const SPEED: f64 = 80.0 / 3.6;
 /// As in [`scene_text`].

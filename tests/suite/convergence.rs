@@ -11,7 +11,7 @@ use toml::Table;
 use tyrewave::scene::TimeRule;
 use tyrewave::test_models::{CHIP_SEAL, edit, reference, scene, scene_text, with_all_terms};
 
-use crate::common::{run, try_run};
+use crate::suite::common::{run, try_run};
 
 const HIGHEST: f64 = 1000.0;
 

@@ -16,7 +16,7 @@ use tyrewave::tyre::layers::cylinder::Cylinder;
 use tyrewave::tyre::layers::rotation::Rotation;
 use tyrewave::tyre::layers::{cases, material};
 
-use crate::common::rubber;
+use crate::suite::common::rubber;
 
 /// Relative accuracy that waves are prepared for, as influence functions ask for.
 const TOLERANCE: f64 = 1e-7;

@@ -17,7 +17,7 @@ use tyrewave::tyre::modes::{Mode, Motion, modes, modes_of};
 
 use tyrewave::test_models::on_springs;
 
-use crate::common::rubber;
+use crate::suite::common::rubber;
 
 /// The car tyre, its patch and its modes fitted to measurements.
 fn car() -> CurvedStack {

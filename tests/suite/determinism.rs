@@ -4,8 +4,8 @@ use std::fs;
 
 use tyrewave::test_models::scene_text;
 
-use crate::common::hard_case::measured;
-use crate::common::{Results, run};
+use crate::suite::common::hard_case::measured;
+use crate::suite::common::{Results, run};
 
 const ARRAYS: [&str; 5] = ["time.npy", "total_force.npy", "patch_force.npy", "patch_element.npy", "spectra.csv"];
 

@@ -12,7 +12,7 @@ use tyrewave::report::export::{MAT_HEAD, PYTHON, UFF_HEAD, VTK_HEAD};
 use tyrewave::results::spectra::read_force_levels;
 use tyrewave::test_models::{edit, scene_text};
 
-use crate::common::{names, read_array, read_summary, skipped, tyrewave};
+use crate::suite::common::{names, read_array, read_summary, skipped, tyrewave};
 
 /// A run of slices that vibrates and is heard, and one of cells. Made once for all tests.
 static RESULTS: LazyLock<TempDir> = LazyLock::new(|| {

@@ -10,7 +10,7 @@ use tempfile::TempDir;
 
 use tyrewave::test_models::{edit, scene_text};
 
-use crate::common::{command, names, read_summary, skipped, tyrewave, write_grid};
+use crate::suite::common::{command, names, program, read_summary, skipped, tyrewave, write_grid};
 
 const USAGE: i32 = 2;
 const NOT_WRITABLE: i32 = 3;
@@ -30,8 +30,7 @@ fn folder_with(scene: &str) -> TempDir {
 
 /// A shell command line in the folder; `$1` is the program.
 fn shell(folder: &Path, line: &str) -> Output {
-    let program = env!("CARGO_BIN_EXE_tyrewave");
-    Command::new("sh").args(["-c", line, "sh", program]).current_dir(folder).output().unwrap()
+    Command::new("sh").args(["-c", line, "sh"]).arg(program()).current_dir(folder).output().unwrap()
 }
 
 fn message(output: &Output) -> String {

@@ -15,7 +15,7 @@ use tyrewave::study::fit_tyre::{BOUND, Estimate, Fit, FitTyreError, Parameter, U
 use tyrewave::test_models::{plate_tyre, replaced};
 use tyrewave::tyre::influence::mobility::driving_point;
 
-use crate::common::{names, tyrewave};
+use crate::suite::common::{names, tyrewave};
 
 const PATCHES: [f64; 4] = [0.05, 0.02, 0.01, 0.005];
 const UNCERTAINTY: Uncertainty = Uncertainty { level: 0.5, phase: 3.0 };

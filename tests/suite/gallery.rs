@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use tyrewave::test_models::{CHIP_SEAL, reference};
 
-use crate::common::{read_summary, tyrewave};
+use crate::suite::common::{read_summary, tyrewave};
 
 const GALLERY: &str = include_str!("../../profiles/GALLERY.md");
 

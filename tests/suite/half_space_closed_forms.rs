@@ -2,7 +2,9 @@
 
 use std::f64::consts::PI;
 
-use tyrewave::half_space::rough::{Control, Convolution, Extent, HeightMap, Indentation, Limits, indent};
+use tyrewave::half_space::rough::{
+    Convolution, Extent, HeightMap, Indentation, IndentationControl, IndentationLimits, indent,
+};
 use tyrewave::half_space::{GrowingContact, HalfSpaceError, LineInfluence, love};
 
 /// A square map of n x n cells over `side`, from the height at (x, y) relative to its middle.
@@ -13,8 +15,8 @@ fn map(n: usize, side: f64, height: impl Fn(f64, f64) -> f64) -> HeightMap {
     HeightMap { heights, extent: Extent { nx: n, ny: n }, dx, dy: dx }
 }
 
-fn solve(map: &HeightMap, control: Control) -> Indentation {
-    indent(map, 1e7, control, Limits::default()).unwrap()
+fn solve(map: &HeightMap, control: IndentationControl) -> Indentation {
+    indent(map, 1e7, control, IndentationLimits::default()).unwrap()
 }
 
 fn orders(errors: &[f64]) -> Vec<f64> {
@@ -31,9 +33,9 @@ fn a_sphere_converges_to_hertz() {
     let (mut by_penetration, mut by_load, mut pressures) = (Vec::new(), Vec::new(), Vec::new());
     for n in [17usize, 33, 65, 129, 257] {
         let sphere = map(n, 3.0 * contact_radius, |x, y| -(x * x + y * y) / (2.0 * radius));
-        let pushed = solve(&sphere, Control::Penetration(penetration));
+        let pushed = solve(&sphere, IndentationControl::Penetration(penetration));
         by_penetration.push((pushed.load / load - 1.0).abs());
-        let loaded = solve(&sphere, Control::Load(load));
+        let loaded = solve(&sphere, IndentationControl::Load(load));
         by_load.push((loaded.penetration / penetration - 1.0).abs());
         let dx = sphere.dx;
         let at = |i: usize| (i as f64 - 0.5 * (n as f64 - 1.0)) * dx;
@@ -63,7 +65,7 @@ fn a_circular_punch_converges_to_the_closed_form() {
         .iter()
         .map(|&n| {
             let punch = map(n, 2.2 * radius, |x, y| if x.hypot(y) <= radius { 0.0 } else { -1.0 });
-            let contact = solve(&punch, Control::Penetration(penetration));
+            let contact = solve(&punch, IndentationControl::Penetration(penetration));
             // All of the face touches: area within the staircase.
             assert!((contact.area_fraction * 2.2 * 2.2 / PI - 1.0).abs() < 0.05);
             (contact.load / (2.0 * 1e7 * radius * penetration) - 1.0).abs()
@@ -167,7 +169,7 @@ fn the_contact_conditions_hold_on_awkward_surfaces() {
     ];
     for (name, surface) in surfaces {
         let Extent { nx, ny } = surface.extent;
-        for control in [Control::Penetration(1.3e-3), Control::Load(20.0)] {
+        for control in [IndentationControl::Penetration(1.3e-3), IndentationControl::Load(20.0)] {
             let contact = solve(&surface, control);
             let kernel = |i: usize, j: usize| {
                 love::displacement(i as f64 * surface.dx, j as f64 * surface.dy, surface.dx, surface.dy) / 1e7
@@ -189,14 +191,17 @@ fn the_contact_conditions_hold_on_awkward_surfaces() {
 #[test]
 fn impossible_problems_are_refused_by_name() {
     let mut surface = map(8, 0.1, |x, _| x);
-    let refused = |surface: &HeightMap, control| indent(surface, 1e7, control, Limits::default()).unwrap_err();
-    for control in [Control::Load(0.0), Control::Load(f64::NAN), Control::Penetration(-1e-3)] {
+    let refused =
+        |surface: &HeightMap, control| indent(surface, 1e7, control, IndentationLimits::default()).unwrap_err();
+    for control in
+        [IndentationControl::Load(0.0), IndentationControl::Load(f64::NAN), IndentationControl::Penetration(-1e-3)]
+    {
         assert!(matches!(refused(&surface, control), HalfSpaceError::NotPositive { .. }));
     }
     surface.heights[19] = f64::NAN;
-    assert!(matches!(refused(&surface, Control::Load(1.0)), HalfSpaceError::Hole { row: 2, column: 3, .. }));
+    assert!(matches!(refused(&surface, IndentationControl::Load(1.0)), HalfSpaceError::Hole { row: 2, column: 3, .. }));
     surface.heights.pop();
-    assert!(matches!(refused(&surface, Control::Load(1.0)), HalfSpaceError::Shape { found: 63, .. }));
+    assert!(matches!(refused(&surface, IndentationControl::Load(1.0)), HalfSpaceError::Shape { found: 63, .. }));
 }
 
 #[test]
@@ -204,7 +209,7 @@ fn the_number_of_threads_changes_no_bit() {
     let surface = map(120, 0.1, |x, y| (x * 300.0).sin() * (y * 230.0).cos() * 5e-4 - (x * x + y * y) * 0.3);
     let on = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| solve(&surface, Control::Load(30.0)))
+        pool.install(|| solve(&surface, IndentationControl::Load(30.0)))
     };
     let one = on(1);
     assert_eq!(one, on(2));

@@ -11,8 +11,8 @@ use tyrewave::scene::{Law, LoadedScene, TimeRule};
 use tyrewave::test_models::{CIRCUMFERENCE, edit, grid_road, implausible, scene, scene_text, transforms};
 use tyrewave::tyre::influence::{Field, InfluenceSum};
 
-use crate::common::hard_case::{TABLE, measured, number};
-use crate::common::{Results, mean_and_deviation, run, try_run, write_grid};
+use crate::suite::common::hard_case::{TABLE, measured, number};
+use crate::suite::common::{Results, mean_and_deviation, run, try_run, write_grid};
 
 const SPEED: f64 = 80.0 / 3.6;
 const SMOOTH: &str = "kind = \"smooth\"";

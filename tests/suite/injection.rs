@@ -15,7 +15,7 @@ use tempfile::TempDir;
 
 use tyrewave::test_models::{edit, scene_text};
 
-use crate::common::{names, read_summary, skipped};
+use crate::suite::common::{self, names, read_summary, skipped};
 
 const KILLED: i32 = 9;
 
@@ -86,7 +86,7 @@ fn fast_folder() -> TempDir {
 }
 
 fn program(place: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_tyrewave"));
+    let mut command = Command::new(common::program());
     command.args(arguments).current_dir(place).env("TYREWAVE_CACHE_DIR", place.join("cache")).output().unwrap()
 }
 
@@ -101,7 +101,8 @@ fn with_faults(
     let output = Command::new("strace")
         .args(["-f", "-o", log.to_str().unwrap(), "-e", &format!("trace={calls},renameat2")])
         .args(always.into_iter().flat_map(|always| ["-e", always]))
-        .args(["-e", &format!("inject={calls}:{fault}:when={when}"), env!("CARGO_BIN_EXE_tyrewave")])
+        .args(["-e", &format!("inject={calls}:{fault}:when={when}")])
+        .arg(common::program())
         .args(arguments)
         .current_dir(place)
         .env("TYREWAVE_CACHE_DIR", place.join("cache"))

@@ -11,7 +11,7 @@ use serde_json::Value;
 use tyrewave::scene::{DEFAULT, Scene};
 use tyrewave::test_models::scene_text;
 
-use crate::common::{command, names, read_summary, tyrewave};
+use crate::suite::common::{command, names, read_summary, tyrewave};
 
 /// The names.
 const KEPT: &str = include_str!("kept.txt");

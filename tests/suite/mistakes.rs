@@ -7,7 +7,7 @@ use std::fs;
 
 use tyrewave::test_models::replaced;
 
-use crate::common::{folder_with, names, tyrewave};
+use crate::suite::common::{folder_with, names, tyrewave};
 
 /// Answers of the program.
 const ANSWERS: &str = include_str!("twenty_mistakes.txt");

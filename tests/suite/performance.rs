@@ -15,7 +15,7 @@ use tyrewave::plan::Plan;
 use tyrewave::run::Simulation;
 use tyrewave::scene::History;
 
-use crate::common::skipped;
+use crate::suite::common::{program, skipped};
 
 fn folder() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -97,11 +97,6 @@ fn the_workloads_must_find_what_the_other_history_finds() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
-}
-
-/// The program of this build.
-fn program() -> PathBuf {
-    PathBuf::from(env!("CARGO_BIN_EXE_tyrewave"))
 }
 
 /// Compares two programs with the defaults, and with more arguments; exit code and verdict.

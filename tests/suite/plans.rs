@@ -12,7 +12,7 @@ use tyrewave::run::Simulation;
 use tyrewave::scene::{DEFAULT, LoadedScene, PLATE};
 use tyrewave::test_models::{edit, scene, scene_text, without};
 
-use crate::common::read_summary;
+use crate::suite::common::{program, read_summary};
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.4\naxle = { load = 3400 }";
 const MODAL: &str = "history = \"modal\"\npole_tolerance = 1e-3";
@@ -106,8 +106,7 @@ fn what_road_and_model_cannot_honour_is_said_once() {
 }
 
 fn tyrewave(cache: &Path, arguments: &[&str]) -> (Option<i32>, String) {
-    let output =
-        Command::new(env!("CARGO_BIN_EXE_tyrewave")).args(arguments).env("TYREWAVE_CACHE_DIR", cache).output().unwrap();
+    let output = Command::new(program()).args(arguments).env("TYREWAVE_CACHE_DIR", cache).output().unwrap();
     let text = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
     (output.status.code(), text)
 }
@@ -192,7 +191,7 @@ const SHORT_CASES: [Case; 10] = [
 /// Runs a scene with a page of its results: planned memory, and the largest that the process took \[bytes\].
 #[cfg(target_os = "linux")]
 fn memory_planned_and_taken(cache: &Path, arguments: &[&str], target: &Path) -> [f64; 2] {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_tyrewave"));
+    let mut command = Command::new(program());
     command.args(arguments).args(["--out", target.to_str().unwrap(), "--report", "-q"]);
     let mut run = command.env("TYREWAVE_CACHE_DIR", cache).spawn().unwrap();
     let mut peak = 0.0;

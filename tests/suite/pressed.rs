@@ -16,7 +16,7 @@ use tyrewave::scene::{DEFAULT, Law, LoadedScene, Scene, Tyre};
 use tyrewave::test_models::{CHIP_SEAL, reference, scene, scene_text, with_road};
 use tyrewave::tyre::influence::{CellGrid, CellSums, CellTruncation};
 
-use crate::common::run;
+use crate::suite::common::run;
 
 const MADE: &str = "kind = \"made\"\nseed = 3";
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.1\naxle = { load = 3400.0 }";

@@ -14,7 +14,7 @@ use tyrewave::run::Simulation;
 use tyrewave::scene::{PLATE, Road, Scene};
 use tyrewave::test_models::{edit, scene_text};
 
-use crate::common::{command, read_summary};
+use crate::suite::common::{command, read_summary};
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.6\naxle = { load = 3400 }";
 

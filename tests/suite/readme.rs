@@ -6,6 +6,8 @@ use std::process::Command;
 
 use tyrewave::scene::{Axle, DEFAULT, Scene};
 
+use crate::suite::common::program;
+
 const README: &str = include_str!("../../README.md");
 const SCENES: &str = include_str!("../../docs/scenes.md");
 const LONGER: &str = include_str!("../README.md");
@@ -44,7 +46,7 @@ fn the_first_scene_is_the_default_scene() {
 
 /// The program's help of a command.
 fn help(command: &str) -> String {
-    let output = Command::new(env!("CARGO_BIN_EXE_tyrewave")).args([command, "--help"]).output().unwrap();
+    let output = Command::new(program()).args([command, "--help"]).output().unwrap();
     assert!(output.status.success(), "{command}");
     String::from_utf8(output.stdout).unwrap()
 }

@@ -12,7 +12,7 @@ use tyrewave::report::{Comparison, PAGE_HEAD, Stored, page};
 use tyrewave::response::BandLevel;
 use tyrewave::test_models::scene_text;
 
-use crate::common::{names, read_summary, skipped, tyrewave};
+use crate::suite::common::{names, read_summary, skipped, tyrewave};
 
 /// Two runs that differ in their speed, with vibration; a draft's sound in the first. Made once for all tests.
 fn results() -> &'static (TempDir, [PathBuf; 2]) {

@@ -14,7 +14,7 @@ use tempfile::TempDir;
 
 use tyrewave::test_models::{add, edit, scene_text};
 
-use crate::common::{command, names, read_summary, skipped, tyrewave, write_grid};
+use crate::suite::common::{command, names, program, read_summary, skipped, tyrewave, write_grid};
 
 const USAGE: i32 = 2;
 const NOT_WRITABLE: i32 = 3;
@@ -365,10 +365,8 @@ fn a_full_disk_keeps_the_last_checkpoint_and_the_run_goes_on_where_there_is_room
     for name in ["disk", "probe"] {
         fs::create_dir(place.join(name)).unwrap();
     }
-    let shell = |line: &str| {
-        let program = env!("CARGO_BIN_EXE_tyrewave");
-        Command::new("sh").args(["-c", line, "sh", program]).current_dir(place).output().unwrap()
-    };
+    let shell =
+        |line: &str| Command::new("sh").args(["-c", line, "sh"]).arg(program()).current_dir(place).output().unwrap();
     let can = "unshare --user --map-root-user --mount mount -t tmpfs -o size=16k none probe";
     if !shell(can).status.success() {
         skipped("no tmpfs can be mounted here");

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use tyrewave::test_models::{scene_text, with_all_terms};
 
-use crate::common::{mean_and_deviation, read_array, read_summary};
+use crate::suite::common::{mean_and_deviation, program, read_array, read_summary};
 
 /// Resident memory of a process now, and its peak so far \[bytes\]; `None` once it has ended.
 fn memory(process: u32) -> Option<[f64; 2]> {
@@ -37,7 +37,7 @@ impl Watched {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("scene.toml"), scene).unwrap();
         let begin = Instant::now();
-        let mut run = Command::new(env!("CARGO_BIN_EXE_tyrewave"))
+        let mut run = Command::new(program())
             .args(["run", "scene.toml", "--out", "out", "--threads", "2"])
             .current_dir(folder.path())
             .stdout(Stdio::null())

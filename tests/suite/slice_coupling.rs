@@ -14,7 +14,7 @@ use tyrewave::test_models::{
     CHIP_SEAL, CIRCUMFERENCE, add, edit, grid_road, implausible, reference, scene_text, with_road,
 };
 
-use crate::common::{Results, run, write_grid};
+use crate::suite::common::{Results, run, write_grid};
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.15\naxle = { indentation = 0.012, ramp = 0.03 }";
 

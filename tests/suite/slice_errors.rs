@@ -8,7 +8,7 @@ use tyrewave::run::prepare::checked;
 use tyrewave::scene::{DEFAULT, Scene, Setting};
 use tyrewave::test_models::{scene, scene_text};
 
-use crate::common::{Results, folder_with, run, try_run, tyrewave};
+use crate::suite::common::{Results, folder_with, run, try_run, tyrewave};
 
 const SEAL: &str = "kind = \"made\"\nseed = 3\ntexture = \"chip-seal\"";
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 1.2\naxle = { load = 3400.0, tolerance = 0.5 }";

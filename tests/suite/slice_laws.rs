@@ -11,7 +11,7 @@ use tyrewave::run::{RunOptions, Unwatched, run};
 use tyrewave::scene::PLATE;
 use tyrewave::test_models::{CHIP_SEAL, COBBLES, edit, plate_scene, reference, scene, with_road};
 
-use crate::common::write_grid;
+use crate::suite::common::write_grid;
 
 /// Third-octave levels by nominal frequency, the mean force and the contact length.
 fn levels(road: &str, law: &str, folder: &Path) -> (Vec<(String, f64)>, f64, f64) {

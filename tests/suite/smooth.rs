@@ -8,8 +8,8 @@ use tyrewave::scene::{DEFAULT, PLATE, Tyre};
 use tyrewave::test_models::{edit, scene, scene_text, with_all_terms, with_road};
 use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 
-use crate::common::hard_case::measured;
-use crate::common::{Results, mean_and_deviation, run};
+use crate::suite::common::hard_case::measured;
+use crate::suite::common::{Results, mean_and_deviation, run};
 
 /// Fails unless the force of the last quarter stands still within `bound` of its mean, and returns that ratio.
 fn assert_settled(results: &Results, bound: f64) -> f64 {

@@ -9,7 +9,7 @@ use serde_json::Value;
 use tyrewave::sound::wav::full_scale_of;
 use tyrewave::test_models::{edit, scene, scene_text, without};
 
-use crate::common::{command, read_summary, run};
+use crate::suite::common::{command, read_summary, run};
 
 const MODAL: &str = "history = \"modal\"\npole_tolerance = 1e-4";
 /// Low frequencies alone: boundary elements of a second.

@@ -4,7 +4,7 @@ use num_complex::Complex64;
 
 use tyrewave::test_models::{scene_text, transforms};
 
-use crate::common::{Results, run};
+use crate::suite::common::{Results, run};
 
 /// Rows of spectra.csv: lower edge, upper edge, mean square.
 fn bands(results: &Results) -> Vec<[f64; 3]> {

@@ -11,7 +11,7 @@ use tyrewave::study::accuracy::{Kind, Point, Study, StudyOptions, front, sound, 
 use tyrewave::study::trial::Trials;
 use tyrewave::test_models::{scene, scene_text};
 
-use crate::common::command;
+use crate::suite::common::command;
 
 const ROLLING: &str = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 0.3\naxle = { load = 3400 }";
 const MADE: &str = "kind = \"made\"\nseed = 2";

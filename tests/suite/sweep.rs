@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use tyrewave::test_models::{add, edit, implausible, replaced, scene_text, without};
 
-use crate::common::{command, read_summary};
+use crate::suite::common::{command, read_summary};
 
 const ROAD: &str = "kind = \"made\"\nseed = 4\nspacing = 0.01\nwavelengths = [0.2, 0.16, 0.125, 0.1, 0.08]\n\
     levels = [46.0, 46.0, 46.0, 46.0, 46.0]";

@@ -9,7 +9,7 @@ use std::time::Duration;
 use tempfile::TempDir;
 use tyrewave::test_models::{implausible, scene_text};
 
-use crate::common::{command, folder_with, names, tyrewave};
+use crate::suite::common::{command, folder_with, names, tyrewave};
 
 const ROAD: &str = "kind = \"made\"\nseed = 4\nspacing = 0.01\nwavelengths = [0.2, 0.16, 0.125, 0.1, 0.08]\n\
     levels = [46.0, 46.0, 46.0, 46.0, 46.0]";

@@ -21,7 +21,7 @@ use tyrewave::test_models::{CIRCUMFERENCE, scene, scene_text};
 use tyrewave::tyre::influence::Field;
 use tyrewave::tyre::poles::{FitOptions, RationalModel};
 
-use crate::common::{mean_and_deviation, run, try_run};
+use crate::suite::common::{mean_and_deviation, run, try_run};
 
 const SMOOTH: &str = "kind = \"smooth\"";
 const INDENTED: &str = "speed_kmh = 80.0\nwarm_up = 0.05\nduration = 0.15\naxle = { indentation = 0.012, ramp = 0.03 }";

@@ -11,7 +11,7 @@ use tyrewave::results::plots::ThirdOctavePlot;
 use tyrewave::scene::PLATE;
 use tyrewave::test_models::{add, edit, implausible, scene_text, without};
 
-use crate::common::{Results, run};
+use crate::suite::common::{Results, run};
 
 /// The laws and their tables `[contact]`, the reference first.
 const LAWS: [(&str, &str); 3] = [

@@ -4,7 +4,7 @@ use std::fs::{self, OpenOptions};
 use std::io::Write;
 use std::path::Path;
 
-use crate::common::tyrewave;
+use crate::suite::common::tyrewave;
 
 const TUTORIAL: &str = include_str!("../../docs/tutorial.md");
 

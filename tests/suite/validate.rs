@@ -7,7 +7,7 @@ use tyrewave::report::validation::{MARKERS, markdown};
 use tyrewave::study::validation::{Lacks, Measured, Published, StandingTyre, rows};
 use tyrewave::test_models::scene_text;
 
-use crate::common::tyrewave;
+use crate::suite::common::tyrewave;
 
 const README: &str = include_str!("../../README.md");
 

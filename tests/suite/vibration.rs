@@ -26,7 +26,7 @@ use tyrewave::scene::TimeRule;
 use tyrewave::test_models::{edit, scene, scene_text, transforms, with_all_terms};
 use tyrewave::tyre::influence::Field;
 
-use crate::common::{Results, read_array, run};
+use crate::suite::common::{Results, read_array, run};
 
 const SPEED: f64 = 80.0 / 3.6;
 

@@ -1,10 +1,10 @@
 //! Limit of the paper's equation 4 as the time step falls, beside the local law.
 
+use crate::run::RunError;
+use crate::scene::{Scene, SliceCoupling};
+use crate::study::accuracy::Richardson;
+use crate::study::trial::{Common, Trials};
 use serde::Serialize;
-use tyrewave::run::RunError;
-use tyrewave::scene::{Scene, SliceCoupling};
-use tyrewave::study::accuracy::Richardson;
-use tyrewave::study::trial::{Common, Trials};
 
 use super::search::Solves;
 use super::statement::{Statement, Verdict};
@@ -15,7 +15,7 @@ const COUPLINGS: [(SliceCoupling, &str); 3] =
 
 /// A coupling with ever smaller steps.
 #[derive(Clone, Debug, Serialize)]
-pub struct Refined {
+pub(super) struct Refined {
     /// The coupling.
     pub name: &'static str,
     /// Differences between successive halvings of the step: root mean square of the force's difference, relative to
@@ -31,7 +31,7 @@ pub struct Refined {
 
 /// All couplings.
 #[derive(Clone, Debug, Serialize)]
-pub struct Equation4 {
+pub(super) struct Equation4 {
     /// Elements round the tyre.
     pub elements: usize,
     /// Time steps \[s\], each half of the one before.
@@ -46,7 +46,7 @@ impl Equation4 {
     ///
     /// # Errors
     /// Errors of the runs.
-    pub fn of(
+    pub(super) fn of(
         held: &Scene,
         halvings: u32,
         highest: f64,
@@ -82,7 +82,7 @@ impl Equation4 {
     }
 
     /// Returns the paper's statement on it.
-    pub fn statement(&self) -> Statement {
+    pub(super) fn statement(&self) -> Statement {
         let words = |refined: &Refined| {
             let [first, .., last] = refined.differences.as_slice() else { return refined.name.to_owned() };
             format!("{} {first:.3} to {last:.3} (order {:.1})", refined.name, refined.order)

@@ -8,16 +8,16 @@
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
+use crate::numeric::in_parallel;
+use crate::plan::Plan;
+use crate::plan::models::{fetch, refused};
+use crate::run::RunError;
+use crate::scene::{LoadedScene, Scene, TimeRule};
+use crate::tyre::influence::convolution_quadrature::Contour;
+use crate::tyre::influence::{Field, InfluenceSum, Projection, SumAt, Truncation};
+use crate::tyre::poles::scaling::{FitCost, cost};
 use num_complex::Complex64;
 use serde::Serialize;
-use tyrewave::numeric::in_parallel;
-use tyrewave::plan::Plan;
-use tyrewave::plan::models::{fetch, refused};
-use tyrewave::run::RunError;
-use tyrewave::scene::{LoadedScene, Scene, TimeRule};
-use tyrewave::tyre::influence::convolution_quadrature::Contour;
-use tyrewave::tyre::influence::{Field, InfluenceSum, Projection, SumAt, Truncation};
-use tyrewave::tyre::poles::scaling::{FitCost, cost};
 
 use super::statement::{Statement, Verdict};
 
@@ -28,7 +28,7 @@ const GOLDEN: f64 = 0.618_033_988_749_895;
 
 /// Time of the influence functions, beside a run.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct InfluenceShare {
+pub(super) struct InfluenceShare {
     /// Values Ht_n(s) that there are.
     pub values: f64,
     /// Those of them that were summed.
@@ -49,7 +49,7 @@ pub struct InfluenceShare {
 
 /// All sums of a kind, extrapolated from a sample.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct Sums {
+pub(super) struct Sums {
     /// Evaluations of the compliance.
     pub evaluations: f64,
     /// Time on all threads \[s\].
@@ -74,7 +74,12 @@ impl InfluenceShare {
     ///
     /// # Errors
     /// A fit that was refused, or stopped by `stop`.
-    pub fn of(scene: &Scene, (rolled, march): (f64, f64), samples: usize, stop: &AtomicBool) -> Result<Self, RunError> {
+    pub(super) fn of(
+        scene: &Scene,
+        (rolled, march): (f64, f64),
+        samples: usize,
+        stop: &AtomicBool,
+    ) -> Result<Self, RunError> {
         let loaded = LoadedScene::from_scene(scene, "paper")?;
         let plan = Plan::new(scene);
         let tyre = &plan.decisions.tyre;
@@ -115,12 +120,12 @@ impl InfluenceShare {
     }
 
     /// Shares of the time by plain sums and by poles that have to be fitted.
-    pub fn shares(&self) -> [f64; 2] {
+    pub(super) fn shares(&self) -> [f64; 2] {
         [self.plain.seconds, self.fit.seconds].map(|influence| influence / (influence + self.march))
     }
 
     /// Returns the paper's statements on it.
-    pub fn statements(&self) -> [Statement; 2] {
+    pub(super) fn statements(&self) -> [Statement; 2] {
         let [sums, poles] = self.shares();
         let paper = "they are the most time-consuming step";
         let [low, high] = ABOUT_HALF.map(|share| 100.0 * share);

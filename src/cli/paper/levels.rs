@@ -1,15 +1,15 @@
 //! Third-octave levels side by side.
 
+use crate::response::{BandLevel, ThirdOctaveBand};
+use crate::study::trial::{LOWEST_BAND, level_changes};
 use serde::Serialize;
-use tyrewave::response::{BandLevel, ThirdOctaveBand};
-use tyrewave::study::trial::{LOWEST_BAND, level_changes};
 
 /// Levels that differ by less are the same \[dB\]: what the accuracy `standard` states, and about what is heard.
-pub const INSIGNIFICANT: f64 = 1.0;
+pub(super) const INSIGNIFICANT: f64 = 1.0;
 
 /// Change of a level in a band.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Change {
+pub(super) struct Change {
     /// Nominal mid-frequency \[Hz\].
     pub frequency: f64,
     /// Change of the level \[dB\].
@@ -18,7 +18,7 @@ pub struct Change {
 
 /// Changes from a reference, from 100 Hz up to the band that holds a frequency \[Hz\]; bands that are silent in one of
 /// them are left out.
-pub fn changes(found: &[BandLevel], reference: &[BandLevel], highest: f64) -> Vec<Change> {
+pub(super) fn changes(found: &[BandLevel], reference: &[BandLevel], highest: f64) -> Vec<Change> {
     let highest = ThirdOctaveBand::containing(highest).map_or(highest, ThirdOctaveBand::upper_edge);
     let within = |level: &BandLevel| (LOWEST_BAND..=highest).contains(&level.band.nominal_frequency());
     level_changes(found, reference)
@@ -28,12 +28,12 @@ pub fn changes(found: &[BandLevel], reference: &[BandLevel], highest: f64) -> Ve
 }
 
 /// Mean of the changes \[dB\]; NaN without one.
-pub fn mean(changes: &[Change]) -> f64 {
+pub(super) fn mean(changes: &[Change]) -> f64 {
     changes.iter().map(|change| change.change).sum::<f64>() / changes.len() as f64
 }
 
 /// The largest of the changes by a measure.
-pub fn largest(changes: &[Change], measure: fn(f64) -> f64) -> Change {
+pub(super) fn largest(changes: &[Change], measure: fn(f64) -> f64) -> Change {
     let none = Change { frequency: f64::NAN, change: f64::NAN };
     changes.iter().copied().max_by(|a, b| measure(a.change).total_cmp(&measure(b.change))).unwrap_or(none)
 }

@@ -1,9 +1,9 @@
 //! Figure 2: driving-point mobility of the tread for patches of several sizes.
 
+use crate::numeric::StraightLine;
+use crate::scene::Tyre;
+use crate::tyre::influence::mobility::{Mobility, driving_point, frequencies, level};
 use serde::Serialize;
-use tyrewave::numeric::StraightLine;
-use tyrewave::scene::Tyre;
-use tyrewave::tyre::influence::mobility::{Mobility, driving_point, frequencies, level};
 
 use super::statement::{Statement, Verdict};
 
@@ -18,7 +18,7 @@ const HIDDEN: f64 = 0.1;
 
 /// Mobilities, and how they grow.
 #[derive(Clone, Debug, Serialize)]
-pub struct MobilityFigure {
+pub(super) struct MobilityFigure {
     /// The mobilities.
     #[serde(skip)]
     pub mobility: Mobility,
@@ -42,7 +42,7 @@ pub struct MobilityFigure {
 
 impl MobilityFigure {
     /// Finds the mobility of a tyre at so many frequencies.
-    pub fn of(tyre: &Tyre, points: u32) -> Self {
+    pub(super) fn of(tyre: &Tyre, points: u32) -> Self {
         let frequencies = frequencies(BAND[0], BAND[1], points);
         let mobility = driving_point(tyre, &PATCHES, &frequencies);
         let levels: Vec<Vec<f64>> =
@@ -76,7 +76,7 @@ impl MobilityFigure {
     }
 
     /// Returns the paper's statements on it.
-    pub fn statements(&self) -> [Statement; 2] {
+    pub(super) fn statements(&self) -> [Statement; 2] {
         [
             Statement {
                 place: "figure 2",

@@ -20,10 +20,10 @@ mod tread_laws;
 
 use std::path::{Path, PathBuf};
 
+use crate::results::table::Report;
+use crate::scene::{DEFAULT, Scene};
 use clap::Args;
 use serde_json::json;
-use tyrewave::results::table::Report;
-use tyrewave::scene::{DEFAULT, Scene};
 
 use super::context::Context;
 use super::error::CliError;
@@ -47,7 +47,7 @@ Examples:
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
-pub struct PaperArguments {
+pub(crate) struct PaperArguments {
     /// Results folder; default: results/paper.
     #[arg(long, short, value_name = "FOLDER")]
     out: Option<PathBuf>,
@@ -55,7 +55,7 @@ pub struct PaperArguments {
 
 impl PaperArguments {
     /// Computes, writes the page, the numbers and the pictures, prints the table.
-    pub fn execute(self, context: &Context) -> Result<(), CliError> {
+    pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
         let target = self.out.unwrap_or_else(|| Path::new("results").join("paper"));
         let mut side = Side::new(Scene::from_str(DEFAULT, "default")?, target)?;
         let options = PaperOptions::default();

@@ -1,9 +1,9 @@
 //! The paper computed again, as a page and as a table.
 
+use crate::report::html::{document, figure, table};
+use crate::results::table::{Table, aligned, row, words};
+use crate::scene::Scene;
 use maud::{Markup, html};
-use tyrewave::report::html::{document, figure, table};
-use tyrewave::results::table::{Table, aligned, row, words};
-use tyrewave::scene::Scene;
 
 use super::levels::Change;
 use super::pictures::Picture;
@@ -12,7 +12,7 @@ use super::search::Solves;
 use super::statement::{Statement, Verdict};
 
 /// Tabulates the paper's statements beside the findings.
-pub fn statement_table(statements: &[Statement]) -> Table {
+pub(super) fn statement_table(statements: &[Statement]) -> Table {
     let rows = statements.iter().map(|of| {
         let statement = format!("{}: {}", of.place, of.subject);
         row([&statement, &of.paper, &of.found, &of.judgement()])
@@ -21,7 +21,7 @@ pub fn statement_table(statements: &[Statement]) -> Table {
 }
 
 /// Which settings all of it was computed with.
-pub fn settings(paper: &Paper, scene: &Scene) -> String {
+pub(super) fn settings(paper: &Paper, scene: &Scene) -> String {
     let of = &paper.options;
     format!(
         "{} km/h; figures 4 to 6 with {} elements, time steps an element: {}, over {} s after {} s of warm-up, {}; \
@@ -83,7 +83,7 @@ fn solves_table(paper: &Paper) -> Table {
 }
 
 /// One HTML page of all of it; needs a browser and nothing else.
-pub fn page(paper: &Paper, scene: &Scene, pictures: &[Picture]) -> String {
+pub(super) fn page(paper: &Paper, scene: &Scene, pictures: &[Picture]) -> String {
     let mut places: Vec<&str> = Vec::new();
     for of in &paper.statements {
         if !places.contains(&of.place) {
@@ -133,7 +133,7 @@ pub fn page(paper: &Paper, scene: &Scene, pictures: &[Picture]) -> String {
 }
 
 /// How many statements hold.
-pub fn tally(statements: &[Statement]) -> String {
+pub(super) fn tally(statements: &[Statement]) -> String {
     let count = |verdict| statements.iter().filter(|of| of.verdict == verdict).count();
     format!(
         "{} agree, {} disagree, {} cannot be compared.",

@@ -1,10 +1,10 @@
 //! Figure 5: force over contact and time.
 
+use crate::counters::Meter;
+use crate::effects::{Observer, RunError, Step};
+use crate::plan::Plan;
 use ndarray::Array2;
 use serde::Serialize;
-use tyrewave::counters::Meter;
-use tyrewave::effects::{Observer, RunError, Step};
-use tyrewave::plan::Plan;
 
 use super::statement::{Statement, Verdict};
 
@@ -13,7 +13,7 @@ const SHOWN: f64 = 0.04;
 
 /// Forces of the elements in the window at the run's last steps.
 #[derive(Clone, Debug, Serialize)]
-pub struct PatchForces {
+pub(super) struct PatchForces {
     /// Times \[s\].
     #[serde(skip)]
     pub time: Vec<f64>,
@@ -45,7 +45,7 @@ pub struct PatchForces {
 
 /// Recorder of the forces of a run's last steps.
 #[derive(Clone, Debug)]
-pub struct Recorder {
+pub(super) struct Recorder {
     /// Steps of the run, and their length \[s\].
     steps: u64,
     time_step: f64,
@@ -58,14 +58,14 @@ pub struct Recorder {
 
 impl Recorder {
     /// Begins before the first step of a planned run.
-    pub fn new(plan: &Plan) -> Self {
+    pub(super) fn new(plan: &Plan) -> Self {
         let Plan { steps, time_step, .. } = *plan;
         let (time, first_element, force) = (Vec::new(), Vec::new(), Vec::new());
         Self { steps, time_step, time, first_element, force, columns: 0, start: 0.0 }
     }
 
     /// Returns the kept forces.
-    pub fn finish(self, plan: &Plan) -> PatchForces {
+    pub(super) fn finish(self, plan: &Plan) -> PatchForces {
         let steps = self.time.len();
         let (mut carried, mut inside) = (0_usize, 0_usize);
         for row in self.force.chunks(self.columns.max(1)) {
@@ -107,7 +107,7 @@ impl Observer for Recorder {
 
 impl PatchForces {
     /// Returns the paper's statement on it.
-    pub fn statement(&self) -> Statement {
+    pub(super) fn statement(&self) -> Statement {
         Statement {
             place: "figure 5",
             subject: "force over contact and time",

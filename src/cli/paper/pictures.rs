@@ -1,12 +1,12 @@
 //! The paper's figures as pictures.
 
-use tyrewave::report::mobility::{LEVEL, plot};
-use tyrewave::report::road::map;
-use tyrewave::report::slices;
-use tyrewave::response::LevelErrors;
-use tyrewave::results::PlotError;
-use tyrewave::results::plots::{Axis, ForceMap, LinePlot, Series, ThirdOctavePlot};
-use tyrewave::results::spectra::FORCE_LEVEL;
+use crate::report::mobility::{LEVEL, plot};
+use crate::report::road::map;
+use crate::report::slices;
+use crate::response::LevelErrors;
+use crate::results::PlotError;
+use crate::results::plots::{Axis, ForceMap, LinePlot, Series, ThirdOctavePlot};
+use crate::results::spectra::FORCE_LEVEL;
 
 use super::equation_4::Equation4;
 use super::patch_force::PatchForces;
@@ -16,7 +16,7 @@ use super::tread_laws::TreadLaws;
 
 /// A picture and what it shows.
 #[derive(Clone, Debug)]
-pub struct Picture {
+pub(super) struct Picture {
     /// Its place in the paper, as statements have it.
     pub place: &'static str,
     /// Name of its file.
@@ -31,7 +31,7 @@ pub struct Picture {
 ///
 /// # Errors
 /// [`PlotError`].
-pub fn pictures(paper: &Paper) -> Result<Vec<Picture>, PlotError> {
+pub(super) fn pictures(paper: &Paper) -> Result<Vec<Picture>, PlotError> {
     let picture = |place, file, caption: &str, svg| Picture { place, file, caption: caption.to_owned(), svg };
     let names: Vec<String> = paper.mobility.patches.iter().map(|side| format!("{} mm", 1e3 * side)).collect();
     let mobility = plot(&paper.mobility.mobility, "Driving-point mobility of the tread", &names, LEVEL).to_svg()?;

@@ -9,12 +9,12 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::counters::{Progress, Stage};
+use crate::plan::Plan;
+use crate::run::RunError;
+use crate::scene::{LoadedScene, Scene};
+use crate::study::trial::{SETTLING, Trials};
 use serde::Serialize;
-use tyrewave::counters::{Progress, Stage};
-use tyrewave::plan::Plan;
-use tyrewave::run::RunError;
-use tyrewave::scene::{LoadedScene, Scene};
-use tyrewave::study::trial::{SETTLING, Trials};
 
 use super::equation_4::Equation4;
 use super::influence::InfluenceShare;
@@ -28,7 +28,7 @@ use super::tread_laws::TreadLaws;
 
 /// How much is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct PaperOptions {
+pub(super) struct PaperOptions {
     /// Elements round the tyre of the runs that are drawn.
     pub elements: usize,
     /// Time rolled for each of them after the warm-up \[s\].
@@ -68,7 +68,7 @@ impl Default for PaperOptions {
 
 /// All that was found.
 #[derive(Clone, Debug, Serialize)]
-pub struct Paper {
+pub(super) struct Paper {
     /// How much was computed.
     pub options: PaperOptions,
     /// Figure 2.
@@ -95,7 +95,7 @@ pub struct Paper {
 ///
 /// # Errors
 /// Errors of the road and of any of the runs; [`RunError::Interrupted`].
-pub fn recompute(
+pub(super) fn recompute(
     loaded: &LoadedScene,
     options: &PaperOptions,
     stop: &AtomicBool,

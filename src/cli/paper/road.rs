@@ -1,17 +1,17 @@
 //! Figure 3: a rough road.
 
+use crate::plan::Plan;
+use crate::road::{RoadDescription, TextureLevel, describe};
+use crate::run::RunError;
+use crate::run::road::{in_scene, road_limits};
+use crate::scene::LoadedScene;
 use serde::Serialize;
-use tyrewave::plan::Plan;
-use tyrewave::road::{RoadDescription, TextureLevel, describe};
-use tyrewave::run::RunError;
-use tyrewave::run::road::{in_scene, road_limits};
-use tyrewave::scene::LoadedScene;
 
 use super::statement::{Statement, Verdict};
 
 /// A piece of the road and its measures.
 #[derive(Clone, Debug, Serialize)]
-pub struct RoadFigure {
+pub(super) struct RoadFigure {
     /// The road, with a piece to draw.
     #[serde(skip)]
     pub description: RoadDescription,
@@ -28,7 +28,7 @@ impl RoadFigure {
     ///
     /// # Errors
     /// Errors of the road.
-    pub fn of(loaded: &LoadedScene) -> Result<Self, RunError> {
+    pub(super) fn of(loaded: &LoadedScene) -> Result<Self, RunError> {
         let scene = &loaded.scene;
         let read = || describe(&scene.road, Plan::new(scene).lattice()?, scene.rolling.speed(), road_limits(scene));
         let description = read().map_err(|error| in_scene(loaded, error))?;
@@ -41,7 +41,7 @@ impl RoadFigure {
     }
 
     /// Returns the paper's statement on it.
-    pub fn statement(&self) -> Statement {
+    pub(super) fn statement(&self) -> Statement {
         let depth = self
             .mean_profile_depth
             .map_or(String::new(), |depth| format!("mean profile depth {:.2} mm, ", 1e3 * depth));

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use crate::contact::complementarity::Residuals;
+use crate::study::trial::Trial;
 use serde::Serialize;
-use tyrewave::contact::complementarity::Residuals;
-use tyrewave::study::trial::Trial;
 
 use super::statement::{Statement, Verdict};
 
@@ -15,7 +15,7 @@ const SOLVED: f64 = 1e-6;
 
 /// Work of the search of a run.
 #[derive(Clone, Debug, Serialize)]
-pub struct Solves {
+pub(super) struct Solves {
     /// Instants by the solves that they took.
     pub histogram: BTreeMap<u32, u64>,
     /// Share of those in contact that took one solve.
@@ -32,7 +32,7 @@ pub struct Solves {
 
 /// The local law, and the paper's equation 4.
 #[derive(Clone, Debug, Serialize)]
-pub struct SearchFigure {
+pub(super) struct SearchFigure {
     /// The default law.
     pub local: Solves,
     /// Equation 4.
@@ -41,7 +41,7 @@ pub struct SearchFigure {
 
 impl Solves {
     /// Counts the work of a run.
-    pub fn of(trial: &Trial) -> Self {
+    pub(super) fn of(trial: &Trial) -> Self {
         Self::new(trial.results.search.solves_per_step(), trial.results.search.fallbacks, trial.results.residuals)
     }
 
@@ -64,7 +64,7 @@ impl Solves {
 
 impl SearchFigure {
     /// Returns the paper's statements on it.
-    pub fn statements(&self) -> [Statement; 2] {
+    pub(super) fn statements(&self) -> [Statement; 2] {
         let Self { local, equation_4 } = self;
         let fallbacks = local.fallbacks + equation_4.fallbacks;
         let worst = local.worst().max(equation_4.worst());

@@ -1,10 +1,10 @@
 //! Figure 4: a slice of the road and its stiffness function by both laws, and what the law is worth in the force.
 
+use crate::run::RunError;
+use crate::scene::{LoadedScene, Scene, SliceCoupling};
+use crate::study::slices::{LAWS, Sample, SliceView, Spread, spread};
+use crate::study::trial::{Trial, Trials};
 use serde::Serialize;
-use tyrewave::run::RunError;
-use tyrewave::scene::{LoadedScene, Scene, SliceCoupling};
-use tyrewave::study::slices::{LAWS, Sample, SliceView, Spread, spread};
-use tyrewave::study::trial::{Trial, Trials};
 
 use super::levels::{Change, INSIGNIFICANT, changes, largest};
 use super::statement::{Statement, Verdict};
@@ -13,7 +13,7 @@ use super::statement::{Statement, Verdict};
 const PLACE: f64 = 0.5;
 /// The slice, the spread over the road, and levels of the force by both laws.
 #[derive(Clone, Debug, Serialize)]
-pub struct SliceFigure {
+pub(super) struct SliceFigure {
     /// The slice; none of a flat road.
     #[serde(skip)]
     pub view: Option<SliceView>,
@@ -29,7 +29,7 @@ pub struct SliceFigure {
 
 /// Change of the force with a half-space under the slices in place of springs.
 #[derive(Clone, Debug, Serialize)]
-pub struct Changed {
+pub(super) struct Changed {
     /// Mean force with springs, and with the half-space \[N\].
     pub mean_force: [f64; 2],
     /// Changes of the force's third octaves.
@@ -58,7 +58,7 @@ impl SliceFigure {
     ///
     /// # Errors
     /// Errors of the road and of the runs.
-    pub fn of(
+    pub(super) fn of(
         loaded: &LoadedScene,
         slices: usize,
         springs: &Trial,
@@ -82,7 +82,7 @@ impl SliceFigure {
     }
 
     /// Returns the paper's statement on it.
-    pub fn statement(&self) -> Statement {
+    pub(super) fn statement(&self) -> Statement {
         Statement {
             place: "figure 4",
             subject: "springs or half-space under a slice",

@@ -5,7 +5,7 @@ use serde::Serialize;
 /// True if what was found is what the paper says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Verdict {
+pub(super) enum Verdict {
     /// It is.
     Agrees,
     /// It is not.
@@ -16,7 +16,7 @@ pub enum Verdict {
 
 impl Verdict {
     /// In words.
-    pub const fn words(self) -> &'static str {
+    pub(super) const fn words(self) -> &'static str {
         match self {
             Self::Agrees => "agrees",
             Self::Disagrees => "disagrees",
@@ -25,14 +25,14 @@ impl Verdict {
     }
 
     /// Returns the verdict on a question.
-    pub const fn of(agrees: bool) -> Self {
+    pub(super) const fn of(agrees: bool) -> Self {
         if agrees { Self::Agrees } else { Self::Disagrees }
     }
 }
 
 /// One statement of the paper, or one of its figures.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Statement {
+pub(super) struct Statement {
     /// Where it stands: `figure 2`, `equation 4`.
     pub place: &'static str,
     /// Subject of the statement.
@@ -49,7 +49,7 @@ pub struct Statement {
 
 impl Statement {
     /// The verdict with its criterion, which reads the same way round whatever the verdict is.
-    pub fn judgement(&self) -> String {
+    pub(super) fn judgement(&self) -> String {
         let Self { verdict, why, .. } = self;
         match verdict {
             Verdict::NotComparable => format!("{}: {why}", verdict.words()),

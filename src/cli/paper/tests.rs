@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 use std::sync::atomic::AtomicBool;
 
+use crate::run::{RunError, Unwatched};
+use crate::scene::LoadedScene;
+use crate::test_models::{scene, scene_text};
 use serde_json::Value;
-use tyrewave::run::{RunError, Unwatched};
-use tyrewave::scene::LoadedScene;
-use tyrewave::test_models::{scene, scene_text};
 
 use super::page::{page, statement_table};
 use super::pictures::pictures;

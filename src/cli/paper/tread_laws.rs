@@ -1,10 +1,10 @@
 //! Figure 6: third octaves of the contact force by the tread laws, at the same static contact stiffness.
 
+use crate::response::BandLevel;
+use crate::run::RunError;
+use crate::scene::{Scene, Tread};
+use crate::study::trial::{Trial, Trials};
 use serde::Serialize;
-use tyrewave::response::BandLevel;
-use tyrewave::run::RunError;
-use tyrewave::scene::{Scene, Tread};
-use tyrewave::study::trial::{Trial, Trials};
 
 use super::levels::{Change, INSIGNIFICANT, changes, largest, mean};
 use super::statement::{Statement, Verdict};
@@ -18,7 +18,7 @@ const BEDDING_POLES: f64 = 2e-3;
 
 /// A tread law beside the elastic one.
 #[derive(Clone, Debug, Serialize)]
-pub struct TreadLaw {
+pub(super) struct TreadLaw {
     /// The law.
     pub name: &'static str,
     /// Mean force \[N\].
@@ -32,7 +32,7 @@ pub struct TreadLaw {
 
 /// All three laws.
 #[derive(Clone, Debug, Serialize)]
-pub struct TreadLaws {
+pub(super) struct TreadLaws {
     /// Elastic, bedding, uncoupled.
     pub laws: [TreadLaw; 3],
     /// Mean change by the bedding \[dB\].
@@ -46,7 +46,11 @@ impl TreadLaws {
     ///
     /// # Errors
     /// Errors of the runs.
-    pub fn of((scene, elastic): (&Scene, &Trial), highest: f64, trials: &mut Trials<'_>) -> Result<Self, RunError> {
+    pub(super) fn of(
+        (scene, elastic): (&Scene, &Trial),
+        highest: f64,
+        trials: &mut Trials<'_>,
+    ) -> Result<Self, RunError> {
         let mut bedding = scene.clone();
         bedding.contact.tread = Tread::Bedding;
         bedding.numerics.pole_tolerance = bedding.numerics.pole_tolerance.max(BEDDING_POLES);
@@ -68,7 +72,7 @@ impl TreadLaws {
     }
 
     /// Returns the paper's statements on it.
-    pub fn statements(&self) -> [Statement; 2] {
+    pub(super) fn statements(&self) -> [Statement; 2] {
         let above = self.laws[1].changes.iter().filter(|change| change.change > 0.0).count();
         let uncoupled = largest(&self.laws[2].changes, f64::abs);
         [

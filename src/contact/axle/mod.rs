@@ -7,9 +7,9 @@
 mod load_control;
 mod moving;
 
-pub use load_control::LoadControl;
+pub(crate) use load_control::LoadControl;
 pub(crate) use moving::LARGEST_RATE;
-pub use moving::{MovingAxle, SprungMass};
+pub(crate) use moving::{MovingAxle, SprungMass};
 
 use serde::{Deserialize, Serialize};
 

@@ -34,7 +34,7 @@ pub(super) struct AlongRing<R> {
 
 impl<R: Element> AlongRing<R> {
     /// Plans transforms of a ring of so many cells.
-    pub fn new(ring: usize) -> Self {
+    pub(super) fn new(ring: usize) -> Self {
         let arch = Arch::new();
         let width = lanes::<R>(arch);
         let room = || Aligned::new(numbers(ring, width));
@@ -42,18 +42,18 @@ impl<R: Element> AlongRing<R> {
     }
 
     /// Rows of a field that has room for so many: whole vectors of pairs.
-    pub fn height(&self, rows: usize) -> usize {
+    pub(super) fn height(&self, rows: usize) -> usize {
         2 * rows.div_ceil(2).next_multiple_of(self.width)
     }
 
     /// Brings rows, column by column from place `first` of the ring on, to their waves.
-    pub fn forward(&mut self, first: usize, rows: &[Row], field: &[R], spectrum: &mut [Complex<R>]) {
+    pub(super) fn forward(&mut self, first: usize, rows: &[Row], field: &[R], spectrum: &mut [Complex<R>]) {
         let (arch, height) = (self.arch, self.height(rows.len()));
         arch.dispatch(Forward { along: self, first, rows, field, height, spectrum });
     }
 
     /// Brings waves to rows, likewise; of a wave that is its own mirror the real part counts.
-    pub fn inverse(&mut self, first: usize, rows: &[Row], spectrum: &[Complex<R>], field: &mut [R]) {
+    pub(super) fn inverse(&mut self, first: usize, rows: &[Row], spectrum: &[Complex<R>], field: &mut [R]) {
         let (arch, height) = (self.arch, self.height(rows.len()));
         arch.dispatch(Inverse { along: self, first, rows, spectrum, field, height });
     }

@@ -41,7 +41,7 @@ pub(super) struct FewerPoles {
 
 impl FewerPoles {
     /// Borrows them as those of a model.
-    pub fn modes(&self) -> Modes<'_> {
+    pub(super) fn modes(&self) -> Modes<'_> {
         let Self { poles, residues, odd, pairs } = self;
         Modes { poles, residues, odd, pairs: *pairs, constant: 0.0 }
     }

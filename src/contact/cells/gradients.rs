@@ -22,7 +22,7 @@ const LANES: usize = 16;
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Progress {
+pub(super) struct Progress {
     /// Iterations.
     pub iterations: u64,
     /// Products with G.
@@ -34,7 +34,7 @@ pub struct Progress {
 }
 
 /// The method's room; whole vectors of cells, zeros behind the last one.
-pub struct Gradients {
+pub(super) struct Gradients {
     arch: Arch,
     /// Cells of the part of the window that is looked at.
     count: usize,
@@ -219,7 +219,7 @@ impl WithSimd for Dispatched<'_> {
 
 impl Gradients {
     /// For a window, with a stencil that reaches so far.
-    pub fn new(cells: &InstantCells, radius: usize) -> Self {
+    pub(super) fn new(cells: &InstantCells, radius: usize) -> Self {
         let (columns, across) = (cells.columns(), cells.across());
         let stride = across.next_multiple_of(4 * LANES) + 2 * radius;
         let room = (columns * across).next_multiple_of(LANES);
@@ -245,7 +245,7 @@ impl Gradients {
     }
 
     /// Begins with forces of which u - d is not known on a part of the window: u to single precision.
-    pub fn look(&mut self, cells: &mut InstantCells, required: &[f64], forces: &[f64]) {
+    pub(super) fn look(&mut self, cells: &mut InstantCells, required: &[f64], forces: &[f64]) {
         self.hold(forces.len());
         self.cut.iter_mut().zip(forces).for_each(|(single, force)| *single = *force as f32);
         cells.single_displacement(&self.cut[..self.count], &mut self.response[..self.count]);
@@ -256,7 +256,7 @@ impl Gradients {
 
     /// Goes on from an exact u on a part of the window: in the last direction, where the part is that of before, or
     /// `anew`.
-    pub fn go_on(&mut self, required: &[f64], displacement: &[f64], anew: bool) {
+    pub(super) fn go_on(&mut self, required: &[f64], displacement: &[f64], anew: bool) {
         if anew {
             self.hold(required.len());
         }
@@ -266,7 +266,7 @@ impl Gradients {
     }
 
     /// Tells u to single precision, of the forces that the last run has found.
-    pub fn displacement(&self, required: &[f64], out: &mut [f64]) {
+    pub(super) fn displacement(&self, required: &[f64], out: &mut [f64]) {
         for ((u, &miss), d) in out.iter_mut().zip(&self.miss).zip(required) {
             *u = d + f64::from(miss);
         }
@@ -290,7 +290,7 @@ impl Gradients {
     }
 
     /// Improves the forces on the part of the window until the conditions are met to `goal` or after `most` iterations.
-    pub fn run(&mut self, cells: &mut InstantCells, forces: &mut [f64], goal: f32, most: u64) -> Progress {
+    pub(super) fn run(&mut self, cells: &mut InstantCells, forces: &mut [f64], goal: f32, most: u64) -> Progress {
         let mut progress = Progress::default();
         let (count, across) = (forces.len(), cells.across());
         self.forces[..count].copy_from_slice(forces);

@@ -17,26 +17,26 @@
 //! shared by several have one more list of residues, as those of slices have.
 
 mod along_ring;
-pub mod direct;
+pub(crate) mod direct;
 mod fewer_poles;
 mod gradients;
-pub mod instant;
-pub mod past;
+pub(crate) mod instant;
+pub(crate) mod past;
 mod product;
 mod proportioning;
-pub mod resting;
+pub(crate) mod resting;
 mod ring_waves;
-pub mod search;
+pub(crate) mod search;
 mod short_ring;
 mod transform;
-pub mod wave_transform;
+pub(crate) mod wave_transform;
 mod waves;
-pub mod zone;
+pub(crate) mod zone;
 
 pub use instant::InstantCells;
-pub use product::CellProduct;
-pub use search::{CellCounts, CellResiduals, CellSearch, SINGLE};
-pub use zone::{CellPast, CellZone};
+pub(crate) use product::CellProduct;
+pub(crate) use search::{CellSearch, SINGLE};
+pub(crate) use zone::{CellPast, CellZone};
 #[cfg(test)]
 mod tests;
 #[cfg(test)]

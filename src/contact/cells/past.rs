@@ -28,7 +28,7 @@ use crate::tyre::influence::{CellGrid, CellInfluence, CellRow};
 use crate::tyre::poles::cells::CellModel;
 
 /// Steps of a block.
-pub const STEPS: usize = 4;
+pub(crate) const STEPS: usize = 4;
 
 /// A ring that sees all of the window, as the march sees it.
 struct Ring<N: WaveNumber> {

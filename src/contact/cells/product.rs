@@ -26,7 +26,7 @@ use crate::tyre::influence::CellInfluence;
 const MOST: usize = 16;
 
 /// G in the waves of a window, with room for a product.
-pub struct CellProduct<R> {
+pub(crate) struct CellProduct<R> {
     columns: usize,
     across: usize,
     arch: Arch,
@@ -56,12 +56,12 @@ pub struct CellProduct<R> {
 
 impl<R: Element> CellProduct<R> {
     /// From T, columns x across, and H, columns x (2 across - 1).
-    pub fn new(columns: usize, across: usize, toeplitz: &[f64], hankel: &[f64]) -> Self {
+    pub(crate) fn new(columns: usize, across: usize, toeplitz: &[f64], hankel: &[f64]) -> Self {
         Self::with_odd(columns, across, [toeplitz, hankel], None)
     }
 
     /// The whole of an influence on the first columns of its window, what is odd along with it.
-    pub fn whole(columns: usize, influence: &CellInfluence) -> Self {
+    pub(crate) fn whole(columns: usize, influence: &CellInfluence) -> Self {
         let odd = influence.odd.as_ref().map(|odd| [&*odd.toeplitz, &*odd.hankel]);
         Self::with_odd(columns, influence.across, [&influence.toeplitz, &influence.hankel], odd)
     }
@@ -132,12 +132,12 @@ impl<R: Element> CellProduct<R> {
     }
 
     /// Cells along.
-    pub fn columns(&self) -> usize {
+    pub(crate) fn columns(&self) -> usize {
         self.columns
     }
 
     /// Returns the work of a product: the transforms, and the products with those of T and H.
-    pub fn work(&self) -> Work {
+    pub(crate) fn work(&self) -> Work {
         let (p, q) = (self.along.length(), self.crosswise.length());
         let transforms =
             (2 * self.across) as f64 * transform_multiply_adds(p) + (4 * p) as f64 * transform_multiply_adds(q);
@@ -149,12 +149,12 @@ impl<R: Element> CellProduct<R> {
     }
 
     /// A bound of the norm of G.
-    pub fn norm_bound(&self) -> f64 {
+    pub(crate) fn norm_bound(&self) -> f64 {
         self.norm_bound
     }
 
     /// The middle of the inverse of T, (radius + 1) x (radius + 1) by distance along and across.
-    pub fn inverse_stencil(&self, radius: usize) -> Vec<f32> {
+    pub(crate) fn inverse_stencil(&self, radius: usize) -> Vec<f32> {
         /// Part of the norm below which no wave of T is taken to be.
         const FLOOR: f64 = 1e-3;
         let (p, q) = (self.along.length(), self.crosswise.length());
@@ -174,7 +174,7 @@ impl<R: Element> CellProduct<R> {
     }
 
     /// out = G F.
-    pub fn displacement(&mut self, forces: &[R], out: &mut [R]) {
+    pub(crate) fn displacement(&mut self, forces: &[R], out: &mut [R]) {
         let arch = self.arch;
         arch.dispatch(Multiply { product: self, forces, out });
     }

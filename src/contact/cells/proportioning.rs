@@ -12,7 +12,7 @@ use super::instant::InstantCells;
 const PATIENCE: u64 = 1000;
 
 /// The method's room.
-pub struct Proportioning {
+pub(super) struct Proportioning {
     gradient: Vec<f64>,
     direction: Vec<f64>,
     response: Vec<f64>,
@@ -20,7 +20,7 @@ pub struct Proportioning {
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Proportioned {
+pub(super) struct Proportioned {
     /// Steps.
     pub iterations: u64,
     /// Products with G.
@@ -46,7 +46,7 @@ struct Standing {
 
 impl Proportioning {
     /// For so many cells.
-    pub fn new(cells: usize) -> Self {
+    pub(super) fn new(cells: usize) -> Self {
         let zeros = || vec![0.0; cells];
         Self { gradient: zeros(), direction: zeros(), response: zeros() }
     }
@@ -67,7 +67,13 @@ impl Proportioning {
     }
 
     /// The forces for `required` d, which is finite, to within `goal`.
-    pub fn run(&mut self, cells: &mut InstantCells, required: &[f64], forces: &mut [f64], goal: f64) -> Proportioned {
+    pub(super) fn run(
+        &mut self,
+        cells: &mut InstantCells,
+        required: &[f64],
+        forces: &mut [f64],
+        goal: f64,
+    ) -> Proportioned {
         let step = cells.norm_bound().recip();
         let mut done = Proportioned::default();
         let (mut least, mut patience) = (f64::INFINITY, PATIENCE);

@@ -17,7 +17,7 @@ const TOLERANCE: f64 = 1e-9;
 const FIRST_DEPTH: f64 = 0.08;
 
 /// Cells at rest, in a window that grows with their indentation.
-pub struct RestingCells {
+pub(crate) struct RestingCells {
     sums: CellSums,
     /// Height of the tread above its middle by cell across \[m\].
     crown: Vec<f64>,
@@ -35,7 +35,7 @@ struct Window {
 
 impl RestingCells {
     /// Makes the resting contact of a tyre's cells.
-    pub fn new(sums: CellSums, crown: Vec<f64>) -> Self {
+    pub(crate) fn new(sums: CellSums, crown: Vec<f64>) -> Self {
         let window = Window::new(&sums, FIRST_DEPTH * radius(&sums));
         Self { sums, crown, window }
     }
@@ -44,7 +44,7 @@ impl RestingCells {
     ///
     /// # Errors
     /// [`ContactError::LoadNotReached`].
-    pub fn under(&mut self, axle: &Axle) -> Result<StaticContact, ContactError> {
+    pub(crate) fn under(&mut self, axle: &Axle) -> Result<StaticContact, ContactError> {
         match *axle {
             Axle::Load { load, .. } | Axle::Mass { load, .. } => {
                 let circumference = self.sums.grid().waves().circumference;
@@ -55,7 +55,7 @@ impl RestingCells {
     }
 
     /// Contact, and forces by cell, column by column, at an indentation \[m\].
-    pub fn pressed(&mut self, indentation: f64) -> (StaticContact, &[f64]) {
+    pub(crate) fn pressed(&mut self, indentation: f64) -> (StaticContact, &[f64]) {
         let Self { sums, crown, window } = self;
         if indentation > window.deepest {
             *window = Window::new(sums, 2.0 * indentation);

@@ -47,7 +47,7 @@ pub struct RingParts<'m, N: WaveNumber = f64> {
 
 /// The waves of one ring, in tiles of [`tile`] neighbours. Of a complex field a tile has the real parts first, then the
 /// imaginary parts; all that is summed for a tile stands together, so that it is read as one stream.
-pub struct RingWaves<N> {
+pub(super) struct RingWaves<N> {
     groups: Vec<WavenumberGroup<N>>,
     /// Those whose poles are too slow for single precision.
     precise: Vec<WavenumberGroup<f64>>,
@@ -79,7 +79,7 @@ pub struct RingWaves<N> {
 
 impl<N: WaveNumber> RingWaves<N> {
     /// At rest, for blocks of so many steps. A short ring leaves what the last forces do to others.
-    pub fn new(parts: &RingParts<'_, N>, rule: TimeRule, time_step: f64, steps: usize) -> Self {
+    pub(super) fn new(parts: &RingParts<'_, N>, rule: TimeRule, time_step: f64, steps: usize) -> Self {
         let RingParts { model, transform, substeps, fewer_poles: fewer, .. } = parts;
         let (waves, stages) = (model.len(), rule.stages());
         let (instants, tiles) = (steps * stages, waves.div_ceil(tile::<N>()));
@@ -145,12 +145,12 @@ impl<N: WaveNumber> RingWaves<N> {
     }
 
     /// Returns the work of a block.
-    pub fn work(&self) -> Work {
+    pub(super) fn work(&self) -> Work {
         self.work
     }
 
     /// Takes the forces of an instant of the block.
-    pub fn take_forces(&mut self, instant: usize, forces: &[Complex<N>]) {
+    pub(super) fn take_forces(&mut self, instant: usize, forces: &[Complex<N>]) {
         let (size, instants) = (tile::<N>(), self.instants);
         let place = slot(instants + instant, instants, self.turned);
         let tiles = self.forces.chunks_exact_mut(4 * instants * size);
@@ -163,18 +163,18 @@ impl<N: WaveNumber> RingWaves<N> {
     }
 
     /// A block begins.
-    pub fn turn(&mut self) {
+    pub(super) fn turn(&mut self) {
         self.turned = !self.turned;
     }
 
     /// Completes the displacements at an instant of the block by those of the last forces.
-    pub fn finish(&mut self, instant: usize) {
+    pub(super) fn finish(&mut self, instant: usize) {
         let now = self.instants + instant;
         self.add_forces(now, now - 1..now, false);
     }
 
     /// Gives the displacements at the coming instant as far as they are known.
-    pub fn displacement(&self, displacement: &mut [Complex<N>]) {
+    pub(super) fn displacement(&self, displacement: &mut [Complex<N>]) {
         let size = tile::<N>();
         for (sums, out) in self.sums.chunks_exact(4 * size).zip(displacement.chunks_mut(size)) {
             let (re, im) = sums[..2 * size].split_at(size);
@@ -193,7 +193,7 @@ impl<N: WaveNumber> RingWaves<N> {
     }
 
     /// Does the work behind the march at an instant: a part of the pass, and the sum for the next instant.
-    pub fn go_on<R: Recursion>(&mut self, instant: usize, recursion: R) {
+    pub(super) fn go_on<R: Recursion>(&mut self, instant: usize, recursion: R) {
         let Self { groups, precise, instants, forces, foretold, turned, remembered, earliest, arch, .. } = self;
         let (instants, turned, size) = (*instants, *turned, tile::<N>());
         let of_tile = 2 * instants * size;
@@ -227,32 +227,32 @@ impl<N: WaveNumber> RingWaves<N> {
     }
 
     /// Fields that evolve.
-    pub fn fields(&self) -> [&Vec<N>; 3] {
+    pub(super) fn fields(&self) -> [&Vec<N>; 3] {
         [&self.sums, &self.forces, &self.foretold]
     }
 
     /// As [`Self::fields`], to be changed.
-    pub fn fields_mut(&mut self) -> [&mut Vec<N>; 3] {
+    pub(super) fn fields_mut(&mut self) -> [&mut Vec<N>; 3] {
         [&mut self.sums, &mut self.forces, &mut self.foretold]
     }
 
     /// States of all poles.
-    pub fn states(&self) -> impl Iterator<Item = &[N]> {
+    pub(super) fn states(&self) -> impl Iterator<Item = &[N]> {
         self.groups.iter().flat_map(WavenumberGroup::states)
     }
 
     /// As [`Self::states`], to be changed.
-    pub fn states_mut(&mut self) -> impl Iterator<Item = &mut [N]> {
+    pub(super) fn states_mut(&mut self) -> impl Iterator<Item = &mut [N]> {
         self.groups.iter_mut().flat_map(WavenumberGroup::states_mut)
     }
 
     /// States of the slow poles.
-    pub fn precise_states(&self) -> impl Iterator<Item = &[f64]> {
+    pub(super) fn precise_states(&self) -> impl Iterator<Item = &[f64]> {
         self.precise.iter().flat_map(WavenumberGroup::states)
     }
 
     /// As [`Self::precise_states`], to be changed.
-    pub fn precise_states_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
+    pub(super) fn precise_states_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
         self.precise.iter_mut().flat_map(WavenumberGroup::states_mut)
     }
 }
@@ -366,7 +366,7 @@ const fn kinds(turns: bool) -> usize {
 }
 
 /// Response of all waves an instant after a force, stage by stage \[m/N\].
-pub fn first_responses(model: &CellModel, rule: TimeRule, time_step: f64) -> Vec<WaveValues> {
+pub(super) fn first_responses(model: &CellModel, rule: TimeRule, time_step: f64) -> Vec<WaveValues> {
     let mut all = vec![WaveValues { even: Vec::new(), odd: Vec::new() }; rule.stages()];
     let mut responses = vec![0.0; rule.stages()];
     for modes in (0..model.len()).map(|wave| model.modes(wave)) {

@@ -71,11 +71,11 @@ pub struct CellSearchState {
 /// Cells that are looked at side by side.
 const LANES: usize = 8;
 /// Tolerance from which on all of a search is in single precision, its looks at u = G F too.
-pub const SINGLE: f64 = 1e-6;
+pub(crate) const SINGLE: f64 = 1e-6;
 /// Part of such a tolerance that is gone for: rounding has the rest.
 const SINGLE_BELOW: f64 = 0.7;
 /// Columns on either side of the cells that may touch for which u is found, too. The next of them touch first.
-pub const MARGIN: usize = 4;
+pub(crate) const MARGIN: usize = 4;
 /// Digits that single precision is trusted with at a time.
 const DIGITS: f64 = 1e-5;
 /// Part of the tolerance that single precision goes for.

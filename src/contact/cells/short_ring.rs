@@ -15,7 +15,7 @@ use crate::storage::state::{StateError, fill};
 use crate::tyre::influence::CellInfluence;
 
 /// Numbers of cells seen from an element on.
-pub struct Seen {
+pub(super) struct Seen {
     /// Element that they begin with.
     pub first: i64,
     /// Column by column.
@@ -24,12 +24,12 @@ pub struct Seen {
 
 impl Seen {
     /// So many zeros.
-    pub fn new(cells: usize) -> Self {
+    pub(super) fn new(cells: usize) -> Self {
         Self { first: 0, cells: vec![0.0; cells] }
     }
 
     /// Takes over as many.
-    pub fn copy_from(&mut self, other: &Self) {
+    pub(super) fn copy_from(&mut self, other: &Self) {
         self.first = other.first;
         self.cells.copy_from_slice(&other.cells);
     }
@@ -38,13 +38,13 @@ impl Seen {
     ///
     /// # Errors
     /// [`StateError`].
-    pub fn restore(&mut self, (first, cells): &(i64, Vec<f64>)) -> Result<(), StateError> {
+    pub(super) fn restore(&mut self, (first, cells): &(i64, Vec<f64>)) -> Result<(), StateError> {
         self.first = *first;
         fill(&mut self.cells, cells)
     }
 
     /// Adds them to the cells of a window that begins with `first_element`.
-    pub fn add_to(&self, first_element: i64, across: usize, out: &mut [f64]) {
+    pub(super) fn add_to(&self, first_element: i64, across: usize, out: &mut [f64]) {
         add_moved(&self.cells, first_element.saturating_sub(self.first).saturating_mul(across as i64), out);
     }
 }
@@ -58,7 +58,7 @@ fn add_moved<N: Element>(numbers: &[N], later: i64, out: &mut [f64]) {
 }
 
 /// Displacements by the forces of an instant at the next one, in a part of the window that goes with the contact.
-pub struct NextInstant<N> {
+pub(super) struct NextInstant<N> {
     across: usize,
     /// By stage of the forces.
     products: Vec<CellProduct<N>>,
@@ -70,7 +70,7 @@ pub struct NextInstant<N> {
 
 impl<N: WaveNumber> NextInstant<N> {
     /// From the influence of each stage's forces, of windows as long as the part.
-    pub fn new(influences: &[CellInfluence]) -> Self {
+    pub(super) fn new(influences: &[CellInfluence]) -> Self {
         let (columns, across) = influences.first().map_or((0, 0), |first| (first.columns, first.across));
         let products = influences.iter().map(|influence| CellProduct::whole(columns, influence)).collect();
         let zeros = || vec![N::default(); columns * across];
@@ -78,12 +78,12 @@ impl<N: WaveNumber> NextInstant<N> {
     }
 
     /// Cells across.
-    pub fn across(&self) -> usize {
+    pub(super) fn across(&self) -> usize {
         self.across
     }
 
     /// Returns the work of a step.
-    pub fn work(&self) -> Work {
+    pub(super) fn work(&self) -> Work {
         let mut work = Work::default();
         self.products.iter().for_each(|product| work += product.work());
         work
@@ -91,7 +91,7 @@ impl<N: WaveNumber> NextInstant<N> {
 
     /// Takes the forces of the window that begins with `first_element`, contact in the middle of what is seen; tells
     /// whether there is room for all of them.
-    pub fn push(&mut self, first_element: i64, forces: &[f64]) -> bool {
+    pub(super) fn push(&mut self, first_element: i64, forces: &[f64]) -> bool {
         let Self { across, last, .. } = self;
         let is_touched = |force: &f64| *force > 0.0;
         let columns = |cells: usize| cells / *across;
@@ -108,7 +108,7 @@ impl<N: WaveNumber> NextInstant<N> {
     }
 
     /// Adds what the forces of a stage displace at the next instant to the window that begins with `first_element`.
-    pub fn add_displacement(&mut self, stage: usize, first_element: i64, out: &mut [f64]) {
+    pub(super) fn add_displacement(&mut self, stage: usize, first_element: i64, out: &mut [f64]) {
         let Self { across, products, forces, displacement, last } = self;
         forces.iter_mut().zip(&last.cells).for_each(|(own, force)| *own = N::rounded(*force));
         products[stage].displacement(forces, displacement);
@@ -117,7 +117,7 @@ impl<N: WaveNumber> NextInstant<N> {
 }
 
 /// The ring behind the march.
-pub struct ShortRing<N: WaveNumber> {
+pub(super) struct ShortRing<N: WaveNumber> {
     transform: WaveTransform<N>,
     spectrum: Vec<Complex<N>>,
     /// Forces of the last instant \[N\].
@@ -128,20 +128,20 @@ pub struct ShortRing<N: WaveNumber> {
 
 impl<N: WaveNumber> ShortRing<N> {
     /// At rest.
-    pub fn new(transform: WaveTransform<N>) -> Self {
+    pub(super) fn new(transform: WaveTransform<N>) -> Self {
         let seen = || Seen::new(transform.cells());
         let spectrum = vec![Complex::new(N::default(), N::default()); transform.waves()];
         Self { last: seen(), field: seen(), spectrum, transform }
     }
 
     /// Takes the forces of the last instant, of such a number in its block, to their waves.
-    pub fn take_forces(&mut self, instant: usize, waves: &mut RingWaves<N>) {
+    pub(super) fn take_forces(&mut self, instant: usize, waves: &mut RingWaves<N>) {
         self.transform.forward(self.last.first, &self.last.cells, &mut self.spectrum);
         waves.take_forces(instant, &self.spectrum);
     }
 
     /// Brings what waves displace at the coming instant to the cells about the last forces.
-    pub fn find_field(&mut self, waves: &RingWaves<N>) {
+    pub(super) fn find_field(&mut self, waves: &RingWaves<N>) {
         waves.displacement(&mut self.spectrum);
         self.field.first = self.last.first;
         self.field.cells.fill(0.0);

@@ -11,16 +11,16 @@ use pulp::{Arch, Simd, WithSimd};
 use crate::numeric::Element;
 
 /// A complex number to a lane: real parts, imaginary parts.
-pub type Wave<R, S> = [<R as Element>::Vector<S>; 2];
+pub(super) type Wave<R, S> = [<R as Element>::Vector<S>; 2];
 
 /// Numbers as complex vectors.
 #[inline(always)]
-pub fn waves<R: Element, S: Simd>(values: &mut [R]) -> &mut [Wave<R, S>] {
+pub(super) fn waves<R: Element, S: Simd>(values: &mut [R]) -> &mut [Wave<R, S>] {
     R::vectors_mut::<S>(values).as_chunks_mut().0
 }
 
 /// Numbers to a vector on this machine.
-pub fn lanes<R: Element>(arch: Arch) -> usize {
+pub(super) fn lanes<R: Element>(arch: Arch) -> usize {
     arch.dispatch(Width::<R>(std::marker::PhantomData))
 }
 
@@ -51,27 +51,27 @@ struct Pass<R> {
 }
 
 /// Transforms of one length.
-pub struct Transform<R> {
+pub(super) struct Transform<R> {
     length: usize,
     passes: Vec<Pass<R>>,
 }
 
 /// exp(-2 pi i numerator / denominator), the angle taken within one turn.
-pub fn unit<R: Element>(numerator: usize, denominator: usize) -> [R; 2] {
+pub(super) fn unit<R: Element>(numerator: usize, denominator: usize) -> [R; 2] {
     let angle = TAU * (numerator % denominator) as f64 / denominator as f64;
     [R::rounded(angle.cos()), R::rounded(-angle.sin())]
 }
 
 /// a w for a factor in all lanes.
 #[inline(always)]
-pub fn times<R: Element, S: Simd>(simd: S, a: Wave<R, S>, [re, im]: [R; 2]) -> Wave<R, S> {
+pub(super) fn times<R: Element, S: Simd>(simd: S, a: Wave<R, S>, [re, im]: [R; 2]) -> Wave<R, S> {
     let (re, im) = (R::splat(simd, re), R::splat(simd, im));
     product::<R, S>(simd, a, [re, im])
 }
 
 /// a b.
 #[inline(always)]
-pub fn product<R: Element, S: Simd>(simd: S, a: Wave<R, S>, b: Wave<R, S>) -> Wave<R, S> {
+pub(super) fn product<R: Element, S: Simd>(simd: S, a: Wave<R, S>, b: Wave<R, S>) -> Wave<R, S> {
     let cross = R::neg(simd, R::mul(simd, a[1], b[1]));
     [R::mul_add(simd, a[0], b[0], cross), R::mul_add(simd, a[0], b[1], R::mul(simd, a[1], b[0]))]
 }
@@ -227,7 +227,7 @@ impl<R: Element> Pass<R> {
 
 impl<R: Element> Transform<R> {
     /// Plans a length. What is left of it without its factors 2, 3 and 5 is one pass, whose work grows with its square.
-    pub fn new(length: usize) -> Self {
+    pub(super) fn new(length: usize) -> Self {
         let (mut left, mut stride, mut passes) = (length, 1, Vec::new());
         while left > 1 {
             let planned = RADICES.into_iter().find(|radix| left.is_multiple_of(*radix));
@@ -245,20 +245,20 @@ impl<R: Element> Transform<R> {
     }
 
     /// How many numbers.
-    pub fn length(&self) -> usize {
+    pub(super) fn length(&self) -> usize {
         self.length
     }
 
     /// sum of x_n exp(-2 pi i k n / length) of complex numbers in vectors; both arrays are overwritten, the result is
     /// the one that is handed back first. Not inlined: a product takes six transforms, which would be there six times.
     #[inline(always)]
-    pub fn run<'a, S: Simd>(&self, simd: S, from: &'a mut [R], to: &'a mut [R]) -> [&'a mut [R]; 2] {
+    pub(super) fn run<'a, S: Simd>(&self, simd: S, from: &'a mut [R], to: &'a mut [R]) -> [&'a mut [R]; 2] {
         simd.vectorize(Run { passes: &self.passes, from, to });
         if self.ends_where_it_begins() { [from, to] } else { [to, from] }
     }
 
     /// Tells whether the result is where the numbers were, not in the other array.
-    pub fn ends_where_it_begins(&self) -> bool {
+    pub(super) fn ends_where_it_begins(&self) -> bool {
         self.passes.len().is_multiple_of(2)
     }
 }

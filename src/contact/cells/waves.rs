@@ -9,7 +9,7 @@ use crate::time_rule::TimeRule;
 use crate::time_rule::recursion::{Recursion, WithRecursion};
 
 /// The waves of all rings, and what is to be done for them.
-pub struct Waves<N: WaveNumber> {
+pub(super) struct Waves<N: WaveNumber> {
     /// Ring by ring; a short one with its cells.
     pub rings: Vec<(RingWaves<N>, Option<ShortRing<N>>)>,
     rule: TimeRule,
@@ -26,17 +26,17 @@ pub struct Waves<N: WaveNumber> {
 
 impl<N: WaveNumber> Waves<N> {
     /// Makes the work of rings.
-    pub fn new(rings: Vec<(RingWaves<N>, Option<ShortRing<N>>)>, rule: TimeRule) -> Self {
+    pub(super) fn new(rings: Vec<(RingWaves<N>, Option<ShortRing<N>>)>, rule: TimeRule) -> Self {
         Self { rings, rule, instant: 0, last: None, cpu: None, spent: Spent::default(), behind: false }
     }
 
     /// Begins the work that goes on while the march is at an instant of the block, after a last one.
-    pub fn begin(&mut self, instant: usize, last: Option<usize>, cpu: Option<CpuClock>) {
+    pub(super) fn begin(&mut self, instant: usize, last: Option<usize>, cpu: Option<CpuClock>) {
         (self.instant, self.last, self.cpu) = (instant, last, cpu);
     }
 
     /// Tells what the last part has cost beside the march; what it cost within the march is measured there.
-    pub fn report(&self, meter: &mut Meter) {
+    pub(super) fn report(&self, meter: &mut Meter) {
         if self.behind {
             meter.add_background(Stage::History, self.spent.wall);
         }

@@ -30,7 +30,7 @@ pub enum CellPast {
 
 /// State of a [`CellPast`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
-pub enum CellPastState {
+pub(crate) enum CellPastState {
     /// State of [`CellPast::Modal`].
     Modal(WavePastState<f64>),
     /// State of [`CellPast::Single`].

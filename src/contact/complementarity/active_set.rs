@@ -71,7 +71,7 @@ pub struct Residuals {
 
 impl Residuals {
     /// Returns the residuals of forces and u = G0 F where d is required.
-    pub fn of(d: &[f64], forces: &[f64], displacement: &[f64]) -> Self {
+    pub(crate) fn of(d: &[f64], forces: &[f64], displacement: &[f64]) -> Self {
         let mut residuals = Self::default();
         for ((&force, &d), &u) in forces.iter().zip(d).zip(displacement) {
             residuals.tension = residuals.tension.max(-force);
@@ -84,7 +84,7 @@ impl Residuals {
     }
 
     /// The worse of two, condition by condition.
-    pub fn worst(self, other: Self) -> Self {
+    pub(crate) fn worst(self, other: Self) -> Self {
         Self {
             tension: self.tension.max(other.tension),
             penetration: self.penetration.max(other.penetration),

@@ -17,7 +17,7 @@ const PANEL: usize = 4;
 pub struct Singular;
 
 /// An error unless all values are finite.
-pub fn finite<'a>(mut values: impl Iterator<Item = &'a f64>) -> Result<(), Singular> {
+pub(super) fn finite<'a>(mut values: impl Iterator<Item = &'a f64>) -> Result<(), Singular> {
     if values.all(|value| value.is_finite()) { Ok(()) } else { Err(Singular) }
 }
 

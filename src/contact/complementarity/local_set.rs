@@ -82,7 +82,7 @@ const MOST_ROUNDS: u32 = 16;
 
 /// Slices under the columns of a window.
 #[derive(Clone, Copy)]
-pub struct SlicesUnder<'a> {
+pub(crate) struct SlicesUnder<'a> {
     /// The slices.
     pub slices: &'a RoadStrip,
     /// Element number of the first column.
@@ -91,13 +91,13 @@ pub struct SlicesUnder<'a> {
 
 impl<'a> SlicesUnder<'a> {
     /// The slice under a column, if there is road there.
-    pub fn get(&self, column: usize) -> Option<&'a StiffnessCurve> {
+    pub(crate) fn get(&self, column: usize) -> Option<&'a StiffnessCurve> {
         self.slices.curve(self.first_element + column as i64)
     }
 }
 
 /// The search with its scratch.
-pub struct LocalSet {
+pub(crate) struct LocalSet {
     surface: Surface,
     /// Compliance c of a slice.
     compliance: f64,
@@ -147,7 +147,7 @@ fn band_entries(rows: usize, band: usize) -> u64 {
 
 /// State of a [`LocalSet`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
-pub struct LocalSetState {
+pub(crate) struct LocalSetState {
     estimate: Vec<f64>,
     counts: SearchCounts,
 }
@@ -155,7 +155,7 @@ pub struct LocalSetState {
 impl LocalSet {
     /// A search over `columns` points, as [`super::active_set::ActiveSet::new`], with slices of a compliance c \[m/N\]
     /// of their own.
-    pub fn new(influence: Vec<f64>, compliance: f64, columns: usize, tolerance: f64) -> Self {
+    pub(crate) fn new(influence: Vec<f64>, compliance: f64, columns: usize, tolerance: f64) -> Self {
         let band = blocks_of_band(&influence);
         Self {
             law: LocalSlice::new(influence[0], compliance),
@@ -178,7 +178,7 @@ impl LocalSet {
 
     /// Adds a skew part of G0 by distance, that of a tyre that turns; none at rest.
     #[must_use]
-    pub fn with_skew(mut self, odd: &[f64]) -> Self {
+    pub(crate) fn with_skew(mut self, odd: &[f64]) -> Self {
         self.surface.add_skew(odd);
         self
     }
@@ -186,7 +186,7 @@ impl LocalSet {
     /// For so many points in contact: a sweep, and rounds of a matrix each, with pieces of curves to be looked up.
     /// Counted on dense asphalt: 2.4, 1.88, 1.11, 1.09 rounds for 4, 10, 35, 68 points. Corrections where a band
     /// serves, and where the tyre `turns`.
-    pub fn expected(points: f64, columns: f64, smooth: bool, turns: bool) -> ExpectedSearch {
+    pub(crate) fn expected(points: f64, columns: f64, smooth: bool, turns: bool) -> ExpectedSearch {
         let rounds = if smooth { 1.0 } else { (1.05 + 80.0 / points.powi(2)).min(2.4) };
         // As most tyres have them: two blocks.
         let (rows, band) = (points as usize, 2);
@@ -206,7 +206,7 @@ impl LocalSet {
     }
 
     /// Moves on by a number of elements: what was column i is column i - `by`.
-    pub fn advance(&mut self, by: usize) {
+    pub(crate) fn advance(&mut self, by: usize) {
         self.surface.advance(by);
         move_on(&mut self.pieces, by);
     }
@@ -217,7 +217,7 @@ impl LocalSet {
     ///
     /// # Errors
     /// `Unsolved`.
-    pub fn search(
+    pub(crate) fn search(
         &mut self,
         slices: SlicesUnder<'_>,
         required: &mut [f64],
@@ -451,22 +451,22 @@ impl LocalSet {
     }
 
     /// Returns the work counts so far.
-    pub fn counts(&self) -> SearchCounts {
+    pub(crate) fn counts(&self) -> SearchCounts {
         self.surface.counts.clone()
     }
 
     /// u = G0 F of the last search, springs included \[m\].
-    pub fn displacement(&self) -> &[f64] {
+    pub(crate) fn displacement(&self) -> &[f64] {
         &self.surface.displacement
     }
 
     /// Number of points of the last linear system.
-    pub fn points(&self) -> usize {
+    pub(crate) fn points(&self) -> usize {
         self.points.len()
     }
 
     /// Takes the state down.
-    pub fn save(&self) -> LocalSetState {
+    pub(crate) fn save(&self) -> LocalSetState {
         LocalSetState { estimate: self.surface.estimate.clone(), counts: self.surface.counts.clone() }
     }
 
@@ -474,7 +474,7 @@ impl LocalSet {
     ///
     /// # Errors
     /// [`StateError`].
-    pub fn restore(&mut self, state: LocalSetState) -> Result<(), StateError> {
+    pub(crate) fn restore(&mut self, state: LocalSetState) -> Result<(), StateError> {
         self.surface.start_from(&state.estimate)?;
         self.surface.counts = state.counts;
         Ok(())

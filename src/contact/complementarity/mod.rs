@@ -10,9 +10,9 @@
 //! - `factors`: factorisations kept, found by `pattern_index` or served by a `neighbour_set`;
 //! - `ldlt`: how they are made, of whole matrices and of bands, in `tiles`.
 
-mod active_set;
+pub(crate) mod active_set;
 mod factors;
-mod ldlt;
+pub(crate) mod ldlt;
 mod local_set;
 mod neighbour_set;
 mod pattern_index;
@@ -25,11 +25,10 @@ mod sweeps;
 mod tiles;
 mod unsolved;
 
-pub use active_set::{ActiveSet, Residuals};
+pub(crate) use active_set::{ActiveSet, Residuals};
 pub(crate) use factors::largest_memory;
 pub use factors::{FactorCache, FactorCounts};
-pub use ldlt::{Ldlt, Singular};
-pub use local_set::{LocalSet, SlicesUnder};
-pub use search::{Search, SearchState, SliceLaw};
-pub use sweeps::SearchCounts;
+pub(crate) use local_set::{LocalSet, SlicesUnder};
+pub(crate) use search::{Search, SliceLaw};
+pub(crate) use sweeps::SearchCounts;
 pub use tiles::{LINE, add_to_diagonal, room};

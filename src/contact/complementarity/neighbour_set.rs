@@ -29,7 +29,7 @@ pub(crate) const MOST_DIFFERENT: usize = 16;
 const POINTS_TO_A_DIFFERENCE: usize = 8;
 
 /// The set whose factor is kept, and how another one differs from it. Nothing allocates after [`Self::new`].
-pub struct NeighbourSet {
+pub(super) struct NeighbourSet {
     /// Where the kept factor is, if there is one.
     slot: Option<usize>,
     /// S0, rising, by column when its factor was last used; negative ones have left the window since.
@@ -44,14 +44,14 @@ pub struct NeighbourSet {
 
 /// State of a [`NeighbourSet`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
-pub struct NeighbourState {
+pub(super) struct NeighbourState {
     slot: Option<usize>,
     kept: Vec<i64>,
 }
 
 impl NeighbourSet {
     /// Nothing kept, for sets of at most `points` points.
-    pub fn new(points: usize) -> Self {
+    pub(super) fn new(points: usize) -> Self {
         Self {
             slot: None,
             kept: Vec::with_capacity(points),
@@ -62,20 +62,20 @@ impl NeighbourSet {
     }
 
     /// Keeps a set and where its factor is.
-    pub fn keep(&mut self, slot: usize, points: &[usize]) {
+    pub(super) fn keep(&mut self, slot: usize, points: &[usize]) {
         self.slot = Some(slot);
         self.kept.clear();
         self.kept.extend(points.iter().map(|&point| point as i64));
     }
 
     /// Moves on by a number of elements: what was column i is column i - `by`.
-    pub fn advance(&mut self, by: usize) {
+    pub(super) fn advance(&mut self, by: usize) {
         self.kept.iter_mut().for_each(|point| *point -= by as i64);
     }
 
     /// The slot of a factor that serves for the points, if they differ little enough from its set: then A and R are
     /// known.
-    pub fn serves(&mut self, points: &[usize]) -> Option<usize> {
+    pub(super) fn serves(&mut self, points: &[usize]) -> Option<usize> {
         let slot = self.slot?;
         let most = (points.len() / POINTS_TO_A_DIFFERENCE).min(MOST_DIFFERENT);
         self.stayed.clear();
@@ -108,7 +108,7 @@ impl NeighbourSet {
     }
 
     /// Takes the state down.
-    pub fn save(&self) -> NeighbourState {
+    pub(super) fn save(&self) -> NeighbourState {
         NeighbourState { slot: self.slot, kept: self.kept.clone() }
     }
 
@@ -116,7 +116,7 @@ impl NeighbourSet {
     ///
     /// # Errors
     /// [`StateError`].
-    pub fn restore(&mut self, NeighbourState { slot, kept }: NeighbourState) -> Result<(), StateError> {
+    pub(super) fn restore(&mut self, NeighbourState { slot, kept }: NeighbourState) -> Result<(), StateError> {
         if kept.len() > self.kept.capacity() || !kept.is_sorted() {
             return Err(StateError::Value);
         }
@@ -169,7 +169,7 @@ impl NeighbourSet {
 
     /// The system for lambda and F_A, to be factorised by [`super::ldlt`], in `matrix` and its right side in `right`,
     /// from Z.
-    pub fn system(
+    pub(super) fn system(
         &self,
         points: &[usize],
         influence: &[f64],
@@ -234,7 +234,7 @@ impl NeighbourSet {
     }
 
     /// The forces in the order of the points asked for, from Z and the solution of the system.
-    pub fn forces(&self, (z, stride): (&[f64], usize), solution: &[f64], forces: &mut [f64]) {
+    pub(super) fn forces(&self, (z, stride): (&[f64], usize), solution: &[f64], forces: &mut [f64]) {
         let (lambda, come) = solution[..self.different()].split_at(self.gone.len());
         for &(old, new) in &self.stayed {
             let columns = |first: usize| z[first * stride..].chunks_exact(stride).map(move |column| column[old]);

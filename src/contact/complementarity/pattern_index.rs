@@ -2,7 +2,7 @@
 
 /// Slots by their patterns.
 #[derive(Clone, Debug)]
-pub struct PatternIndex {
+pub(super) struct PatternIndex {
     /// Slot + 1 by hashed place, 0 where there is none; at most half full.
     places: Vec<u32>,
     /// Patterns by slot.
@@ -13,30 +13,30 @@ pub struct PatternIndex {
 
 impl PatternIndex {
     /// For so many slots with patterns of so many words.
-    pub fn new(slots: usize, words: usize) -> Self {
+    pub(super) fn new(slots: usize, words: usize) -> Self {
         Self { places: vec![0; (2 * slots).next_power_of_two()], patterns: vec![0; slots * words], words }
     }
 
     /// The pattern of a slot.
-    pub fn pattern(&self, slot: usize) -> &[u64] {
+    pub(super) fn pattern(&self, slot: usize) -> &[u64] {
         &self.patterns[slot * self.words..(slot + 1) * self.words]
     }
 
     /// The slot that has a pattern.
-    pub fn find(&self, pattern: &[u64]) -> Option<usize> {
+    pub(super) fn find(&self, pattern: &[u64]) -> Option<usize> {
         let place = self.place(pattern);
         self.places[place].checked_sub(1).map(|slot| slot as usize)
     }
 
     /// Gives a pattern that no slot has to a slot that has none.
-    pub fn insert(&mut self, slot: usize, pattern: &[u64]) {
+    pub(super) fn insert(&mut self, slot: usize, pattern: &[u64]) {
         let place = self.place(pattern);
         self.patterns[slot * self.words..(slot + 1) * self.words].copy_from_slice(pattern);
         self.places[place] = slot as u32 + 1;
     }
 
     /// Takes a slot's pattern away from it.
-    pub fn remove(&mut self, slot: usize) {
+    pub(super) fn remove(&mut self, slot: usize) {
         let mask = self.places.len() - 1;
         let mut gap = self.place(self.pattern(slot));
         self.places[gap] = 0;

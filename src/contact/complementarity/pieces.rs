@@ -8,7 +8,7 @@ const NO_SLOPE: f64 = f64::EPSILON;
 
 /// A slice of compliance c on a point of compliance G0_ii, no others near.
 #[derive(Clone, Copy, Debug)]
-pub struct LocalSlice {
+pub(crate) struct LocalSlice {
     /// 1/c.
     stiffness: f64,
     /// G0_ii/c - 1.
@@ -17,7 +17,7 @@ pub struct LocalSlice {
 
 impl LocalSlice {
     /// For G0_ii and c \[m/N\].
-    pub fn new(own: f64, compliance: f64) -> Self {
+    pub(crate) fn new(own: f64, compliance: f64) -> Self {
         Self { stiffness: compliance.recip(), excess: own / compliance - 1.0 }
     }
 }
@@ -26,7 +26,7 @@ impl LocalSlice {
 ///
 /// Which piece is found does not depend on the one that was held before.
 #[derive(Clone, Copy, Debug)]
-pub struct HeldPiece {
+pub(crate) struct HeldPiece {
     /// The normalised stiffness s.
     pub slope: f64,
     /// The line's value at v = 0 \[m\].
@@ -84,19 +84,24 @@ impl HeldPiece {
 
     /// Tells whether v is on it.
     #[inline(always)]
-    pub fn holds(&self, v: f64) -> bool {
+    pub(crate) fn holds(&self, v: f64) -> bool {
         self.from <= v && v < self.to
     }
 
     /// S(v) \[m\].
     #[inline(always)]
-    pub fn displacement(&self, v: f64) -> f64 {
+    pub(crate) fn displacement(&self, v: f64) -> f64 {
         self.slope * v + self.intercept
     }
 
     /// Goes to the piece that holds v > 0 and tells whether it carries anything; nothing does without a curve.
     #[inline(always)]
-    pub fn go_to<'a>(&mut self, v: f64, law: LocalSlice, curve: impl FnOnce() -> Option<&'a StiffnessCurve>) -> bool {
+    pub(crate) fn go_to<'a>(
+        &mut self,
+        v: f64,
+        law: LocalSlice,
+        curve: impl FnOnce() -> Option<&'a StiffnessCurve>,
+    ) -> bool {
         if !self.holds(v) {
             let Some(curve) = curve() else { return false };
             *self = Self::of(curve, curve.segment_index_near(v, self.number), law);
@@ -107,7 +112,12 @@ impl HeldPiece {
     /// The force \[N\] where the others leave the penetration y: S(w)/c with w + (G0_ii/c - 1) S(w) = y; goes to the
     /// piece that holds w.
     #[inline(always)]
-    pub fn force<'a>(&mut self, y: f64, law: LocalSlice, curve: impl FnOnce() -> Option<&'a StiffnessCurve>) -> f64 {
+    pub(crate) fn force<'a>(
+        &mut self,
+        y: f64,
+        law: LocalSlice,
+        curve: impl FnOnce() -> Option<&'a StiffnessCurve>,
+    ) -> f64 {
         if y <= 0.0 {
             return 0.0;
         }

@@ -9,7 +9,7 @@ const ROUNDING: f64 = 256.0 * f64::EPSILON;
 
 /// Residue of the corrections so far; nothing is corrected at rest.
 #[derive(Clone, Copy, Debug)]
-pub struct Residue {
+pub(super) struct Residue {
     /// Largest value that a solution may have \[m\].
     allowed: f64,
     /// Largest value at which corrections end \[m\].
@@ -23,31 +23,31 @@ pub struct Residue {
 impl Residue {
     /// Before the first correction. `largest`: largest displacement that is required; `tolerance` \[m\] is for the
     /// solution. `whole`: corrections go on to rounding.
-    pub fn new(largest: f64, tolerance: f64, whole: bool) -> Self {
+    pub(super) fn new(largest: f64, tolerance: f64, whole: bool) -> Self {
         let allowed = tolerance.max(ROUNDING * largest);
         Self { allowed, enough: if whole { 0.0 } else { ENOUGH * allowed }, left: None, work: None }
     }
 
     /// Takes note of what the equations leave and tells whether that is little enough, after the first correction.
-    pub fn is_small(&mut self, equations: impl Iterator<Item = f64>) -> bool {
+    pub(super) fn is_small(&mut self, equations: impl Iterator<Item = f64>) -> bool {
         let left = equations.fold(0.0, |largest: f64, value| largest.max(value.abs()));
         self.left.replace(left).is_some() && left <= self.enough
     }
 
     /// Takes the work of the next correction on what is left, r.G_s^-1 r, and tells whether it is of no use: it has not
     /// fallen to a quarter, and each correction leaves less where there is more than rounding.
-    pub fn stalls(&mut self, work: f64) -> bool {
+    pub(super) fn stalls(&mut self, work: f64) -> bool {
         self.work.replace(work).is_some_and(|before| work.abs() > 0.25 * before.abs())
     }
 
     /// Begins with other corrections of what the last have left.
-    pub fn go_on(&mut self) {
+    pub(super) fn go_on(&mut self) {
         self.work = None;
     }
 
     /// # Errors
     /// [`Unsolved::Unsettled`] if a solution leaves more than its tolerance.
-    pub fn settled(self) -> Result<(), Unsolved> {
+    pub(super) fn settled(self) -> Result<(), Unsolved> {
         if self.left.is_some_and(|left| left > self.allowed) { Err(Unsolved::Unsettled) } else { Ok(()) }
     }
 }

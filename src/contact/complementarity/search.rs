@@ -26,7 +26,7 @@ pub enum SliceLaw {
 }
 
 /// How the forces of a step are found.
-pub enum Search {
+pub(crate) enum Search {
     /// All points together, their displacements given: the paper's equation 4.
     Explicit(Box<ActiveSet>),
     /// All points together, each slice yielding by itself.
@@ -44,7 +44,7 @@ pub enum Search {
 
 /// State of a [`Search`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
-pub enum SearchState {
+pub(crate) enum SearchState {
     /// State of [`Search::Explicit`].
     Explicit(ActiveSetState),
     /// State of [`Search::Local`].
@@ -57,7 +57,7 @@ impl Search {
     /// The search that tread and slice law ask for; `influence` is what a force does within its step by distance
     /// \[m/N\], over all points, and `odd` its skew part, none at rest. Points that are not `coupled` have no
     /// neighbours: the paper's two couplings are one for them.
-    pub fn new(influence: Vec<f64>, odd: &[f64], coupled: bool, law: SliceLaw, numerics: &Numerics) -> Self {
+    pub(crate) fn new(influence: Vec<f64>, odd: &[f64], coupled: bool, law: SliceLaw, numerics: &Numerics) -> Self {
         let columns = influence.len();
         let (own, tolerance) = (influence[0], numerics.contact_tolerance);
         let compliance = match law {
@@ -86,7 +86,7 @@ impl Search {
     }
 
     /// Moves on by a number of elements: what was column i is column i - `by`.
-    pub fn advance(&mut self, by: usize) {
+    pub(crate) fn advance(&mut self, by: usize) {
         match self {
             Self::Explicit(search) => search.advance(by),
             Self::Local(search) => search.advance(by),
@@ -98,7 +98,7 @@ impl Search {
     ///
     /// # Errors
     /// [`ContactError::SingularMatrix`], [`ContactError::Unsettled`].
-    pub fn forces(
+    pub(crate) fn forces(
         &mut self,
         required: &mut [f64],
         slices: SlicesUnder<'_>,
@@ -142,7 +142,7 @@ impl Search {
     }
 
     /// Returns the work counts so far.
-    pub fn counts(&self) -> SearchCounts {
+    pub(crate) fn counts(&self) -> SearchCounts {
         match self {
             Self::Explicit(search) => search.counts(),
             Self::Local(search) => search.counts(),
@@ -151,7 +151,7 @@ impl Search {
     }
 
     /// Takes the state down.
-    pub fn save(&self) -> SearchState {
+    pub(crate) fn save(&self) -> SearchState {
         match self {
             Self::Explicit(search) => SearchState::Explicit(search.save()),
             Self::Local(search) => SearchState::Local(search.save()),
@@ -163,7 +163,7 @@ impl Search {
     ///
     /// # Errors
     /// [`StateError`].
-    pub fn restore(&mut self, state: SearchState) -> Result<(), StateError> {
+    pub(crate) fn restore(&mut self, state: SearchState) -> Result<(), StateError> {
         match (self, state) {
             (Self::Explicit(search), SearchState::Explicit(state)) => search.restore(state),
             (Self::Local(search), SearchState::Local(state)) => search.restore(state),

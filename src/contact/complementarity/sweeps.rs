@@ -44,7 +44,7 @@ impl SearchCounts {
 }
 
 /// Points on the surface: their influence on each other, and what is known of their forces.
-pub struct Surface {
+pub(super) struct Surface {
     /// G0 by distance, of a tyre that turns its symmetric part.
     pub influence: Vec<f64>,
     /// G0 from distance 1 - columns to columns - 1, and a block of zeros.
@@ -64,7 +64,7 @@ pub struct Surface {
 
 impl Surface {
     /// Makes `columns` points at rest; `influence[j]` is G0 of points j apart.
-    pub fn new(influence: Vec<f64>, columns: usize) -> Self {
+    pub(super) fn new(influence: Vec<f64>, columns: usize) -> Self {
         let mirrored = influence[1..columns].iter().rev();
         Self {
             row: mirrored.chain(&influence[..columns]).chain(&[0.0; BLOCK]).copied().collect(),
@@ -79,7 +79,7 @@ impl Surface {
     }
 
     /// Adds a skew part of G0 by distance, that of a tyre that turns; none at rest.
-    pub fn add_skew(&mut self, odd: &[f64]) {
+    pub(super) fn add_skew(&mut self, odd: &[f64]) {
         if odd.is_empty() {
             return;
         }
@@ -92,13 +92,13 @@ impl Surface {
     }
 
     /// Tells whether G0 has a skew part.
-    pub fn is_skew(&self) -> bool {
+    pub(super) fn is_skew(&self) -> bool {
         !self.symmetric.is_empty()
     }
 
     /// Moves on by a number of elements: what was column i is column i - `by`. u moves with the forces, and is found
     /// where columns are new, or everywhere if forces stay behind: the same bits as found anew.
-    pub fn advance(&mut self, by: usize) {
+    pub(super) fn advance(&mut self, by: usize) {
         let columns = self.estimate.len();
         let by = by.min(columns);
         let left_behind = self.estimate[..by].iter().any(|force| *force != 0.0);
@@ -167,7 +167,7 @@ impl Surface {
     /// them and y - G0 F of the columns within reach. u is another's until forces are displaced again. `lagged`: what
     /// a skew part of G0 displaces stays as it is; the sweeps then go to the minimum of a convex function, which they
     /// find from anywhere.
-    pub fn sweep(
+    pub(super) fn sweep(
         &mut self,
         law: impl OwnForce,
         sweeps: usize,
@@ -198,14 +198,14 @@ impl Surface {
     }
 
     /// Takes note that nothing touches.
-    pub fn rest(&mut self) {
+    pub(super) fn rest(&mut self) {
         self.estimate.fill(0.0);
         self.displacement.fill(0.0);
         self.counts.histogram[0] += 1;
     }
 
     /// Takes note of the forces that a search has found.
-    pub fn found(&mut self, forces: &[f64], solves: usize, fell_back: bool) {
+    pub(super) fn found(&mut self, forces: &[f64], solves: usize, fell_back: bool) {
         self.counts.solves += solves as u64;
         self.counts.fallbacks += u64::from(fell_back);
         self.counts.histogram[solves.min(HISTOGRAM_BINS - 1)] += 1;
@@ -227,7 +227,7 @@ pub(crate) fn move_on<T: Copy + Default>(values: &mut [T], by: usize) {
 }
 
 /// The law of a point by itself.
-pub trait OwnForce {
+pub(super) trait OwnForce {
     /// Its force while all others stay as they are, from its force so far and the penetration that all of them leave.
     fn force(&mut self, column: usize, force: f64, left: f64) -> f64;
 }

@@ -20,7 +20,7 @@ pub(super) fn first_column(block: usize, band: usize) -> usize {
 }
 
 /// G0 of some points; neighbours are copied together.
-pub struct Assembly<'a> {
+pub(super) struct Assembly<'a> {
     /// Column numbers, rising.
     pub points: &'a [usize],
     /// G0 by distance.

@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 const LOOK_OUT: Duration = Duration::from_micros(300);
 
 /// Work to be done on another thread.
-pub trait Task: Send + 'static {
+pub(crate) trait Task: Send + 'static {
     /// Does it; `behind`: on the other thread.
     fn carry_out(&mut self, behind: bool);
 }
@@ -78,14 +78,14 @@ impl<T> Shared<T> {
 }
 
 /// Work and the thread that does it.
-pub struct Behind<T: Task> {
+pub(crate) struct Behind<T: Task> {
     shared: Arc<Shared<T>>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl<T: Task> Behind<T> {
     /// Wraps work that is done; on a thread of its own if there is one to be had and it is wanted.
-    pub fn new(work: T, wanted: bool) -> Self {
+    pub(crate) fn new(work: T, wanted: bool) -> Self {
         let place = Mutex::new(Place::Done(Box::new(work)));
         let shared = Arc::new(Shared { place, changed: Condvar::new(), news: AtomicU32::new(0) });
         let served = Arc::clone(&shared);
@@ -99,7 +99,7 @@ impl<T: Task> Behind<T> {
     }
 
     /// Takes the work back, done.
-    pub fn take(&self) -> Box<T> {
+    pub(crate) fn take(&self) -> Box<T> {
         match self.shared.wait(|place| !matches!(place, Place::Begun), Place::Out) {
             Place::Done(work) => work,
             Place::Waiting(mut work) => {
@@ -112,7 +112,7 @@ impl<T: Task> Behind<T> {
     }
 
     /// Hands it over, to be done.
-    pub fn begin(&self, work: Box<T>) {
+    pub(crate) fn begin(&self, work: Box<T>) {
         self.shared.set(Place::Waiting(work));
     }
 

@@ -18,7 +18,7 @@ use crate::tyre::influence::Field;
 use crate::tyre::poles::RationalModel;
 
 /// States of all poles, and what a pass over them takes and gives.
-pub struct Far {
+pub(super) struct Far {
     rule: TimeRule,
     groups: Vec<WavenumberGroup<f64>>,
     forward: Arc<dyn RealToComplex<f64>>,
@@ -41,7 +41,13 @@ pub struct Far {
 
 impl Far {
     /// At rest, for blocks of so many instants; `None` if the model does not hold the field.
-    pub fn new(model: &RationalModel, field: Field, rule: TimeRule, time_step: f64, instants: usize) -> Option<Self> {
+    pub(super) fn new(
+        model: &RationalModel,
+        field: Field,
+        rule: TimeRule,
+        time_step: f64,
+        instants: usize,
+    ) -> Option<Self> {
         let elements = model.elements;
         let group = |first: usize| {
             let modes = (first..=elements / 2).take(f64::MOST_LANES).map(|n| model.modes(n, field));
@@ -86,7 +92,7 @@ impl Far {
     }
 
     /// Tells what the last pass has cost: beside the march, or within the history of the step under way.
-    pub fn report(&self, meter: &mut Meter) {
+    pub(super) fn report(&self, meter: &mut Meter) {
         let [sums, transforms] = self.times;
         if self.behind {
             meter.add_background(Stage::History, sums.wall);

@@ -30,8 +30,8 @@ pub(super) mod wavenumber_group;
 pub use direct::{DirectHistory, LagKernel};
 pub(crate) use modes::add_responses;
 pub use modes::{INSTANTS, ModalHistory};
-pub use state::HistoryState;
-pub use wavenumber_group::expected_multiply_adds;
+pub(crate) use state::HistoryState;
+pub(crate) use wavenumber_group::expected_multiply_adds;
 
 use crate::counters::Meter;
 use crate::storage::StateError;

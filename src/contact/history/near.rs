@@ -34,7 +34,7 @@ const fn padded(ring: usize) -> usize {
 }
 
 /// Forces at the latest instants by wavenumber, and what they do to each other.
-pub struct NearForces {
+pub(super) struct NearForces {
     ring: usize,
     /// Spectra of the influence by stage of the force and lag, divided by the ring's length.
     influence: Vec<f64>,
@@ -58,7 +58,14 @@ impl NearForces {
     /// Without forces, for `instants` of them. `influence`: by stage of the force and lag, all of one stage together,
     /// on the tyre's elements by distance \[m/N\]; windows have at most so many columns and move on by at most `way`
     /// elements from the earliest instant to the latest. `uneven`: influence differs forwards and backwards.
-    pub fn new(influence: &[Vec<f64>], lags: usize, instants: usize, columns: usize, way: usize, uneven: bool) -> Self {
+    pub(super) fn new(
+        influence: &[Vec<f64>],
+        lags: usize,
+        instants: usize,
+        columns: usize,
+        way: usize,
+        uneven: bool,
+    ) -> Self {
         let elements = influence.first().map_or(2, Vec::len);
         let ring = ring_length(elements, columns, way);
         let mut planner = RealFftPlanner::<f64>::new();
@@ -104,7 +111,7 @@ impl NearForces {
     }
 
     /// Takes in an instant's forces \[N\], given as (element, force).
-    pub fn take(&mut self, instant: usize, forces: impl Iterator<Item = (i64, f64)>) {
+    pub(super) fn take(&mut self, instant: usize, forces: impl Iterator<Item = (i64, f64)>) {
         self.field.fill(0.0);
         for (element, force) in forces {
             self.field[element.rem_euclid(self.ring as i64) as usize] = force;
@@ -118,14 +125,14 @@ impl NearForces {
     }
 
     /// The first half of the instants is forgotten, the second takes its place.
-    pub fn turn(&mut self) {
+    pub(super) fn turn(&mut self) {
         let half = self.forces.len() / 2;
         self.forces.copy_within(half.., 0);
     }
 
     /// Adds to `out` what the forces of all instants before `now` displace \[m\]; `first`: element that `out` begins
     /// with.
-    pub fn add_displacement(&mut self, now: usize, first: i64, out: &mut [f64]) {
+    pub(super) fn add_displacement(&mut self, now: usize, first: i64, out: &mut [f64]) {
         let Self { ring, influence, odd, lags, forces, sums, arch, .. } = self;
         let stages = influence.len() / (*lags * padded(*ring));
         arch.dispatch(Products { influence, odd, forces, sums, padded: padded(*ring), lags: *lags, stages, now });
@@ -142,7 +149,7 @@ impl NearForces {
     }
 
     /// Returns the work of [`Self::take`] and [`Self::add_displacement`] together.
-    pub fn work(&self, now: usize) -> Work {
+    pub(super) fn work(&self, now: usize) -> Work {
         let uneven = !self.odd.is_empty();
         let multiply_adds = expected_multiply_adds(self.ring, now as f64, uneven) as u64;
         // Real and imaginary parts of the forces beside the influence; transforms as the far field counts them.
@@ -152,7 +159,7 @@ impl NearForces {
 }
 
 /// Multiply-adds of an instant that sees so many earlier ones, and numbers of a real spectrum.
-pub fn expected(elements: usize, columns: usize, way: usize, seen: f64, uneven: bool) -> (f64, f64) {
+pub(super) fn expected(elements: usize, columns: usize, way: usize, seen: f64, uneven: bool) -> (f64, f64) {
     let ring = ring_length(elements, columns, way);
     (expected_multiply_adds(ring, seen, uneven), padded(ring) as f64)
 }

@@ -11,7 +11,7 @@ use crate::time_rule::{Rates, TimeRule};
 use crate::tyre::poles::{Direction, Modes};
 
 /// w(zeta) of one wavenumber, ready to be evaluated.
-pub struct Transfer<'a> {
+pub(crate) struct Transfer<'a> {
     modes: Modes<'a>,
     direction: Direction,
     rule: TimeRule,
@@ -22,7 +22,7 @@ pub struct Transfer<'a> {
 
 impl<'a> Transfer<'a> {
     /// Prepares the waves of one direction, at rest those of both, for a rule and a time step \[s\].
-    pub fn new(modes: Modes<'a>, direction: Direction, rule: TimeRule, time_step: f64) -> Self {
+    pub(crate) fn new(modes: Modes<'a>, direction: Direction, rule: TimeRule, time_step: f64) -> Self {
         let mut holds = Vec::new();
         if !rule.is_quadrature() {
             for (index, (&pole, &residue)) in modes.poles.iter().zip(modes.residues).enumerate() {
@@ -43,7 +43,7 @@ impl<'a> Transfer<'a> {
     }
 
     /// w(zeta) \[m/N\]; for a Runge-Kutta rule of s stages the determinant of its matrix \[(m/N)^s\].
-    pub fn at(&self, zeta: Complex64) -> Complex64 {
+    pub(crate) fn at(&self, zeta: Complex64) -> Complex64 {
         self.with_rates(self.rule.rates(zeta), zeta)
     }
 

@@ -221,7 +221,7 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
 /// Multiply-adds for each step that so many poles, conjugates counted, are expected to take in blocks of so many steps:
 /// as if all were pairs. Real ones take less, and those that fill up a group take as much more (within 5 % of what runs
 /// count). Of a tyre that `turns` odd parts come on top.
-pub fn expected_multiply_adds(rule: TimeRule, steps: usize, wavenumbers: usize, poles: f64, turns: bool) -> f64 {
+pub(crate) fn expected_multiply_adds(rule: TimeRule, steps: usize, wavenumbers: usize, poles: f64, turns: bool) -> f64 {
     let (skip, stages) = (rule.products_of_skip(steps), rule.stages());
     let pair = PoleRows::<f64, 2>::multiply_adds_of_one(steps, stages, skip, turns);
     let padded = wavenumbers.next_multiple_of(f64::MOST_LANES) as f64 / wavenumbers as f64;
@@ -240,7 +240,7 @@ fn carried(even: Complex64, odd: Complex64) -> [Complex64; 2] {
 
 /// Neighbouring wavenumbers, as many as the widest vector has numbers.
 #[derive(Clone, Debug)]
-pub struct WavenumberGroup<E> {
+pub(crate) struct WavenumberGroup<E> {
     /// First wavenumber.
     first: usize,
     /// Wavenumbers in use.
@@ -264,7 +264,7 @@ pub struct WavenumberGroup<E> {
 impl<E: Element> WavenumberGroup<E> {
     /// The group of neighbours from wavenumber `first` on, a group's at most, at rest, for blocks of so many instants,
     /// of which a pass foretells the one `ahead` blocks after those whose forces it takes in.
-    pub fn new<'m>(
+    pub(crate) fn new<'m>(
         modes: impl IntoIterator<Item = Modes<'m>>,
         rule: TimeRule,
         time_step: f64,
@@ -301,7 +301,7 @@ impl<E: Element> WavenumberGroup<E> {
     }
 
     /// Returns the work of a pass.
-    pub fn work(&self) -> Work {
+    pub(crate) fn work(&self) -> Work {
         let Self { pairs, reals, stages, skip, .. } = self;
         let steps = self.forces.len() / (2 * E::MOST_LANES * stages);
         let multiply_adds = pairs.multiply_adds(steps, *stages, *skip) + reals.multiply_adds(steps, *stages, *skip);

@@ -17,14 +17,14 @@ use super::formula::{local_compliance, tread_modulus};
 use super::line_law::ElementLine;
 use super::patch::{PatchGrid, patches};
 use crate::half_space::HalfSpaceError;
-use crate::half_space::rough::{HeightMap, Limits, PeriodicContact};
+use crate::half_space::rough::{HeightMap, IndentationLimits, PeriodicContact};
 use crate::numeric::in_parallel;
 use crate::road::slices::{SliceBuilder, SliceError, SliceScratch, StiffnessCurve};
 use crate::road::{RoadError, RoadSurface};
 use crate::scene::{Road, Tyre};
 
 /// Mean pressures \[Pa\]: those of a tyre on the road, edges of the patch included.
-pub const PRESSURES: [f64; 10] = [5e4, 1e5, 1.5e5, 2e5, 2.5e5, 3e5, 3.5e5, 4e5, 4.5e5, 5e5];
+pub(crate) const PRESSURES: [f64; 10] = [5e4, 1e5, 1.5e5, 2e5, 2.5e5, 3e5, 3.5e5, 4e5, 4.5e5, 5e5];
 /// How exactly the contact in three dimensions is solved, relative to the approach: far below any difference that is
 /// looked for.
 const TOLERANCE: f64 = 1e-5;
@@ -37,7 +37,7 @@ const CLOSE: f64 = 1e-4;
 
 /// Why patches of a road could not be pressed.
 #[derive(Debug, thiserror::Error)]
-pub enum CalibrationError {
+pub(crate) enum CalibrationError {
     /// The road.
     #[error(transparent)]
     Road(#[from] RoadError),
@@ -51,7 +51,7 @@ pub enum CalibrationError {
 
 /// Result of a calibration; compliances in m/Pa.
 #[derive(Clone, Debug, Serialize)]
-pub struct Calibration {
+pub(crate) struct Calibration {
     /// E* of the tread \[Pa\].
     pub effective_modulus: f64,
     /// kappa by formula.
@@ -74,7 +74,7 @@ pub struct Calibration {
 
 /// A fitted compliance.
 #[derive(Clone, Debug, Serialize)]
-pub struct Fit {
+pub(crate) struct Fit {
     /// kappa \[m/Pa\], all patches together.
     pub compliance: f64,
     /// kappa of each patch alone \[m/Pa\].
@@ -87,7 +87,7 @@ pub struct Fit {
 
 /// Patches under one mean pressure; means over the patches.
 #[derive(Clone, Debug, Serialize)]
-pub struct Level {
+pub(crate) struct Level {
     /// Mean pressure \[Pa\].
     pub pressure: f64,
     /// Approach of the contact in three dimensions \[m\].
@@ -116,7 +116,7 @@ struct Pressed {
 ///
 /// # Errors
 /// Errors of the road and of the half-space's solver.
-pub fn calibrate(
+pub(crate) fn calibrate(
     tyre: &Tyre,
     road: &Road,
     surface: &RoadSurface,
@@ -156,7 +156,7 @@ fn press(map: &HeightMap, grid: PatchGrid, pressures: &[f64]) -> Result<Pressed,
     };
     let per_element = grid.along * grid.columns;
     let curves = map.heights.chunks_exact(per_element).map(area_curve).collect::<Result<_, _>>()?;
-    let limits = Limits { tolerance: TOLERANCE, ..Limits::default() };
+    let limits = IndentationLimits { tolerance: TOLERANCE, ..IndentationLimits::default() };
     let mut contact = PeriodicContact::new(map)?;
     let found = pressures.iter().map(|&pressure| {
         let pressed = contact.press(pressure, limits)?;

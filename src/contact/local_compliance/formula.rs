@@ -24,10 +24,10 @@ use crate::tyre::layers::material;
 const MODULUS_FREQUENCY: f64 = 100.0;
 
 /// The model's own doubt: formula, approach and line pressure give kappa within a factor of two of each other.
-pub const DOUBTS: [(&str, f64); 2] = [("half", 0.5), ("twice", 2.0)];
+pub(crate) const DOUBTS: [(&str, f64); 2] = [("half", 0.5), ("twice", 2.0)];
 
 /// kappa \[m/Pa\] by formula; `None` for a road without texture (a smooth one, an exactly level one).
-pub fn local_compliance(tyre: &Tyre, road: &RoadSurface) -> Option<f64> {
+pub(crate) fn local_compliance(tyre: &Tyre, road: &RoadSurface) -> Option<f64> {
     Some(compliance(tread_modulus(tyre)?, road.mean_wavenumber()?))
 }
 
@@ -38,13 +38,13 @@ fn compliance(effective_modulus: f64, mean_wavenumber: f64) -> f64 {
 }
 
 /// kappa \[m/Pa\] by formula for a scene; `None` where its road has no texture or cannot be opened.
-pub fn formula_for(scene: &Scene) -> Option<f64> {
+pub(crate) fn formula_for(scene: &Scene) -> Option<f64> {
     let lattice = Lattice::choose(&scene.road, Road::CELL, scene.tyre.contact_width, None, None).ok()?;
     local_compliance(&scene.tyre, &RoadSurface::open(&scene.road, lattice, Limits::default()).ok()?)
 }
 
 /// E* \[Pa\] of the tyre's top layer at the formula's frequency; `None` for a tyre without layers.
-pub fn tread_modulus(tyre: &Tyre) -> Option<f64> {
+pub(crate) fn tread_modulus(tyre: &Tyre) -> Option<f64> {
     let tread = tyre.layers.last()?;
     Some(material::effective_modulus(&tread.material, MODULUS_FREQUENCY))
 }

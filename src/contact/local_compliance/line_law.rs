@@ -26,7 +26,7 @@ const HALVINGS: usize = 12;
 const TOLERANCE: f64 = 1e-9;
 
 /// A line of elements with their curves.
-pub struct ElementLine {
+pub(crate) struct ElementLine {
     curves: Vec<StiffnessCurve>,
     /// Influence of an element on the one j further on, times E* \[m\].
     influence: Vec<f64>,
@@ -34,13 +34,13 @@ pub struct ElementLine {
 
 impl ElementLine {
     /// From the curves of a patch's elements.
-    pub fn new(grid: PatchGrid, curves: Vec<StiffnessCurve>) -> Self {
+    pub(crate) fn new(grid: PatchGrid, curves: Vec<StiffnessCurve>) -> Self {
         Self { curves, influence: influence(grid) }
     }
 
     /// Pressures/E* by element for c = kappa E* \[m\] under a mean pressure/E*; `None` should Newton's method not
     /// arrive.
-    pub fn pressures(&self, compliance: f64, mean: f64) -> Option<Vec<f64>> {
+    pub(crate) fn pressures(&self, compliance: f64, mean: f64) -> Option<Vec<f64>> {
         let mut v: Vec<f64> = self.curves.iter().map(|curve| curve.penetration_at(compliance * mean)).collect();
         let mut state = self.at(compliance, mean, &v, 0.0);
         // The depth that suits the start on average.
@@ -136,7 +136,7 @@ fn influence(grid: PatchGrid) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::half_space::rough::{Extent, HeightMap, Limits, PeriodicContact};
+    use crate::half_space::rough::{Extent, HeightMap, IndentationLimits, PeriodicContact};
 
     const GRID: PatchGrid = PatchGrid { elements: 16, along: 1, columns: 2, dx: 2e-3, dy: 2e-3 };
 
@@ -151,7 +151,7 @@ mod tests {
         let mut contact = PeriodicContact::new(&map).unwrap();
         let line = ElementLine::new(GRID, (0..16).map(|i| StiffnessCurve::flat(height(i))).collect());
         for mean in [0.003, 0.03, 0.3] {
-            let exact = contact.press(mean, Limits::default()).unwrap();
+            let exact = contact.press(mean, IndentationLimits::default()).unwrap();
             // S(y) = y: the compliance drops out.
             for compliance in [1e-4, 5e-3] {
                 let found = line.pressures(compliance, mean).unwrap();

@@ -3,10 +3,10 @@
 //! [`formula`] has it from the tread's modulus and the road's wavenumbers; [`calibrate`](mod@calibrate) presses: a
 //! [`patch`] of the road by the half-space, and by the local law on a line of elements ([`line_law`]).
 
-pub mod calibrate;
-pub mod formula;
-pub mod line_law;
-pub mod patch;
+pub(crate) mod calibrate;
+pub(crate) mod formula;
+pub(crate) mod line_law;
+pub(crate) mod patch;
 
-pub use calibrate::{Calibration, CalibrationError, calibrate};
-pub use formula::{DOUBTS, formula_for, local_compliance};
+pub(crate) use calibrate::{Calibration, CalibrationError, calibrate};
+pub(crate) use formula::{DOUBTS, formula_for, local_compliance};

@@ -22,7 +22,7 @@ const BORDER: f64 = 0.02;
 
 /// Numbers and sizes of a patch's cells and elements.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PatchGrid {
+pub(crate) struct PatchGrid {
     /// Elements along.
     pub elements: usize,
     /// Cells along an element.
@@ -37,7 +37,7 @@ pub struct PatchGrid {
 
 impl PatchGrid {
     /// For elements of length `element` \[m\].
-    pub fn new(element: f64) -> Self {
+    pub(crate) fn new(element: f64) -> Self {
         // Transforms like small prime factors: twice such a number is a transform's length itself.
         let smooth = |n: usize| transform_length(2 * n) == 2 * n;
         let first = |from: f64, fits: &dyn Fn(usize) -> bool| -> usize {
@@ -54,7 +54,7 @@ impl PatchGrid {
     }
 
     /// Cells along the patch.
-    pub fn rows(self) -> usize {
+    pub(crate) fn rows(self) -> usize {
         self.elements * self.along
     }
 }
@@ -63,7 +63,7 @@ impl PatchGrid {
 ///
 /// # Errors
 /// Errors of the road; [`RoadError::Short`] for one without room for a patch.
-pub fn patches(road: &Road, limits: Limits, grid: PatchGrid, most: usize) -> Result<Vec<HeightMap>, RoadError> {
+pub(crate) fn patches(road: &Road, limits: Limits, grid: PatchGrid, most: usize) -> Result<Vec<HeightMap>, RoadError> {
     let border = |cell: f64| (BORDER / cell).round().max(1.0) as usize;
     let (rows, columns) = (grid.rows() + border(grid.dx), grid.columns + border(grid.dy));
     let lattice = Lattice { dx: grid.dx, dy: grid.dy, columns, along: 1 };

@@ -19,7 +19,7 @@ const TOLERANCE: f64 = 1e-6;
 
 /// The outermost layer of a tyre, elastic and without tension.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct FlatTread {
+pub(crate) struct FlatTread {
     tread: Layer,
     /// E* = E/(1 - nu^2) \[Pa\].
     effective_modulus: f64,
@@ -27,7 +27,7 @@ pub struct FlatTread {
 
 impl FlatTread {
     /// Takes the tread of a tyre; `None` for a tyre without layers.
-    pub fn of(tyre: &Tyre) -> Option<Self> {
+    pub(crate) fn of(tyre: &Tyre) -> Option<Self> {
         let (own, effective_modulus) = tyre.layers.last().zip(tread_modulus(tyre))?;
         let modulus = effective_modulus * (1.0 - own.material.poisson * own.material.poisson);
         let material = Material { law: Law::Elastic, modulus, ..own.material.clone() };
@@ -36,12 +36,12 @@ impl FlatTread {
     }
 
     /// Returns its thickness \[m\].
-    pub fn thickness(&self) -> f64 {
+    pub(crate) fn thickness(&self) -> f64 {
         self.tread.thickness
     }
 
     /// Returns a compliance of its columns under an element, each by itself: h/(E* dx b) \[m/N\].
-    pub fn spring(&self, lattice: Lattice) -> f64 {
+    pub(crate) fn spring(&self, lattice: Lattice) -> f64 {
         self.tread.thickness / (self.effective_modulus * lattice.dx * lattice.width())
     }
 
@@ -69,7 +69,7 @@ impl FlatTread {
     ///
     /// The tread goes on beside the strip, and along as a ring that is longer than the elements. Of the images in its
     /// sides nothing is left but the mean of guided and supported ones: none; so the influence stays positive definite.
-    pub fn influence(&self, lattice: Lattice, elements: usize) -> CellInfluence {
+    pub(crate) fn influence(&self, lattice: Lattice, elements: usize) -> CellInfluence {
         let cell = lattice.cell();
         let beside = BESIDE * self.tread.thickness;
         let rows = elements * lattice.along;
@@ -85,7 +85,7 @@ impl FlatTread {
 
 /// Influence of a force that is spread evenly over an element on the mean displacement of the element j further on
 /// \[m/N\], by the influence between the cells under them: as long waves are the same in both, they cancel.
-pub fn line_influence(cells: &CellInfluence, lattice: Lattice) -> Vec<f64> {
+pub(crate) fn line_influence(cells: &CellInfluence, lattice: Lattice) -> Vec<f64> {
     let Lattice { along, columns, .. } = lattice;
     let pairs = |distance: usize| if distance == 0 { columns } else { 2 * (columns - distance) };
     let across: Vec<f64> = (0..columns).map(|j| pairs(j) as f64 / (columns * columns) as f64).collect();

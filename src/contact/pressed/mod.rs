@@ -5,14 +5,11 @@
 //! - [`press`]: a block of road pressed deeper and deeper;
 //! - [`strip`]: the blocks of a road, slice by slice as the tyre reaches them, kept on disk.
 
-pub mod flat_tread;
-pub mod press;
-pub mod strip;
+pub(crate) mod flat_tread;
+pub(crate) mod press;
+pub(crate) mod strip;
 #[cfg(test)]
 mod tests;
-pub mod yielding;
+pub(crate) mod yielding;
 
-pub use flat_tread::FlatTread;
-pub use press::Press;
-pub use strip::{KeptBlock, PressedRoad};
-pub use yielding::Yielding;
+pub(crate) use strip::{KeptBlock, PressedRoad};

@@ -22,9 +22,9 @@ use crate::road::Lattice;
 
 /// Approaches at which a block is pressed. Twice as many change third octaves of the force on a chip seal by up to 0.3
 /// dB, that of 25 mm by 0.7 dB, and what they miss of cells by 0.01 dB on average.
-pub const APPROACHES: usize = 20;
+pub(crate) const APPROACHES: usize = 20;
 /// Mean pressure at the last of them \[Pa\]: some three times a tyre's, for single slices carry more than the mean.
-pub const TOP_PRESSURE: f64 = 1e6;
+pub(crate) const TOP_PRESSURE: f64 = 1e6;
 /// Power of the depths' spacing.
 const CLOSER: f64 = 1.3;
 /// How far cells may be from where they are required to be, relative to the depth; a thirtieth of it changes no third
@@ -38,7 +38,7 @@ const GROWTHS: usize = 40;
 const HALVINGS: usize = 6;
 
 /// A press for blocks of one size.
-pub struct Press {
+pub(crate) struct Press {
     search: CellSearch,
     lattice: Lattice,
     /// Height of the tread above its middle by cell across \[m\].
@@ -56,7 +56,7 @@ pub struct Press {
 
 impl Press {
     /// A press for blocks of so many elements. `crown`: height of the tread above its middle by cell across \[m\].
-    pub fn new(tread: &FlatTread, lattice: Lattice, crown: Vec<f64>, elements: usize) -> Self {
+    pub(crate) fn new(tread: &FlatTread, lattice: Lattice, crown: Vec<f64>, elements: usize) -> Self {
         let influence = tread.influence(lattice, elements);
         let zeros = vec![0.0; elements * lattice.cells()];
         Self {
@@ -73,14 +73,9 @@ impl Press {
         }
     }
 
-    /// The work of the searches so far.
-    pub fn counts(&self) -> crate::contact::cells::CellCounts {
-        self.search.counts()
-    }
-
     /// Presses a block whose cells have these heights \[m\], element by element, -infinity where there is no road, and
     /// tells how the slices `own` of it yield. No result depends on what was pressed before.
-    pub fn press(&mut self, heights: &[f64], own: Range<usize>) -> Vec<Yielding> {
+    pub(crate) fn press(&mut self, heights: &[f64], own: Range<usize>) -> Vec<Yielding> {
         let cells = self.lattice.cells();
         for (relief, row) in self.relief.chunks_mut(self.lattice.columns).zip(heights.chunks(self.lattice.columns)) {
             relief.iter_mut().zip(row).zip(&self.crown).for_each(|((relief, z), crown)| *relief = z - crown);

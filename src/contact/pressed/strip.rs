@@ -23,20 +23,20 @@ use crate::storage::{Cache, Cached, Format, Kind};
 
 /// Road that is pressed beyond either end of a block's own slices, in thicknesses of the tread: an end is felt four of
 /// them away (p of two blocks then differs by some 0.01 mm, as their approaches do).
-pub const BEYOND: f64 = 10.0;
+pub(crate) const BEYOND: f64 = 10.0;
 /// A block's own slices, in circumferences of the tyre.
 const OWN: f64 = 0.4;
 
 /// Elements of a block's own, and beyond them on either side, for a tyre's circumference, its tread's thickness, and
 /// elements of a length \[m\].
-pub fn block_elements(circumference: f64, thickness: f64, element: f64) -> [i64; 2] {
+pub(crate) fn block_elements(circumference: f64, thickness: f64, element: f64) -> [i64; 2] {
     let own = OWN * circumference;
     [own, (BEYOND * thickness).min(0.5 * own)].map(|length| (length / element).round().max(1.0) as i64)
 }
 
 /// How the slices of a block yield, as it is kept on disk.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-pub struct KeptBlock(Vec<Yielding>);
+pub(crate) struct KeptBlock(Vec<Yielding>);
 
 impl Cached for KeptBlock {
     const KIND: Kind =

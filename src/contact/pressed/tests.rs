@@ -11,13 +11,13 @@ use super::yielding::Yielding;
 use crate::contact::local_compliance::formula::tread_modulus;
 use crate::contact::local_compliance::line_law::ElementLine;
 use crate::contact::local_compliance::patch::PatchGrid;
-use crate::half_space::rough::{Control, Extent, HeightMap, indent};
+use crate::half_space::rough::{Extent, HeightMap, IndentationControl, indent};
 use crate::road::maker::StripCurves;
 use crate::road::slices::StiffnessCurve;
 use crate::road::{Lattice, Limits, RoadSurface};
 use crate::scene::{MadeRoad, Road, Tyre};
 use crate::test_models::plate_tyre;
-use crate::tyre::influence::wave_compliance;
+use crate::tyre::wave_compliance;
 
 const COARSE: Lattice = Lattice { dx: 1.95 / 128.0, along: 2, dy: 0.02, columns: 6 };
 
@@ -139,7 +139,9 @@ fn a_thick_tread_is_pressed_as_indent_says() {
     press.press(&heights, 0..elements);
     let (forces, load) = press.at_depth(8e-4);
     let map = HeightMap { heights, extent: Extent { nx: rows, ny: columns }, dx: 1e-3, dy: 1e-3 };
-    let found = indent(&map, modulus, Control::Load(load), crate::half_space::rough::Limits::default()).unwrap();
+    let found =
+        indent(&map, modulus, IndentationControl::Load(load), crate::half_space::rough::IndentationLimits::default())
+            .unwrap();
     let slices = |cells: &[f64]| cells.chunks(2 * columns).map(|cells| cells.iter().sum::<f64>()).collect::<Vec<_>>();
     let expected = slices(&found.pressure.iter().map(|p| p * 1e-6).collect::<Vec<_>>());
     let own = slices(forces);

@@ -20,7 +20,7 @@ const CLOSEST: f64 = 1e-9;
 
 /// Yielding of a slice.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-pub struct Yielding {
+pub(crate) struct Yielding {
     /// Height of the slice's highest point above z = 0, less the tread's crown there \[m\].
     pub peak: f64,
     /// Forces, increasing, all > 0 \[N\].
@@ -34,7 +34,7 @@ pub struct Yielding {
 impl Yielding {
     /// The closest curve above `points` (force \[N\], p \[m\]), whose forces may come in any order. `spring` is the
     /// tread's own compliance \[m/N\], a scale.
-    pub fn above(peak: f64, points: &[[f64; 2]], spring: f64) -> Self {
+    pub(crate) fn above(peak: f64, points: &[[f64; 2]], spring: f64) -> Self {
         // A rise that is steeper than any solver likes is a step.
         let points: Vec<[f64; 2]> =
             points.iter().map(|&[force, rise]| [force.max(rise / (STEEPEST * spring)), rise]).collect();
@@ -71,7 +71,7 @@ impl Yielding {
 
     /// A slice that no approach has reached, held off by its neighbours until p is `held` \[m\] at least: from there on
     /// it yields like the tread's own spring.
-    pub fn held_off(peak: f64, held: f64, spring: f64) -> Self {
+    pub(crate) fn held_off(peak: f64, held: f64, spring: f64) -> Self {
         let held = held.max(1e-6);
         let first = held / (STEEPEST * spring);
         let second = first + held / spring;
@@ -90,7 +90,7 @@ impl Yielding {
     }
 
     /// p at a force \[m\].
-    pub fn at(&self, force: f64) -> f64 {
+    pub(crate) fn at(&self, force: f64) -> f64 {
         let above = self.forces.partition_point(|&known| known < force);
         let point = |number: usize| (self.forces[number], self.yields[number]);
         let (from, rise) = above.checked_sub(1).map_or((0.0, 0.0), point);
@@ -104,7 +104,7 @@ impl Yielding {
     /// The curve of stiffness whose local law with the compliance `c` \[m/N\] has this p.
     ///
     /// Past the last point it has the slope of its last piece: 1 where p has ceased to grow, in full contact.
-    pub fn curve(&self, c: f64) -> StiffnessCurve {
+    pub(crate) fn curve(&self, c: f64) -> StiffnessCurve {
         let displacement = self.forces.iter().map(|force| c * force);
         let penetration = self.forces.iter().zip(&self.yields).map(|(force, rise)| rise + c * force);
         StiffnessCurve {

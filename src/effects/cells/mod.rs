@@ -6,7 +6,7 @@ use ndarray::{Array2, ArrayView2};
 use super::channel::{Channel, Read, RowShape, When};
 use super::effect::{Begin, Effect};
 use super::error::RunError;
-use super::observer::{End, Found, Observer, Step};
+use super::observer::{EffectObserver, End, Found, Observer, Step};
 use super::section::{Figure, ReportError, Section, pictures};
 use super::stored::Stored;
 use crate::counters::{Meter, Stage};
@@ -19,7 +19,7 @@ use crate::scene::Zone;
 use crate::storage::state::{StateError, StateReader, StateWriter, fill};
 
 /// Contact over cells.
-pub struct CellsEffect;
+pub(crate) struct CellsEffect;
 
 static CHANNELS: [Channel; 5] = [
     Channel {
@@ -125,7 +125,7 @@ impl Effect for CellsEffect {
         Ok(vec![Section { heading: "Contact", blocks: pictures(stored, &named)? }])
     }
 
-    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, RunError> {
+    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
         let Begin { plan, contact, .. } = *begin;
         if !over_cells(plan) {
             return Ok(None);
@@ -137,7 +137,7 @@ impl Effect for CellsEffect {
 }
 
 /// Observer of the patch.
-pub struct CellObserver {
+pub(crate) struct CellObserver {
     across: usize,
     /// Size of a cell \[m\].
     size: [f64; 2],
@@ -162,7 +162,9 @@ impl Observer for CellObserver {
         }
         Ok(())
     }
+}
 
+impl EffectObserver for CellObserver {
     fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
         state.put(&self.moments)?;
         state.put(&self.sum)

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::channel::{Channel, Read, RowShape};
 use super::effect::{Begin, Effect};
 use super::error::RunError;
-use super::observer::{End, Found, Observer, Step};
+use super::observer::{EffectObserver, End, Found, Observer, Step};
 use super::section::{Block, Figure, LevelTable, ReportError, Section, levels, pictures};
 use super::stored::Stored;
 use crate::counters::Meter;
@@ -26,7 +26,7 @@ use crate::scene::{Axle, TimeRule};
 use crate::storage::state::{StateError, StateReader, StateWriter, restore_part};
 
 /// Force in the contact.
-pub struct ForceEffect;
+pub(crate) struct ForceEffect;
 
 static CHANNELS: [Channel; 6] = [
     Channel { name: "time", unit: "s", meaning: "time", read: Read::Number(|step| step.time), ..Channel::BASE },
@@ -111,7 +111,7 @@ impl Effect for ForceEffect {
         Ok(vec![Section { heading: "Contact", blocks: patch }, Section { heading: "Force spectrum", blocks: spectrum }])
     }
 
-    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, RunError> {
+    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
         let Begin { plan, contact, in_memory, .. } = *begin;
         let outputs = &plan.scene.outputs;
         let steps = plan.steps_drawn(contact.at_rest.length) as u64;
@@ -138,7 +138,7 @@ impl Effect for ForceEffect {
 }
 
 /// Observer of the force.
-pub struct ForceObserver {
+pub(crate) struct ForceObserver {
     shown: Range<u64>,
     /// Steps that are drawn.
     drawn: Drawn,
@@ -183,7 +183,9 @@ impl Observer for ForceObserver {
         }
         Ok(())
     }
+}
 
+impl EffectObserver for ForceObserver {
     fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
         state.put(&self.force)?;
         state.put(&self.indentation)?;
@@ -246,7 +248,7 @@ impl Observer for ForceObserver {
 impl ForceObserver {
     /// The averaged spectrum of the force after the warm-up, of a run that has reached its end; what the mean over a
     /// step takes off is put back.
-    pub fn spectrum(&self) -> Option<PowerSpectrum> {
+    pub(crate) fn spectrum(&self) -> Option<PowerSpectrum> {
         let (rule, time_step) = self.recording;
         let spectrum = self.spectrum.clone().and_then(|spectrum| spectrum.finish().ok())?;
         Some(spectrum.without(|frequency| rule.mean_response(TAU * frequency * time_step)))

@@ -7,7 +7,7 @@
 
 use super::effect::{Begin, Effect};
 use super::error::RunError;
-use super::observer::{End, Found, Observer, Step};
+use super::observer::{EffectObserver, End, Found, Observer, Step};
 use super::section::Figure;
 use super::stored::Stored;
 use crate::counters::Meter;
@@ -17,7 +17,7 @@ use crate::scene::Tread;
 use crate::storage::state::{StateError, StateReader, StateWriter};
 
 /// Rolling resistance.
-pub struct ResistanceEffect;
+pub(crate) struct ResistanceEffect;
 
 impl Effect for ResistanceEffect {
     fn name(&self) -> &'static str {
@@ -29,7 +29,7 @@ impl Effect for ResistanceEffect {
         Figure::of("rolling resistance", "", found).into_iter().collect()
     }
 
-    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, RunError> {
+    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
         if begin.plan.decisions.tread == Tread::Uncoupled {
             return Ok(None);
         }
@@ -39,7 +39,7 @@ impl Effect for ResistanceEffect {
 }
 
 /// Observer of the power.
-pub struct ResistanceObserver {
+pub(crate) struct ResistanceObserver {
     /// Power after the warm-up \[W\].
     power: RunningMoments,
     /// Total force after the warm-up \[N\].
@@ -60,7 +60,9 @@ impl Observer for ResistanceObserver {
         }
         Ok(())
     }
+}
 
+impl EffectObserver for ResistanceObserver {
     fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
         state.put(&self.power)?;
         state.put(&self.force)

@@ -16,7 +16,7 @@ use crate::storage::{Cache, CacheError, Cached, Format, Kind};
 
 /// G of the points of a receiver at a frequency.
 #[derive(Deserialize, Serialize)]
-pub struct KeptReceiver {
+pub(crate) struct KeptReceiver {
     /// Frequency \[Hz\].
     frequency: f64,
     /// By point \[1/m\].

@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 
 use super::effect::{Begin, Effect};
 use super::error::RunError;
-use super::observer::{End, Found, Observer, Step};
+use super::observer::{EffectObserver, End, Found, Observer, Step};
 use super::section::{Figure, LevelTable, ReportError, Section};
 use super::stored::Stored;
 use crate::counters::{Counter, Meter, Stage, Work};
@@ -36,15 +36,15 @@ use crate::results::sound::{BodySummary, RatedLevel, ReceiverSpectrum, SOUND_FIL
 use crate::scene::Zone;
 use crate::storage::state::{StateError, StateReader, StateWriter};
 use kept_signal::{KeptSignal, KeptState};
-pub use kept_transfers::KeptReceiver;
+pub(crate) use kept_transfers::KeptReceiver;
 use passing::Passing;
-pub use planned::{Heard, Sound};
+pub(crate) use planned::{Heard, Sound};
 use planned::{SOUND_FADE, SOUND_SEGMENT};
 pub(crate) use way::WAVES;
 use way::{Seeking, Way};
 
 /// Sound at receivers.
-pub struct SoundEffect;
+pub(crate) struct SoundEffect;
 
 impl Effect for SoundEffect {
     fn name(&self) -> &'static str {
@@ -91,13 +91,13 @@ impl Effect for SoundEffect {
         Ok(vec![Section { heading: "Sound", blocks: shown::blocks(stored, all)? }])
     }
 
-    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, RunError> {
-        Ok(SoundObserver::begin(begin)?.map(|observer| Box::new(observer) as Box<dyn Observer>))
+    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
+        Ok(SoundObserver::begin(begin)?.map(|observer| Box::new(observer) as Box<dyn EffectObserver>))
     }
 }
 
 /// Observer of the patch's forces, which pressures at the receivers are made of.
-pub struct SoundObserver {
+pub(crate) struct SoundObserver {
     sound: Sound,
     /// How the transfers were found.
     way: Way,
@@ -123,7 +123,7 @@ pub struct HeardSound {
     /// A-weighted levels by receiver.
     pub rated: Vec<RatedLevel>,
     /// The body that radiates.
-    pub body: BodySummary,
+    pub(crate) body: BodySummary,
     /// How far off levels may be.
     pub error: SoundError,
 }
@@ -169,7 +169,7 @@ impl SoundObserver {
     /// # Errors
     /// A body or receivers that cannot be, a plan that needs too much memory: complaints about the scene;
     /// [`RunError::Interrupted`].
-    pub fn begin(begin: &mut Begin<'_>) -> Result<Option<Self>, RunError> {
+    pub(crate) fn begin(begin: &mut Begin<'_>) -> Result<Option<Self>, RunError> {
         let Begin { loaded, plan, contact, warnings, stop, progress, meter, .. } = begin;
         let Some(sound) = plan.sound() else { return Ok(None) };
         let geometry = &contact.geometry;
@@ -222,7 +222,7 @@ impl SoundObserver {
 
     /// Takes in the forces of a step that counts \[N\], stage by stage, point by point, as
     /// [`Footprint::forces`](crate::contact::footprint::Footprint::forces) has them.
-    pub fn take(&mut self, forces: &[f64], meter: &mut Meter) {
+    pub(crate) fn take(&mut self, forces: &[f64], meter: &mut Meter) {
         let completes = self.stream.completes_next();
         let columns = self.stream.columns();
         let work = || match &mut self.lateral {
@@ -259,7 +259,7 @@ impl SoundObserver {
     ///
     /// # Errors
     /// Too short for a spectrum.
-    pub fn heard(&self) -> Result<HeardSound, RunError> {
+    pub(crate) fn heard(&self) -> Result<HeardSound, RunError> {
         let receivers = self.receiver_spectra(&self.point_spectra()?);
         let rated = self.rated(&receivers);
         Ok(HeardSound { receivers, rated, body: self.way.body.clone(), error: self.sound.error() })
@@ -273,7 +273,9 @@ impl Observer for SoundObserver {
         }
         Ok(())
     }
+}
 
+impl EffectObserver for SoundObserver {
     fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
         state.put(&SoundState {
             stream: self.stream.save(),

@@ -54,7 +54,7 @@ const PATCH_STEP: f64 = 0.01;
 
 /// A `[[receiver]]` with its points.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Heard {
+pub(crate) struct Heard {
     /// Its name.
     pub name: String,
     /// Its name as part of a file's; no other receiver has the same.
@@ -67,33 +67,33 @@ pub struct Heard {
 
 impl Heard {
     /// Microphones of its standard.
-    pub fn standard(&self) -> Box<dyn Standard> {
+    pub(crate) fn standard(&self) -> Box<dyn Standard> {
         standard(&self.place)
     }
 
     /// Length of the passage \[m\], if the tyre passes it.
-    pub fn passage(&self) -> Option<f64> {
+    pub(crate) fn passage(&self) -> Option<f64> {
         self.standard().passage()
     }
 
     /// Tells whether the tyre passes it.
-    pub fn is_passed(&self) -> bool {
+    pub(crate) fn is_passed(&self) -> bool {
         self.passage().is_some()
     }
 
     /// The vehicle whose four tyres it hears, if it hears more than one.
-    pub fn vehicle(&self) -> Option<Vehicle> {
+    pub(crate) fn vehicle(&self) -> Option<Vehicle> {
         self.standard().vehicle()
     }
 
     /// Tyres that it hears.
-    pub fn tyres(&self) -> usize {
+    pub(crate) fn tyres(&self) -> usize {
         self.vehicle().map_or(1, |_| Vehicle::TYRES)
     }
 
     /// The points by line that a microphone beside the road glides along, as many each: those of the tyre, or of a
     /// vehicle's left tyres and then of its right ones, which are farther away. None of a receiver that moves along.
-    pub fn lines(&self) -> Vec<Range<usize>> {
+    pub(crate) fn lines(&self) -> Vec<Range<usize>> {
         let sides = match (self.is_passed(), self.vehicle()) {
             (false, _) => 0,
             (true, None) => 1,
@@ -107,7 +107,7 @@ impl Heard {
 
 /// The sound of a run.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Sound {
+pub(crate) struct Sound {
     /// Settings, the highest frequency one that the time step can hold.
     pub radiation: Radiation,
     /// Receivers.
@@ -128,10 +128,10 @@ pub struct Sound {
 
 impl Sound {
     /// Cells round the tyre and points across half of it that G is known on.
-    pub const GRID: TransferGrid = TransferGrid { around: 512, across: 4 };
+    pub(crate) const GRID: TransferGrid = TransferGrid { around: 512, across: 4 };
 
     /// Points of all receivers.
-    pub fn points(&self) -> usize {
+    pub(crate) fn points(&self) -> usize {
         self.positions.len()
     }
 
@@ -207,14 +207,14 @@ impl Sound {
     }
 
     /// How far off levels may be, at the receiver where it is most.
-    pub fn error(&self) -> SoundError {
+    pub(crate) fn error(&self) -> SoundError {
         let all = self.heard.iter().map(|heard| self.error_at(heard));
         let worst = all.reduce(|a, b| if b.band > a.band { b } else { a });
         worst.unwrap_or_else(|| self.with_way(0.0, 0.0, 0.0))
     }
 
     /// How far off the levels at a receiver may be.
-    pub fn error_at(&self, heard: &Heard) -> SoundError {
+    pub(crate) fn error_at(&self, heard: &Heard) -> SoundError {
         let Radiation { quality, nodes_per_wavelength, frequency_tolerance, lateral_waves, .. } = self.radiation;
         let waves = WAVES_ERROR * (Radiation::default().lateral_waves as f64 / lateral_waves as f64).powi(2);
         match quality {
@@ -254,7 +254,7 @@ impl Sound {
     }
 
     /// Samples of a point's pressure that may be heard.
-    pub fn kept_samples(&self) -> usize {
+    pub(crate) fn kept_samples(&self) -> usize {
         (LISTENED / self.layout.time_step) as usize
     }
 }
@@ -268,7 +268,7 @@ impl Sound {
 
     /// Shortest `rolling.duration` that gives so many samples of pressure, up to the next hundredth \[s\]: pressures
     /// come in blocks.
-    pub fn duration_for(&self, samples: u64) -> f64 {
+    pub(crate) fn duration_for(&self, samples: u64) -> f64 {
         let (length, hop) = (self.layout.length() as u64, self.layout.hop() as u64);
         let steps = length + samples.saturating_sub(1) / hop * hop;
         debug_assert!(PressureStream::samples(&self.layout, steps) >= samples);
@@ -277,7 +277,7 @@ impl Sound {
 
     /// Shortest `rolling.duration` at a speed \[m/s\] that gives sound, a passage at every receiver that is passed
     /// included \[s\]; the way of the sound from the ends of a line counts as the whole line at 343 m/s.
-    pub fn least_duration(&self, speed: f64) -> f64 {
+    pub(crate) fn least_duration(&self, speed: f64) -> f64 {
         let lines = self.heard.iter().filter(|heard| heard.is_passed()).map(|heard| self.line_length(heard));
         let longest = lines.fold(0.0, f64::max);
         let seconds = longest / speed + longest / 343.0;
@@ -313,7 +313,7 @@ impl Plan {
     ///
     /// # Errors
     /// Sizes that do not fit each other.
-    pub fn radiating_body(&self, radiation: &Radiation, at_rest: f64) -> Result<Body, RadiationError> {
+    pub(crate) fn radiating_body(&self, radiation: &Radiation, at_rest: f64) -> Result<Body, RadiationError> {
         let patch = self.patch_length(radiation, at_rest);
         let width = self.scene.tyre.width + 2.0 * radiation.shoulder;
         Body::standing_tyre(self.radius, width, radiation.shoulder, 0.5 * patch)?.with_gap(radiation.acoustic_gap)
@@ -361,7 +361,7 @@ impl Plan {
     }
 
     /// Returns the sound of the run; `None` without receivers.
-    pub fn sound(&self) -> Option<Sound> {
+    pub(crate) fn sound(&self) -> Option<Sound> {
         let Scene { tyre, receivers, radiation, .. } = &self.scene;
         if receivers.is_empty() {
             return None;

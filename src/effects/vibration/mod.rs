@@ -6,14 +6,14 @@ mod answer;
 mod decision;
 mod planned;
 mod resolved;
-mod results;
+pub(crate) mod results;
 
 use serde::{Deserialize, Serialize};
 
 use super::channel::Channel;
 use super::effect::{Begin, Effect};
 use super::error::RunError;
-use super::observer::{End, Found, Observer, Step};
+use super::observer::{EffectObserver, End, Found, Observer, Step};
 use super::section::{Figure, LevelTable, ReportError, Section, levels, pictures_of};
 use super::stored::Stored;
 use crate::counters::{Counter, Meter, Stage, Work};
@@ -29,12 +29,11 @@ use crate::results::vibration::{VELOCITY_LEVEL, VIBRATION_FILE};
 use crate::scene::{LoadedScene, Scene, SceneError, Vibration};
 use crate::storage::state::{StateError, StateReader, StateWriter, restore_part};
 use answer::TyreAnswer;
-pub use planned::{CellSegments, VibrationSegments};
 use resolved::{ResolvedForces, ResolvedState};
-pub use results::HeardVibration;
+pub(crate) use results::HeardVibration;
 
 /// Vibration of belt and tread.
-pub struct VibrationEffect;
+pub(crate) struct VibrationEffect;
 
 const fn map(name: &'static str, unit: &'static str, meaning: &'static str) -> Channel {
     Channel { name, unit, meaning, ..Channel::BASE }
@@ -102,8 +101,8 @@ impl Effect for VibrationEffect {
         Ok(vec![Section { heading: "Vibration", blocks }])
     }
 
-    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn Observer>>, RunError> {
-        Ok(VibrationObserver::begin(begin)?.map(|observer| Box::new(observer) as Box<dyn Observer>))
+    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
+        Ok(VibrationObserver::begin(begin)?.map(|observer| Box::new(observer) as Box<dyn EffectObserver>))
     }
 }
 
@@ -141,7 +140,9 @@ impl Observer for VibrationObserver {
         }
         Ok(())
     }
+}
 
+impl EffectObserver for VibrationObserver {
     fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
         let resolved = self.resolved.as_ref().map(ResolvedForces::save);
         state.put(&VibrationObserverState { accumulator: self.accumulator.save(), resolved })
@@ -168,7 +169,7 @@ impl Observer for VibrationObserver {
 impl VibrationObserver {
     /// Begins the observer of a run; `None` if no vibration is wanted, or, with a warning, if the run is shorter than a
     /// revolution.
-    fn begin(begin: &mut Begin<'_>) -> Result<Option<Self>, RunError> {
+    pub fn begin(begin: &mut Begin<'_>) -> Result<Option<Self>, RunError> {
         let Begin { loaded, plan, contact, .. } = *begin;
         let Some(vibration) = plan.vibration() else { return Ok(None) };
         let geometry = &contact.geometry;

@@ -26,7 +26,7 @@ const WAVE_FIT: f64 = 0.25;
 
 /// The segments of a run's vibration; phase and first position are the run's to say.
 #[derive(Clone, Debug, PartialEq)]
-pub struct VibrationSegments {
+pub(crate) struct VibrationSegments {
     /// Segments of the velocities.
     pub velocities: SegmentLayout,
     /// Segments of contact over cells.
@@ -35,7 +35,7 @@ pub struct VibrationSegments {
 
 /// Parts of the vibration of cells.
 #[derive(Clone, Debug, PartialEq)]
-pub struct CellSegments {
+pub(crate) struct CellSegments {
     /// Lateral numbers that the velocities, means across the strip, hear.
     pub heard: Vec<usize>,
     /// How many the run carries: there may be more than a machine can list.
@@ -58,7 +58,7 @@ impl Plan {
     }
 
     /// Segments for a window of so many columns; `None` where the run is shorter than a revolution.
-    pub fn vibration_segments(&self, vibration: &Vibration, columns: usize) -> Option<VibrationSegments> {
+    pub(crate) fn vibration_segments(&self, vibration: &Vibration, columns: usize) -> Option<VibrationSegments> {
         let Numerics { elements, substeps, .. } = self.scene.numerics;
         let steps = self.steps - self.warm_up_steps;
         let revolution = (elements * substeps) as u64;
@@ -94,7 +94,7 @@ impl Plan {
     }
 
     /// Returns the requirements of the models of single lateral numbers.
-    pub fn lateral_fit(&self) -> LateralFitOptions {
+    pub(crate) fn lateral_fit(&self) -> LateralFitOptions {
         LateralFitOptions { fit: self.fit, aliases: self.scene.numerics.wavenumber_aliases }
     }
 }

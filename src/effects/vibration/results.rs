@@ -13,7 +13,7 @@ use crate::results::npy::{Row, array_file};
 use crate::results::plots::{ThirdOctavePlot, WavenumberPlot};
 use crate::results::spectra::LOWEST_FREQUENCY;
 use crate::results::vibration::{
-    FieldSummary, NamedSpectrum, Place, PowerSummary, VELOCITY_LEVEL, VIBRATION_FILE, VIBRATION_NARROW_FILE,
+    FieldSummary, PowerSummary, VELOCITY_LEVEL, VIBRATION_FILE, VIBRATION_NARROW_FILE, VelocityPlace, VelocitySpectrum,
     VibrationSummary, vibration_levels_csv, vibration_narrow_csv,
 };
 use crate::scene::{LoadedScene, TimeRule, Vibration};
@@ -27,9 +27,9 @@ const NON_ROTATING: &str = "non-rotating";
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeardVibration {
     /// Spectra by field, frame and place.
-    pub spectra: Vec<NamedSpectrum>,
+    pub spectra: Vec<VelocitySpectrum>,
     /// Part of a summary on them.
-    pub summary: VibrationSummary,
+    pub(crate) summary: VibrationSummary,
 }
 
 /// Findings of a complete run.
@@ -67,7 +67,7 @@ impl VibrationObserver {
     }
 
     /// Velocities of the steps so far, where a segment of them is complete.
-    pub fn heard_so_far(&self, meter: &mut Meter) -> Option<HeardVibration> {
+    pub(crate) fn heard_so_far(&self, meter: &mut Meter) -> Option<HeardVibration> {
         self.found(false, meter).map(|(heard, _)| heard)
     }
 
@@ -128,7 +128,7 @@ impl VibrationObserver {
     }
 
     /// All spectra that are written, in order.
-    fn named(&self, vibration: &Vibration, patch: &PatchSpectra, spectra: &[FieldSpectra]) -> Vec<NamedSpectrum> {
+    fn named(&self, vibration: &Vibration, patch: &PatchSpectra, spectra: &[FieldSpectra]) -> Vec<VelocitySpectrum> {
         let mut all = Vec::new();
         for field in spectra {
             let frames = [
@@ -138,15 +138,20 @@ impl VibrationObserver {
             ];
             for (_, frame, spectrum) in frames.into_iter().filter(|(wanted, ..)| *wanted) {
                 let spectrum = spectrum.clone();
-                all.push(NamedSpectrum { field: field.field.name(), frame, place: Place::Everywhere, spectrum });
+                all.push(VelocitySpectrum {
+                    field: field.field.name(),
+                    frame,
+                    place: VelocityPlace::Everywhere,
+                    spectrum,
+                });
             }
         }
         let places =
             self.fields.iter().flat_map(|field| vibration.points.iter().map(move |&position| (field, position)));
-        all.extend(places.enumerate().map(|(point, (field, position))| NamedSpectrum {
+        all.extend(places.enumerate().map(|(point, (field, position))| VelocitySpectrum {
             field: field.name(),
             frame: NON_ROTATING,
-            place: Place::Position(position),
+            place: VelocityPlace::Position(position),
             spectrum: point_spectrum(patch, point),
         }));
         let elements = spectra.iter().flat_map(|field| vibration.elements.iter().map(move |&element| (field, element)));
@@ -157,8 +162,8 @@ impl VibrationObserver {
             let lines = field.material.power.iter().zip(&field.material_varying.power);
             whole.power.iter_mut().zip(lines).for_each(|(power, (with, without))| *power += with - without);
             for (frame, spectrum) in [(MATERIAL, whole), (MATERIAL_VARYING, varying)] {
-                let (field, place) = (field.field.name(), Place::Element(element));
-                all.push(NamedSpectrum { field, frame, place, spectrum });
+                let (field, place) = (field.field.name(), VelocityPlace::Element(element));
+                all.push(VelocitySpectrum { field, frame, place, spectrum });
             }
         }
         for named in &mut all {
@@ -232,17 +237,17 @@ fn summary_of(field: &FieldSpectra, of_tyre: &[FieldSpectra], rule: TimeRule) ->
 /// Third octaves: the means of all fields in one picture, the points of each field in one of its own.
 fn draw_levels(
     loaded: &LoadedScene,
-    named: &[NamedSpectrum],
+    named: &[VelocitySpectrum],
     errors: &LevelErrors,
     folder: &dyn ResultFiles,
 ) -> Result<(), RunError> {
-    let drawn = |named: &&NamedSpectrum| named.frame != MATERIAL_VARYING;
-    let everywhere = |named: &&NamedSpectrum| named.place == Place::Everywhere;
+    let drawn = |named: &&VelocitySpectrum| named.frame != MATERIAL_VARYING;
+    let everywhere = |named: &&VelocitySpectrum| named.place == VelocityPlace::Everywhere;
     draw_spectra(loaded, named.iter().filter(everywhere).filter(drawn), errors, "vibration_spectrum.svg", folder)?;
-    let kind = |named: &NamedSpectrum| match named.place {
-        Place::Everywhere => None,
-        Place::Position(_) => Some((named.field, "points")),
-        Place::Element(_) => Some((named.field, "elements")),
+    let kind = |named: &VelocitySpectrum| match named.place {
+        VelocityPlace::Everywhere => None,
+        VelocityPlace::Position(_) => Some((named.field, "points")),
+        VelocityPlace::Element(_) => Some((named.field, "elements")),
     };
     for points in named.chunk_by(|a, b| kind(a) == kind(b)) {
         if let Some((field, places)) = kind(&points[0]) {
@@ -255,7 +260,7 @@ fn draw_levels(
 
 fn draw_spectra<'a>(
     loaded: &LoadedScene,
-    spectra: impl Iterator<Item = &'a NamedSpectrum>,
+    spectra: impl Iterator<Item = &'a VelocitySpectrum>,
     errors: &LevelErrors,
     file: &str,
     folder: &dyn ResultFiles,

@@ -24,7 +24,7 @@ use std::f64::consts::PI;
 use rayon::prelude::*;
 
 use super::convolution::{Convolution, Extent};
-use super::map::Limits;
+use super::map::IndentationLimits;
 use crate::half_space::{HalfSpaceError, love};
 use crate::numeric::transform_length;
 
@@ -115,7 +115,7 @@ fn periodic_influence(extent: Extent, dx: f64, dy: f64) -> Convolution<f64> {
 }
 
 impl<'a> Solver<'a> {
-    pub fn new(extent: Extent, dx: f64, dy: f64, heights: &'a [f64], boundary: Boundary) -> Self {
+    pub(super) fn new(extent: Extent, dx: f64, dy: f64, heights: &'a [f64], boundary: Boundary) -> Self {
         let cells = extent.cells();
         let influence = match boundary {
             Boundary::Free => {
@@ -143,10 +143,10 @@ impl<'a> Solver<'a> {
     }
 
     /// Solves from the start value in `pressure` (zeros: a guess is made), which receives the solution.
-    pub fn run(
+    pub(super) fn run(
         &mut self,
         constraint: Constraint,
-        limits: Limits,
+        limits: IndentationLimits,
         pressure: &mut [f64],
     ) -> Result<Progress, HalfSpaceError> {
         self.start(constraint, pressure);

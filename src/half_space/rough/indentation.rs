@@ -13,7 +13,7 @@
 
 use super::convolution::Extent;
 use super::gradients::{Boundary, Constraint, Progress, Solver};
-use super::map::{HeightMap, Limits};
+use super::map::{HeightMap, IndentationLimits};
 use crate::half_space::HalfSpaceError;
 
 /// Grids with fewer rows or columns are not coarsened further.
@@ -28,7 +28,7 @@ const RESOLVED: f64 = 1e4;
 
 /// Prescribed load or approach.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Control {
+pub enum IndentationControl {
     /// Normal load \[N\].
     Load(f64),
     /// Penetration of the highest peak \[m\].
@@ -50,7 +50,7 @@ pub struct Indentation {
     pub iterations: usize,
     /// Convolutions with the influence function on the finest grid.
     pub convolutions: usize,
-    /// Largest violation of the contact conditions, relative to the penetration (see [`Limits::tolerance`]).
+    /// Largest violation of the contact conditions, relative to the penetration (see [`IndentationLimits::tolerance`]).
     pub residual: f64,
 }
 
@@ -61,26 +61,31 @@ pub struct Indentation {
 /// tolerance, load or penetration that is not a positive number; [`HalfSpaceError::Hole`] for a height that is not
 /// finite; [`HalfSpaceError::Unresolved`] for a penetration that the heights' rounding hides;
 /// [`HalfSpaceError::NotConverged`] after too many iterations.
-pub fn indent(map: &HeightMap, modulus: f64, control: Control, limits: Limits) -> Result<Indentation, HalfSpaceError> {
+pub fn indent(
+    map: &HeightMap,
+    modulus: f64,
+    control: IndentationControl,
+    limits: IndentationLimits,
+) -> Result<Indentation, HalfSpaceError> {
     let pressed = match control {
-        Control::Load(load) => ("load", load),
-        Control::Penetration(penetration) => ("penetration", penetration),
+        IndentationControl::Load(load) => ("load", load),
+        IndentationControl::Penetration(penetration) => ("penetration", penetration),
     };
     map.check(&[("modulus", modulus), ("tolerance", limits.tolerance), pressed])?;
     let peak = map.peak();
     let area = map.dx * map.dy;
     // At most what a load on a single cell penetrates, twice over.
     let deepest = match control {
-        Control::Load(load) => 2.0 * load / (modulus * area.sqrt()),
-        Control::Penetration(penetration) => penetration,
+        IndentationControl::Load(load) => 2.0 * load / (modulus * area.sqrt()),
+        IndentationControl::Penetration(penetration) => penetration,
     };
     let highest = map.heights.iter().fold(0.0, |most: f64, height| most.max(height.abs()));
     if deepest <= RESOLVED * f64::EPSILON * highest {
         return Err(HalfSpaceError::Unresolved { penetration: deepest, highest });
     }
     let constraint = match control {
-        Control::Load(load) => Constraint::Sum(load / (modulus * area)),
-        Control::Penetration(penetration) => Constraint::Plane(peak - penetration),
+        IndentationControl::Load(load) => Constraint::Sum(load / (modulus * area)),
+        IndentationControl::Penetration(penetration) => Constraint::Plane(peak - penetration),
     };
     let (pressure, progress) = solve_level(map, constraint, limits, true)?;
     let touching = pressure.iter().filter(|&&p| p > 0.0).count();
@@ -100,7 +105,7 @@ pub fn indent(map: &HeightMap, modulus: f64, control: Control, limits: Limits) -
 fn solve_level(
     map: &HeightMap,
     constraint: Constraint,
-    limits: Limits,
+    limits: IndentationLimits,
     finest: bool,
 ) -> Result<(Vec<f64>, Progress), HalfSpaceError> {
     let Extent { nx, ny } = map.extent;
@@ -113,7 +118,8 @@ fn solve_level(
             Constraint::Sum(sum) => Constraint::Sum(0.25 * sum),
             Constraint::Plane(plane) => Constraint::Plane(plane),
         };
-        let coarse_limits = Limits { tolerance: COARSE_TOLERANCE.max(limits.tolerance), iterations: limits.iterations };
+        let coarse_limits =
+            IndentationLimits { tolerance: COARSE_TOLERANCE.max(limits.tolerance), iterations: limits.iterations };
         // A coarse level that fails only costs the finer one its start.
         if let Ok((coarse_pressure, progress)) = solve_level(&coarse, coarse_constraint, coarse_limits, false) {
             plane = Some(progress.plane);
@@ -228,9 +234,9 @@ mod tests {
             let (_, loads) = case.array("load");
             let (_, areas) = case.array("area_fraction");
             let (_, pressures) = case.array("pressure");
-            let solve = |control| indent(&map, modulus, control, Limits::default()).unwrap();
+            let solve = |control| indent(&map, modulus, control, IndentationLimits::default()).unwrap();
             for (k, &penetration) in penetrations.iter().enumerate() {
-                let contact = solve(Control::Penetration(penetration));
+                let contact = solve(IndentationControl::Penetration(penetration));
                 println!(
                     "{name} {penetration}: {} iterations, {} convolutions, {:e}, load {:e}",
                     contact.iterations,
@@ -246,7 +252,7 @@ mod tests {
                 let error = contact.pressure.iter().zip(expected).map(|(p, e)| (p - e).abs()).fold(0.0, f64::max);
                 assert!(error < 1e-5 * largest, "{:e}", error / largest);
             }
-            let contact = solve(Control::Load(case.scalar("load_ctrl_F")));
+            let contact = solve(IndentationControl::Load(case.scalar("load_ctrl_F")));
             println!(
                 "load: {} iterations, {} convolutions, {:e}, penetration {:e}",
                 contact.iterations,

@@ -44,14 +44,14 @@ impl HeightMap {
 
 /// Ending of an iteration.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
+pub struct IndentationLimits {
     /// Largest violation of the contact conditions, relative to the penetration: |g| where p > 0 and -g elsewhere.
     pub tolerance: f64,
     /// Iterations on the finest grid.
     pub iterations: usize,
 }
 
-impl Default for Limits {
+impl Default for IndentationLimits {
     /// 1e-8, the precision of published comparisons; far fewer than 1000 iterations are ever needed.
     fn default() -> Self {
         Self { tolerance: 1e-8, iterations: 1000 }

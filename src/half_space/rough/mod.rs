@@ -10,6 +10,6 @@ mod map;
 mod periodic;
 
 pub use convolution::{Convolution, Extent};
-pub use indentation::{Control, Indentation, indent};
-pub use map::{HeightMap, Limits};
-pub use periodic::PeriodicContact;
+pub use indentation::{Indentation, IndentationControl, indent};
+pub use map::{HeightMap, IndentationLimits};
+pub(crate) use periodic::PeriodicContact;

@@ -9,11 +9,11 @@
 //! the one before.
 
 use super::gradients::{Boundary, Constraint, Solver};
-use super::map::{HeightMap, Limits};
+use super::map::{HeightMap, IndentationLimits};
 use crate::half_space::HalfSpaceError;
 
 /// A body ready to be pressed at one load after the other.
-pub struct PeriodicContact<'a> {
+pub(crate) struct PeriodicContact<'a> {
     map: &'a HeightMap,
     solver: Solver<'a>,
     /// Pressure/E*.
@@ -22,7 +22,7 @@ pub struct PeriodicContact<'a> {
 
 /// The body under one load.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pressed<'a> {
+pub(crate) struct Pressed<'a> {
     /// Pressure/E*, nx x ny row-major; exactly 0 outside the contact.
     pub pressure: &'a [f64],
     /// Height of the highest peak over the plane that the undeformed surface reaches \[m\].
@@ -41,7 +41,7 @@ impl<'a> PeriodicContact<'a> {
     /// # Errors
     /// [`HalfSpaceError::Shape`], [`HalfSpaceError::Odd`], [`HalfSpaceError::NotPositive`] for a cell,
     /// [`HalfSpaceError::Hole`] for a height that is not finite.
-    pub fn new(map: &'a HeightMap) -> Result<Self, HalfSpaceError> {
+    pub(crate) fn new(map: &'a HeightMap) -> Result<Self, HalfSpaceError> {
         map.check(&[])?;
         let extent = map.extent;
         if !extent.nx.is_multiple_of(2) || !extent.ny.is_multiple_of(2) {
@@ -56,7 +56,11 @@ impl<'a> PeriodicContact<'a> {
     /// # Errors
     /// [`HalfSpaceError::NotPositive`] for a pressure or tolerance, [`HalfSpaceError::NotConverged`] after too many
     /// iterations.
-    pub fn press(&mut self, mean_pressure: f64, limits: Limits) -> Result<Pressed<'_>, HalfSpaceError> {
+    pub(crate) fn press(
+        &mut self,
+        mean_pressure: f64,
+        limits: IndentationLimits,
+    ) -> Result<Pressed<'_>, HalfSpaceError> {
         self.map.check(&[("tolerance", limits.tolerance), ("mean pressure", mean_pressure)])?;
         let cells = self.map.extent.cells() as f64;
         let progress = self.solver.run(Constraint::Sum(mean_pressure * cells), limits, &mut self.pressure)?;
@@ -93,7 +97,7 @@ mod tests {
         let map = wave(32, amplitude);
         let full = PI * amplitude;
         let mut contact = PeriodicContact::new(&map).unwrap();
-        let pressed = contact.press(1.3 * full, Limits::default()).unwrap();
+        let pressed = contact.press(1.3 * full, IndentationLimits::default()).unwrap();
         assert!((pressed.area_fraction - 1.0).abs() < 1e-15);
         assert!((pressed.approach - amplitude).abs() < 1e-7 * amplitude, "{}", pressed.approach);
         for (place, &p) in pressed.pressure.iter().enumerate() {
@@ -112,7 +116,7 @@ mod tests {
         let mut contact = PeriodicContact::new(&map).unwrap();
         for psi in [0.3_f64, 0.7, 1.2] {
             let mean = full * psi.sin().powi(2);
-            let pressed = contact.press(mean, Limits::default()).unwrap();
+            let pressed = contact.press(mean, IndentationLimits::default()).unwrap();
             // The edge lies within a cell on either side.
             assert!((pressed.area_fraction - 2.0 * psi / PI).abs() <= 2.0 / cells as f64, "{}", pressed.area_fraction);
             let highest = 2.0 * mean / psi.sin();
@@ -169,7 +173,7 @@ mod tests {
             let expected = oracle(&map, plane);
             let mean = expected.iter().sum::<f64>() / 64.0;
             let mut contact = PeriodicContact::new(&map).unwrap();
-            let pressed = contact.press(mean, Limits::default()).unwrap();
+            let pressed = contact.press(mean, IndentationLimits::default()).unwrap();
             let highest = expected.iter().copied().fold(0.0, f64::max);
             for (p, e) in pressed.pressure.iter().zip(&expected) {
                 assert!((p - e).abs() < 1e-6 * highest, "{p:e} for {e:e}");
@@ -188,7 +192,10 @@ mod tests {
         let map = wave(8, 1e-3);
         let mut contact = PeriodicContact::new(&map).unwrap();
         for pressure in [0.0, -1.0, f64::NAN] {
-            assert!(matches!(contact.press(pressure, Limits::default()), Err(HalfSpaceError::NotPositive { .. })));
+            assert!(matches!(
+                contact.press(pressure, IndentationLimits::default()),
+                Err(HalfSpaceError::NotPositive { .. })
+            ));
         }
     }
 }

@@ -21,7 +21,7 @@ use super::least_squares::eliminate;
 
 /// A barycentric interpolant. Support points and what belongs to them are stored for Im z >= 0 only.
 #[derive(Clone, Debug, Default)]
-pub struct Barycentric {
+pub(crate) struct Barycentric {
     /// Support points z_j.
     pub points: Vec<Complex64>,
     /// f(z_j).
@@ -34,7 +34,7 @@ pub struct Barycentric {
 
 impl Barycentric {
     /// Evaluates the approximant at s.
-    pub fn evaluate(&self, s: Complex64) -> Complex64 {
+    pub(crate) fn evaluate(&self, s: Complex64) -> Complex64 {
         let (mut numerator, mut denominator) = (Complex64::ZERO, Complex64::ZERO);
         for ((&z, &f), &w) in self.points.iter().zip(&self.values).zip(&self.weights) {
             if s == z {
@@ -56,7 +56,7 @@ impl Barycentric {
     }
 
     /// All poles, conjugates included, wherever they lie.
-    pub fn poles(&self) -> Result<Vec<Complex64>, RationalError> {
+    pub(crate) fn poles(&self) -> Result<Vec<Complex64>, RationalError> {
         let count: usize = self.points.iter().map(|z| if z.im > 0.0 { 2 } else { 1 }).sum();
         // A real number away from every root that matters.
         let shift = 7.3 * self.points.iter().fold(0.0_f64, |a, z| a.max(z.norm()));
@@ -102,7 +102,7 @@ impl Barycentric {
 
 /// Approximates `values` at `points` (Im >= 0) until the largest error is below `tolerance` times the largest value, or
 /// `most` support points are used, or `patience` of them have not halved the error: it is then that of the values.
-pub fn approximate(
+pub(crate) fn approximate(
     points: &[Complex64],
     values: &[Complex64],
     tolerance: f64,

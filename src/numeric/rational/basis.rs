@@ -12,7 +12,7 @@ use super::partial_fractions::{is_pair, order};
 
 /// Columns of equal length, one after the other.
 #[derive(Clone, Debug, Default)]
-pub struct Columns {
+pub(super) struct Columns {
     /// Length of a column.
     pub rows: usize,
     /// Entries, column by column.
@@ -21,19 +21,19 @@ pub struct Columns {
 
 impl Columns {
     /// `columns` columns of `rows` zeros.
-    pub fn zeros(rows: usize, columns: usize) -> Self {
+    pub(super) fn zeros(rows: usize, columns: usize) -> Self {
         Self { rows, entries: vec![0.0; rows * columns] }
     }
 
     /// Returns one column.
-    pub fn column(&self, column: usize) -> &[f64] {
+    pub(super) fn column(&self, column: usize) -> &[f64] {
         &self.entries[column * self.rows..(column + 1) * self.rows]
     }
 }
 
 /// Points with weights, ready for columns.
 #[derive(Clone, Debug)]
-pub struct Points {
+pub(super) struct Points {
     /// s_k; 1 where filled up.
     at: Parts,
     /// Weights; 0 where filled up.
@@ -42,7 +42,7 @@ pub struct Points {
 
 impl Points {
     /// Points and their weights.
-    pub fn new(points: &[Complex64], weights: &[f64]) -> Self {
+    pub(super) fn new(points: &[Complex64], weights: &[f64]) -> Self {
         let at = Parts::new(points.iter().copied(), 1.0);
         let mut weights = weights.to_vec();
         weights.resize(at.re.len(), 0.0);
@@ -50,13 +50,13 @@ impl Points {
     }
 
     /// Rows of a column.
-    pub fn rows(&self) -> usize {
+    pub(super) fn rows(&self) -> usize {
         2 * self.weights.len()
     }
 
     /// Writes the weighted basis functions of `poles`, and the weights themselves as the last column if
     /// `with_constant`, to the front of `columns`.
-    pub fn fill(&self, poles: &[Complex64], with_constant: bool, columns: &mut [f64]) {
+    pub(super) fn fill(&self, poles: &[Complex64], with_constant: bool, columns: &mut [f64]) {
         Arch::new().dispatch(Fill { points: self, poles, columns });
         if with_constant {
             let start = order(poles) * self.rows();
@@ -66,7 +66,7 @@ impl Points {
 
     /// Writes basis functions times a response, and the response itself as the last column: `left` are the basis
     /// functions alone, in order.
-    pub fn multiply(&self, left: &[f64], response: &Parts, scale: f64, columns: &mut [f64]) {
+    pub(super) fn multiply(&self, left: &[f64], response: &Parts, scale: f64, columns: &mut [f64]) {
         Arch::new().dispatch(Multiply { points: self, left, response, scale, columns });
     }
 }

@@ -15,7 +15,7 @@ use faer::{Conj, Mat, MatMut, Par};
 
 /// Eliminates the first `columns` columns of a matrix in place: they become R (above the diagonal; below it lie the
 /// Householder vectors), the others Q^T times themselves.
-pub fn eliminate(matrix: MatMut<'_, f64>, columns: usize) {
+pub(crate) fn eliminate(matrix: MatMut<'_, f64>, columns: usize) {
     let rows = matrix.nrows();
     let rest_columns = matrix.ncols() - columns;
     let (mut left, mut right) = matrix.split_at_col_mut(columns);
@@ -44,7 +44,7 @@ pub fn eliminate(matrix: MatMut<'_, f64>, columns: usize) {
 
 /// Back substitution R x = y with the upper triangle of the leading square block of an eliminated matrix, y its column
 /// `column`. A zero on the diagonal (a column that depends on those before it) gives a zero unknown.
-pub fn back_substitute(matrix: &Mat<f64>, columns: usize, column: usize, solution: &mut [f64]) {
+pub(crate) fn back_substitute(matrix: &Mat<f64>, columns: usize, column: usize, solution: &mut [f64]) {
     let largest = (0..columns).fold(0.0_f64, |a, j| a.max(matrix[(j, j)].abs()));
     for (i, entry) in solution.iter_mut().enumerate() {
         *entry = matrix[(i, column)];

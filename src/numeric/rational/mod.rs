@@ -9,25 +9,25 @@
 //! - [`vector_fitting`]: moves given poles to where several responses want them, stable by construction, and refits
 //!   residues.
 
-pub mod aaa;
+pub(crate) mod aaa;
 mod basis;
-pub mod least_squares;
+pub(crate) mod least_squares;
 mod normal_equations;
-pub mod partial_fractions;
+pub(crate) mod partial_fractions;
 mod parts;
 mod samples;
 mod secular;
-pub mod vector_fitting;
+pub(crate) mod vector_fitting;
 
-pub use partial_fractions::PartialFractions;
-pub use parts::Parts;
-pub use samples::Samples;
+pub(crate) use partial_fractions::PartialFractions;
+pub(crate) use parts::Parts;
+pub(crate) use samples::Samples;
 
 use thiserror::Error;
 
 /// Errors of a rational fit.
 #[derive(Clone, Debug, Error, PartialEq)]
-pub enum RationalError {
+pub(crate) enum RationalError {
     /// Too few samples to determine the unknowns.
     #[error("{samples} samples cannot determine {unknowns} real unknowns")]
     TooFewSamples {

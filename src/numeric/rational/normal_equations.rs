@@ -34,7 +34,7 @@ const LEAST_PIVOT: f64 = 1e-14;
 const RIDGE: f64 = 1e-13;
 
 /// (c, d) of sigma; `None` where the pivots have lost their digits.
-pub fn sigma(samples: &Samples, poles: &[Complex64], with_constant: bool) -> Option<Vec<f64>> {
+pub(super) fn sigma(samples: &Samples, poles: &[Complex64], with_constant: bool) -> Option<Vec<f64>> {
     let count = order(poles);
     let (left, right) = (count + usize::from(with_constant), count + 1);
     let points = Points::new(&samples.points, &samples.point_weights);

@@ -8,7 +8,7 @@ use num_complex::Complex64;
 
 /// A sum of partial fractions.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct PartialFractions {
+pub(crate) struct PartialFractions {
     /// Poles lambda \[1/s\]: pairs (Im > 0), then real ones (Im = 0).
     pub poles: Vec<Complex64>,
     /// Residues, in the order of the poles \[unit of H / s\].
@@ -19,13 +19,13 @@ pub struct PartialFractions {
 
 impl PartialFractions {
     /// Evaluates the sum at s.
-    pub fn evaluate(&self, s: Complex64) -> Complex64 {
+    pub(crate) fn evaluate(&self, s: Complex64) -> Complex64 {
         evaluate(&self.poles, &self.residues, self.constant, s)
     }
 }
 
 /// Value at s of given poles, residues and constant; see the module for the convention.
-pub fn evaluate(poles: &[Complex64], residues: &[Complex64], constant: f64, s: Complex64) -> Complex64 {
+pub(crate) fn evaluate(poles: &[Complex64], residues: &[Complex64], constant: f64, s: Complex64) -> Complex64 {
     poles
         .iter()
         .zip(residues)
@@ -33,7 +33,7 @@ pub fn evaluate(poles: &[Complex64], residues: &[Complex64], constant: f64, s: C
 }
 
 /// One pole's share: of the pair, or of the real pole.
-pub fn term(pole: Complex64, residue: Complex64, s: Complex64) -> Complex64 {
+pub(crate) fn term(pole: Complex64, residue: Complex64, s: Complex64) -> Complex64 {
     if is_pair(pole) {
         // (R (s - conj p) + conj R (s - p))/((s - p)(s - conj p)), with one division.
         let numerator = s * (2.0 * residue.re) - 2.0 * (residue * pole.conj()).re;
@@ -44,22 +44,22 @@ pub fn term(pole: Complex64, residue: Complex64, s: Complex64) -> Complex64 {
 }
 
 /// Tells whether a stored pole stands for a conjugate pair.
-pub fn is_pair(pole: Complex64) -> bool {
+pub(crate) fn is_pair(pole: Complex64) -> bool {
     pole.im > 0.0
 }
 
 /// Number of poles, conjugates counted: the real state variables that a time step has to move.
-pub fn order(poles: &[Complex64]) -> usize {
+pub(crate) fn order(poles: &[Complex64]) -> usize {
     poles.iter().map(|&pole| if is_pair(pole) { 2 } else { 1 }).sum()
 }
 
 /// Brings poles into the stored order: pairs by rising |lambda|, then real ones by rising |lambda|.
-pub fn sort(poles: &mut [Complex64]) {
+pub(crate) fn sort(poles: &mut [Complex64]) {
     poles.sort_by(|a, b| is_pair(*b).cmp(&is_pair(*a)).then(a.norm_sqr().total_cmp(&b.norm_sqr())));
 }
 
 /// One stored pole for each conjugate pair of a set of roots of a real polynomial; nearly real roots become real.
-pub fn fold_conjugates(roots: &[Complex64]) -> Vec<Complex64> {
+pub(crate) fn fold_conjugates(roots: &[Complex64]) -> Vec<Complex64> {
     let mut poles: Vec<Complex64> = roots
         .iter()
         .filter(|root| root.im >= 0.0)
@@ -70,7 +70,7 @@ pub fn fold_conjugates(roots: &[Complex64]) -> Vec<Complex64> {
 }
 
 /// Mirrors unstable poles into the left half plane and keeps every pole off the axis by a fraction of its size.
-pub fn stabilise(poles: &mut [Complex64]) {
+pub(crate) fn stabilise(poles: &mut [Complex64]) {
     for pole in poles {
         let least = 1e-9 * pole.norm().max(f64::MIN_POSITIVE);
         pole.re = -pole.re.abs().max(least);

@@ -9,7 +9,7 @@ use crate::numeric::MOST_LANES;
 
 /// Complex numbers as real and imaginary parts, filled up to whole vectors.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Parts {
+pub(crate) struct Parts {
     /// Real parts.
     pub re: Vec<f64>,
     /// Imaginary parts.
@@ -18,7 +18,7 @@ pub struct Parts {
 
 impl Parts {
     /// The parts of some numbers; `filler` up to whole vectors.
-    pub fn new(values: impl Iterator<Item = Complex64>, filler: f64) -> Self {
+    pub(crate) fn new(values: impl Iterator<Item = Complex64>, filler: f64) -> Self {
         let (mut re, mut im): (Vec<f64>, Vec<f64>) = values.map(|value| (value.re, value.im)).unzip();
         let length = re.len().next_multiple_of(MOST_LANES);
         re.resize(length, filler);
@@ -27,14 +27,14 @@ impl Parts {
     }
 
     /// Returns the complex number k.
-    pub fn get(&self, k: usize) -> Complex64 {
+    pub(crate) fn get(&self, k: usize) -> Complex64 {
         Complex64::new(self.re[k], self.im[k])
     }
 }
 
 impl PartialFractions {
     /// Values at many points, as [`PartialFractions::evaluate`] to rounding.
-    pub fn evaluate_all(&self, points: &Parts) -> Parts {
+    pub(crate) fn evaluate_all(&self, points: &Parts) -> Parts {
         let length = points.re.len();
         let mut values = Parts { re: vec![self.constant; length], im: vec![0.0; length] };
         Arch::new().dispatch(Evaluate { model: self, points, values: &mut values });

@@ -6,7 +6,7 @@ use super::RationalError;
 
 /// Samples of Q responses at common points.
 #[derive(Clone, Debug, Default)]
-pub struct Samples {
+pub(crate) struct Samples {
     /// s_k \[1/s\].
     pub points: Vec<Complex64>,
     /// Row q: H_q(s_k).

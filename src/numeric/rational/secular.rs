@@ -41,7 +41,7 @@ impl Zero {
 
 /// Zeros, one of each pair (upper half plane) and all real ones, in no order. `poles` and `residues` hold one of each
 /// pair as well. `None`: no convergence.
-pub fn zeros(poles: &[Complex64], residues: &[Complex64]) -> Option<Vec<Complex64>> {
+pub(super) fn zeros(poles: &[Complex64], residues: &[Complex64]) -> Option<Vec<Complex64>> {
     // All of them, conjugates included.
     let mut all: Vec<[Complex64; 2]> = Vec::with_capacity(2 * poles.len());
     for (&pole, &residue) in poles.iter().zip(residues) {

@@ -45,7 +45,7 @@ fn basis(poles: &[Complex64], s: Complex64, mut column: impl FnMut(usize, Comple
 
 /// How a relocation eliminates the residues.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Elimination {
+pub(crate) enum Elimination {
     /// Householder reflections: the reference.
     Reflections,
     /// Normal equations with a ridge (see `normal_equations`), reflections where those have lost their digits: some
@@ -54,7 +54,7 @@ pub enum Elimination {
 }
 
 /// One relocation: the poles that fit the samples better than `poles`. `with_constant`: whether the responses have one.
-pub fn relocate(
+pub(crate) fn relocate(
     samples: &Samples,
     poles: &[Complex64],
     with_constant: bool,
@@ -180,7 +180,7 @@ fn zeros(poles: &[Complex64], sigma: &[f64]) -> Result<Vec<Complex64>, RationalE
 }
 
 /// Residues (and constants) of given poles for every response, by least squares.
-pub fn residues(
+pub(crate) fn residues(
     samples: &Samples,
     poles: &[Complex64],
     with_constant: bool,
@@ -190,7 +190,7 @@ pub fn residues(
 
 /// The same for poles that the samples hardly tell apart: a coefficient (a pole's peak, weighted) of 1 counts like an
 /// error of `ridge` (Tikhonov); 0 for none.
-pub fn regularised_residues(
+pub(crate) fn regularised_residues(
     samples: &Samples,
     poles: &[Complex64],
     with_constant: bool,

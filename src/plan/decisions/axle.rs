@@ -6,7 +6,7 @@ use crate::scene::{Axle, Scene};
 
 /// Unsprung mass \[kg\], spring \[N/m\] and damper \[N s/m\] of a passenger car's wheel: what a scene without them is
 /// given where the axle is to move.
-pub const TYPICAL_AXLE: (f64, f64, f64) = (40.0, 2e4, 1.5e3);
+pub(crate) const TYPICAL_AXLE: (f64, f64, f64) = (40.0, 2e4, 1.5e3);
 
 pub(super) const AXLE: Row = Row {
     title: "axle motion",

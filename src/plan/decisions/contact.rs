@@ -81,7 +81,7 @@ fn zone(scene: &Scene, _: &mut Decisions) -> Decided {
 }
 
 /// Cells across the strip: as they are given, or about as wide as they are long.
-pub fn cells_across(scene: &Scene) -> usize {
+pub(crate) fn cells_across(scene: &Scene) -> usize {
     let Scene { contact, tyre, numerics, .. } = scene;
     let size = contact.cell.unwrap_or(tyre.circumference / numerics.elements as f64);
     contact.cells_across.unwrap_or_else(|| Lattice::across(tyre.contact_width, size))

@@ -10,13 +10,12 @@ mod row;
 mod values;
 
 use crate::scene::{History, Road, Scene, Zone};
-pub use axle::TYPICAL_AXLE;
-pub use contact::cells_across;
-pub use row::{Decided, Row, given};
-pub use values::{Decision, Decisions};
+pub(crate) use contact::cells_across;
+pub(crate) use row::{Decided, Row, given};
+pub(crate) use values::{Decision, Decisions};
 
 /// Choices of the physics, in the order of the data's way.
-pub static PHYSICS: [Row; 7] = [
+pub(crate) static PHYSICS: [Row; 7] = [
     rotation::ROTATION,
     contact::ZONE,
     contact::TEXTURE,
@@ -27,12 +26,12 @@ pub static PHYSICS: [Row; 7] = [
 ];
 
 /// Physics that is not there yet.
-pub static MISSING: [Row; 1] =
+pub(crate) static MISSING: [Row; 1] =
     [Row { title: "friction", short: "friction", decide: later, switch: None, of_cells: false }];
 
 impl Decisions {
     /// Decides on a scene by rows, one after the other; `takes_models`: an effect takes the models of the tyre.
-    pub fn by<'a>(rows: impl Iterator<Item = &'a Row>, scene: &Scene, takes_models: bool) -> Self {
+    pub(crate) fn by<'a>(rows: impl Iterator<Item = &'a Row>, scene: &Scene, takes_models: bool) -> Self {
         let single = matches!(scene.road, Road::Smooth) || scene.contact.zone == Zone::Cells;
         let mut decisions = Self {
             zone: scene.contact.zone,

@@ -4,7 +4,7 @@ use super::values::Decisions;
 use crate::scene::{Scene, Switch};
 
 /// One effect, or one choice of the physics.
-pub struct Row {
+pub(crate) struct Row {
     /// The effect in words.
     pub title: &'static str,
     /// The effect in a word.
@@ -18,7 +18,7 @@ pub struct Row {
 }
 
 /// Decision on a row.
-pub struct Decided {
+pub(crate) struct Decided {
     /// True if it is simulated.
     pub on: bool,
     /// Form of the simulation.
@@ -28,7 +28,7 @@ pub struct Decided {
 }
 
 /// Gives the reason of a switch that the scene sets.
-pub fn given(switch: Switch, key: &str) -> Option<String> {
+pub(crate) fn given(switch: Switch, key: &str) -> Option<String> {
     match switch {
         Switch::On => Some(format!("effects.{key} = \"on\"")),
         Switch::Off => Some(format!("effects.{key} = \"off\"")),

@@ -6,7 +6,7 @@ use crate::scene::{Axle, SliceCoupling, Slices, Tread, Tyre, Zone};
 
 /// Decisions on everything that a run simulates.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Decisions {
+pub(crate) struct Decisions {
     /// Zone of the contact: slices or cells.
     pub zone: Zone,
     /// The slice law in use; [`Slices::None`] where a slice holds no texture.
@@ -35,7 +35,7 @@ pub struct Decisions {
 
 /// One effect as it was decided on.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Decision {
+pub(crate) struct Decision {
     /// The effect.
     pub effect: &'static str,
     /// True if it is simulated.

@@ -6,7 +6,7 @@ use crate::effects::stored::StoredError;
 
 /// Why results are not exported.
 #[derive(Debug, Error)]
-pub enum ExportError {
+pub(crate) enum ExportError {
     /// A results folder that cannot be read.
     #[error(transparent)]
     Stored(#[from] StoredError),

@@ -10,13 +10,13 @@ use crate::effects::stored::Stored;
 use crate::results::read_table::Column;
 
 /// Beginning of every file of ours.
-pub const MAT_HEAD: &str = "MATLAB 5.0 MAT-file, Platform: tyrewave,";
+pub(crate) const MAT_HEAD: &str = "MATLAB 5.0 MAT-file, Platform: tyrewave,";
 
 /// The bytes of the file.
 ///
 /// # Errors
 /// [`ExportError`].
-pub fn mat(stored: &Stored) -> Result<Vec<u8>, ExportError> {
+pub(crate) fn mat(stored: &Stored) -> Result<Vec<u8>, ExportError> {
     let mut variables = Vec::new();
     let (run, mut units) = figures(stored);
     for file in &stored.summary.files {

@@ -5,12 +5,12 @@ use super::error::ExportError;
 
 /// Types of elements.
 mod element {
-    pub const INT8: u32 = 1;
-    pub const UINT16: u32 = 4;
-    pub const INT32: u32 = 5;
-    pub const UINT32: u32 = 6;
-    pub const DOUBLE: u32 = 9;
-    pub const MATRIX: u32 = 14;
+    pub(super) const INT8: u32 = 1;
+    pub(super) const UINT16: u32 = 4;
+    pub(super) const INT32: u32 = 5;
+    pub(super) const UINT32: u32 = 6;
+    pub(super) const DOUBLE: u32 = 9;
+    pub(super) const MATRIX: u32 = 14;
 }
 
 /// Bytes of the text that a file begins with, and of all of its header.
@@ -23,7 +23,7 @@ const MOST_BYTES: usize = i32::MAX as usize;
 
 /// Content of a variable.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Value {
+pub(super) enum Value {
     /// Numbers row by row, and their rows and columns.
     Numbers(Vec<f64>, [usize; 2]),
     /// Text.
@@ -36,7 +36,7 @@ pub enum Value {
 
 impl Value {
     /// A column of numbers.
-    pub fn column(numbers: Vec<f64>) -> Self {
+    pub(super) fn column(numbers: Vec<f64>) -> Self {
         let rows = numbers.len();
         Self::Numbers(numbers, [rows, 1])
     }
@@ -46,7 +46,7 @@ impl Value {
 ///
 /// # Errors
 /// [`ExportError::TooLarge`] of a variable beyond 2 GiB.
-pub fn file(head: &str, about: &str, variables: &[(String, Value)]) -> Result<Vec<u8>, ExportError> {
+pub(super) fn file(head: &str, about: &str, variables: &[(String, Value)]) -> Result<Vec<u8>, ExportError> {
     let text = format!("{head} {about}").replace(|letter: char| !letter.is_ascii() || letter.is_ascii_control(), "?");
     let mut bytes = text.into_bytes();
     bytes.resize(TEXT_BYTES, b' ');
@@ -66,7 +66,7 @@ pub fn file(head: &str, about: &str, variables: &[(String, Value)]) -> Result<Ve
 }
 
 /// Makes a valid name: a letter first, then letters, digits and underscores.
-pub fn name(text: &str) -> String {
+pub(super) fn name(text: &str) -> String {
     let mut name: String = text.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     if !name.starts_with(|first: char| first.is_ascii_alphabetic()) {
         name.insert(0, 'x');

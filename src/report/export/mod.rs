@@ -14,15 +14,15 @@
 //! ```
 
 mod error;
-pub mod mat;
+pub(crate) mod mat;
 mod mat_file;
-pub mod uff;
-pub mod vtk;
+pub(crate) mod uff;
+pub(crate) mod vtk;
 
-pub use error::ExportError;
-pub use mat::{MAT_HEAD, mat};
-pub use uff::{UFF_HEAD, uff};
-pub use vtk::{Patch, VTK_HEAD};
+pub(crate) use error::ExportError;
+pub(crate) use mat::{MAT_HEAD, mat};
+pub(crate) use uff::{UFF_HEAD, uff};
+pub(crate) use vtk::{Patch, VTK_HEAD};
 
 /// Ten lines of Python that read a results folder.
-pub const PYTHON: &str = include_str!("read_results.py");
+pub(crate) const PYTHON: &str = include_str!("read_results.py");

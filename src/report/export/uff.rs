@@ -15,23 +15,23 @@ use crate::results::vibration::{VIBRATION_FILE, VIBRATION_NARROW_FILE};
 use crate::sound::levels::mean_square;
 
 /// Beginning of every file of ours.
-pub const UFF_HEAD: &str = "    -1\n   151\ntyrewave results";
+pub(crate) const UFF_HEAD: &str = "    -1\n   151\ntyrewave results";
 
 /// Smaller numbers are written as zero: their exponents would not fit.
 const SMALLEST: f64 = 1e-99;
 
 /// Kinds of functions, and of data on their axes.
 mod kind {
-    pub const TIME_RESPONSE: u32 = 1;
-    pub const AUTO_SPECTRUM: u32 = 2;
-    pub const POWER_SPECTRAL_DENSITY: u32 = 9;
+    pub(super) const TIME_RESPONSE: u32 = 1;
+    pub(super) const AUTO_SPECTRUM: u32 = 2;
+    pub(super) const POWER_SPECTRAL_DENSITY: u32 = 9;
 
-    pub const DISPLACEMENT: u32 = 8;
-    pub const REACTION_FORCE: u32 = 9;
-    pub const VELOCITY: u32 = 11;
-    pub const PRESSURE: u32 = 15;
-    pub const TIME: u32 = 17;
-    pub const FREQUENCY: u32 = 18;
+    pub(super) const DISPLACEMENT: u32 = 8;
+    pub(super) const REACTION_FORCE: u32 = 9;
+    pub(super) const VELOCITY: u32 = 11;
+    pub(super) const PRESSURE: u32 = 15;
+    pub(super) const TIME: u32 = 17;
+    pub(super) const FREQUENCY: u32 = 18;
 }
 
 /// Directions: a quantity without one, and upwards.
@@ -125,7 +125,7 @@ struct Function<'a> {
 ///
 /// # Errors
 /// [`ExportError`]; [`ExportError::Missing`] of a run that has written neither arrays nor spectra.
-pub fn uff(stored: &Stored) -> Result<String, ExportError> {
+pub(crate) fn uff(stored: &Stored) -> Result<String, ExportError> {
     let mut text = header(stored);
     let mut nodes = 0;
     let time_step = stored.plan.time_step;

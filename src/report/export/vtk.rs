@@ -13,13 +13,13 @@ use super::error::ExportError;
 use crate::effects::stored::{Stored, StoredArray};
 
 /// Beginning of every file of ours.
-pub const VTK_HEAD: &str = "<?xml version=\"1.0\"?>\n<!-- A contact patch of tyrewave. -->\n";
+pub(crate) const VTK_HEAD: &str = "<?xml version=\"1.0\"?>\n<!-- A contact patch of tyrewave. -->\n";
 
 /// Most instants of an export.
 const MOST_FRAMES: usize = 400;
 
 /// The patch over time.
-pub struct Patch {
+pub(crate) struct Patch {
     /// Forces \[N\]: instants, then columns along, then cells across.
     force: StoredArray,
     /// Instants of the export: the row of `force`, the step of the run, and its time \[s\].
@@ -44,7 +44,7 @@ impl Patch {
     ///
     /// # Errors
     /// [`ExportError`].
-    pub fn open(stored: &Stored, every: Option<f64>) -> Result<Self, ExportError> {
+    pub(crate) fn open(stored: &Stored, every: Option<f64>) -> Result<Self, ExportError> {
         let plan = &stored.plan;
         let missing = || ExportError::Missing { what: "forces of the patch", key: "outputs.arrays" };
         let first_element = stored.column("patch_element.npy")?.ok_or_else(missing)?;
@@ -95,29 +95,24 @@ impl Patch {
     }
 
     /// Instants.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.frames.len()
     }
 
-    /// Never: a patch without instants is not opened.
-    pub fn is_empty(&self) -> bool {
-        self.frames.is_empty()
-    }
-
     /// Notes the instants that are left out.
-    pub fn note(&self) -> Option<String> {
+    pub(crate) fn note(&self) -> Option<String> {
         let last = self.frames.last().map_or(0.0, |frame| frame.2);
         let cut = || format!("{} instants after {last:.4} s are left out: {MOST_FRAMES} are the most", self.left_out);
         (self.left_out > 0).then(cut)
     }
 
     /// Name of an instant's file.
-    pub fn file(frame: usize) -> String {
+    pub(crate) fn file(frame: usize) -> String {
         format!("patch_{frame:04}.vtp")
     }
 
     /// The file of an instant.
-    pub fn frame(&self, frame: usize) -> String {
+    pub(crate) fn frame(&self, frame: usize) -> String {
         let (row, step, time) = self.frames[frame];
         let [along, across] = self.cells;
         let [dx, dy] = self.size;
@@ -162,7 +157,7 @@ impl Patch {
     }
 
     /// The collection of all instants.
-    pub fn collection(&self) -> String {
+    pub(crate) fn collection(&self) -> String {
         let mut text = opened("Collection");
         text.push_str("<Collection>\n");
         for (frame, (.., time)) in self.frames.iter().enumerate() {

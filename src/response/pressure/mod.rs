@@ -46,19 +46,19 @@ mod air_tests;
 mod components;
 #[cfg(test)]
 mod flank_tests;
-pub mod model;
+pub(crate) mod model;
 #[cfg(test)]
 mod resolved_tests;
-pub mod shares;
-pub mod stream;
-pub mod surface;
+pub(crate) mod shares;
+pub(crate) mod stream;
+pub(crate) mod surface;
 #[cfg(test)]
 mod tests;
-pub mod transfer;
+pub(crate) mod transfer;
 mod window;
 
-pub use model::PressureModel;
-pub use shares::PressureShares;
-pub use stream::{BlockPressures, PressureState, PressureStream};
-pub use surface::SurfaceGreen;
-pub use transfer::PressureTransfers;
+pub(crate) use model::PressureModel;
+pub(crate) use shares::PressureShares;
+pub(crate) use stream::{PressureState, PressureStream};
+pub(crate) use surface::SurfaceGreen;
+pub(crate) use transfer::PressureTransfers;

@@ -16,7 +16,7 @@ const TAPER: f64 = 0.05;
 
 /// Ingredients of transfers beside G.
 #[derive(Clone, Debug)]
-pub struct PressureModel {
+pub(crate) struct PressureModel {
     /// Segments in which forces are transformed; whole revolutions.
     pub layout: SegmentLayout,
     /// The tyre.
@@ -37,12 +37,12 @@ pub struct PressureModel {
 
 impl PressureModel {
     /// Frequency \[Hz\] up to which all is radiated where nothing is above a highest one \[Hz\].
-    pub fn flat_to(highest: f64) -> f64 {
+    pub(crate) fn flat_to(highest: f64) -> f64 {
         (1.0 - TAPER) * highest
     }
 
     /// Bins 0..=highest of a segment that are radiated.
-    pub fn bins(&self) -> usize {
+    pub(crate) fn bins(&self) -> usize {
         let last = (self.highest / self.layout.resolution()).floor() as usize;
         last.min(self.layout.length() / 2) + 1
     }
@@ -63,7 +63,7 @@ impl PressureModel {
 
     /// Shapes that so many lateral waves have with so many rings on a flank that moves: the rings sum over the waves,
     /// or follow each of those that are resolved across.
-    pub fn shape_count(across: Across, lateral: usize, rings: usize) -> usize {
+    pub(crate) fn shape_count(across: Across, lateral: usize, rings: usize) -> usize {
         match across {
             Across::Even => lateral + rings,
             Across::Resolved { .. } => lateral * (1 + rings),
@@ -90,7 +90,7 @@ impl PressureModel {
     }
 
     /// Integrals of G for each wavenumber, of so many shapes: with one of the weights of G, or both.
-    pub fn integrals(air: AirMotion, shapes: usize) -> usize {
+    pub(crate) fn integrals(air: AirMotion, shapes: usize) -> usize {
         match air {
             AirMotion::Axle | AirMotion::WithTread => shapes,
             AirMotion::Road => 2 * shapes,
@@ -98,7 +98,7 @@ impl PressureModel {
     }
 
     /// Integrals of this model.
-    pub fn integrals_of_wave(&self) -> usize {
+    pub(crate) fn integrals_of_wave(&self) -> usize {
         let (lateral, rings) = (self.waves.lateral.len(), self.waves.pieces());
         Self::integrals(self.air, Self::shape_count(self.layout.across, lateral, rings))
     }

@@ -23,11 +23,11 @@ use super::surface::{Shape, SurfaceGreen, WEIGHTS, WaveIntegrals};
 use crate::numeric::{SplitRule, double};
 
 /// Share that may be missing, or too much, where the rest is called enough.
-pub const ENOUGH: f64 = 0.1;
+pub(crate) const ENOUGH: f64 = 0.1;
 
 /// The pressure at a receiver for a unit force at the contact's centre, and what it is the sum of \[Pa/N\].
 #[derive(Clone, Debug, PartialEq)]
-pub struct PressureShares {
+pub(crate) struct PressureShares {
     /// All together; delayed by nothing but the way from the contact.
     pub pressure: Complex64,
     /// By wavenumber n, from -[`Self::most`] on. Positive n run against the rolling direction.
@@ -40,10 +40,10 @@ pub struct PressureShares {
 
 impl PressureShares {
     /// Parts of the tyre; shoulders and sides are 0 where they are not heard.
-    pub const PARTS: [&'static str; 3] = ["tread", "shoulders", "sides"];
+    pub(crate) const PARTS: [&'static str; 3] = ["tread", "shoulders", "sides"];
 
     /// At one of G's frequencies; `model` gives the tyre, not the frequency.
-    pub fn at(model: &PressureModel, green: &SurfaceGreen, index: usize) -> Self {
+    pub(crate) fn at(model: &PressureModel, green: &SurfaceGreen, index: usize) -> Self {
         let frequency = green.frequencies[index];
         let (weights, shapes) = (model.weights(), model.shapes());
         let integrals = WaveIntegrals::new(green, model.waves.waves, &shapes, weights);
@@ -97,27 +97,27 @@ impl PressureShares {
     }
 
     /// Largest |n|.
-    pub fn most(&self) -> usize {
+    pub(crate) fn most(&self) -> usize {
         self.waves.len() / 2
     }
 
     /// Share of every wavenumber, from -[`Self::most`] on.
-    pub fn of_waves(&self) -> Vec<f64> {
+    pub(crate) fn of_waves(&self) -> Vec<f64> {
         self.waves.iter().map(|&part| self.share(part)).collect()
     }
 
     /// Share of every part of the tyre.
-    pub fn of_parts(&self) -> [f64; 3] {
+    pub(crate) fn of_parts(&self) -> [f64; 3] {
         self.parts.map(|part| self.share(part))
     }
 
     /// Level of every part over that of the whole \[dB\]; minus infinity where it is not heard.
-    pub fn levels_of_parts(&self) -> [f64; 3] {
+    pub(crate) fn levels_of_parts(&self) -> [f64; 3] {
         self.parts.map(|part| 20.0 * (part.norm() / self.pressure.norm()).log10())
     }
 
     /// Share of the waves up to each |n|, from 0 on.
-    pub fn up_to_wave(&self) -> Vec<f64> {
+    pub(crate) fn up_to_wave(&self) -> Vec<f64> {
         let (most, shares) = (self.most(), self.of_waves());
         let both = |n: usize| if n == 0 { shares[most] } else { shares[most - n] + shares[most + n] };
         (0..=most).map(both).scan(0.0, running).collect()
@@ -125,7 +125,7 @@ impl PressureShares {
 
     /// Share of everything from the top of the tyre round by the rear and the contact as far as each of so many evenly
     /// spaced angles, the last of which is the top again.
-    pub fn up_to_angle(&self, angles: usize) -> Vec<f64> {
+    pub(crate) fn up_to_angle(&self, angles: usize) -> Vec<f64> {
         let around = self.cells.len();
         let behind = &self.cells[around / 2..];
         let from_top: Vec<f64> =
@@ -141,12 +141,12 @@ impl PressureShares {
     }
 
     /// The |n| up to which waves are enough: from it on, the share so far stays within [`ENOUGH`] of all.
-    pub fn enough_waves(&self) -> usize {
+    pub(crate) fn enough_waves(&self) -> usize {
         enough(&self.up_to_wave())
     }
 
     /// The angle to either side of the contact that is enough, in the same sense \[degrees\].
-    pub fn enough_angle(&self) -> f64 {
+    pub(crate) fn enough_angle(&self) -> f64 {
         let (ahead, behind) = self.cells.split_at(self.cells.len() / 2);
         let both = ahead.iter().zip(behind.iter().rev()).map(|(ahead, behind)| self.share(ahead + behind));
         let within: Vec<f64> = both.scan(0.0, running).collect();

@@ -27,7 +27,7 @@ const WAITING_BYTES: usize = 100_000_000;
 const RECEIVERS: usize = 160;
 
 /// From the forces of every step to the pressures at some receivers, sampled at the steps.
-pub struct PressureStream {
+pub(crate) struct PressureStream {
     transfers: PressureTransfers,
     forward: Arc<dyn RealToComplex<f64>>,
     backward: Arc<dyn ComplexToReal<f64>>,
@@ -43,14 +43,14 @@ pub struct PressureStream {
 
 /// State of a [`PressureStream`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
-pub struct PressureState {
+pub(crate) struct PressureState {
     forces: Vec<f64>,
     steps: u64,
     waiting: Vec<BlockSpectra>,
 }
 
 /// Pressures over time at some receivers, block by block.
-pub struct BlockPressures<'a> {
+pub(crate) struct BlockPressures<'a> {
     layout: &'a SegmentLayout,
     backward: &'a dyn ComplexToReal<f64>,
     spectra: PressureSpectra,
@@ -59,7 +59,7 @@ pub struct BlockPressures<'a> {
 impl PressureStream {
     /// Makes the stream of so many steps' forces in windows of the model's layout, whose segments are the blocks and
     /// begin with the layout's substep.
-    pub fn new(transfers: PressureTransfers, steps: u64) -> Self {
+    pub(crate) fn new(transfers: PressureTransfers, steps: u64) -> Self {
         let mut planner = RealFftPlanner::new();
         let layout = &transfers.model.layout;
         Self {
@@ -74,7 +74,7 @@ impl PressureStream {
     }
 
     /// Bytes beside G of so many receivers, on so many cells with so many integrals of a wavenumber, for so many steps.
-    pub fn bytes(
+    pub(crate) fn bytes(
         layout: &SegmentLayout,
         bins: usize,
         steps: u64,
@@ -89,51 +89,46 @@ impl PressureStream {
     }
 
     /// Receivers by batch: how many batches, and how many receivers are in the largest.
-    pub fn batches(receivers: usize) -> (usize, usize) {
+    pub(crate) fn batches(receivers: usize) -> (usize, usize) {
         let batches = receivers.div_ceil(RECEIVERS).max(1);
         (batches, receivers.div_ceil(batches))
     }
 
     /// Most blocks whose pressures are made at once, of so many steps.
-    pub fn together(layout: &SegmentLayout, bins: usize, steps: u64) -> usize {
+    pub(crate) fn together(layout: &SegmentLayout, bins: usize, steps: u64) -> usize {
         let bytes = 8 * layout.places() * bins;
         let most = (WAITING_BYTES / bytes.max(1)).clamp(1, MOST_WAITING);
         most.min(Self::blocks(layout, steps) as usize)
     }
 
     /// Blocks that so many steps give.
-    pub fn blocks(layout: &SegmentLayout, steps: u64) -> u64 {
+    pub(crate) fn blocks(layout: &SegmentLayout, steps: u64) -> u64 {
         let (length, hop) = (layout.length() as u64, layout.hop() as u64);
         steps.checked_sub(length).map_or(0, |more| more / hop + 1)
     }
 
     /// Pressures that so many steps give, per receiver.
-    pub fn samples(layout: &SegmentLayout, steps: u64) -> u64 {
+    pub(crate) fn samples(layout: &SegmentLayout, steps: u64) -> u64 {
         Self::blocks(layout, steps) * layout.hop() as u64
     }
 
     /// The step whose pressure is the first.
-    pub fn first_step(layout: &SegmentLayout) -> u64 {
+    pub(crate) fn first_step(layout: &SegmentLayout) -> u64 {
         (layout.length() * 3 / 8) as u64
     }
 
     /// Columns of the forces' windows.
-    pub fn columns(&self) -> usize {
+    pub(crate) fn columns(&self) -> usize {
         self.layout().columns
     }
 
-    /// Blocks that wait.
-    pub fn waiting(&self) -> usize {
-        self.waiting.len()
-    }
-
     /// Transforms of a block.
-    pub fn transforms(&self) -> u64 {
+    pub(crate) fn transforms(&self) -> u64 {
         (self.layout().places() + self.transfers.greens.len()) as u64
     }
 
     /// Multiply-adds of the pressures of the blocks that wait.
-    pub fn multiply_adds(&self) -> u64 {
+    pub(crate) fn multiply_adds(&self) -> u64 {
         let PressureTransfers { model, greens } = &self.transfers;
         let around = greens.first().map_or(0, |green| green.around);
         let (receivers, integrals) = (greens.len(), model.integrals_of_wave());
@@ -143,12 +138,12 @@ impl PressureStream {
     }
 
     /// Tells whether the next step completes a block.
-    pub fn completes_next(&self) -> bool {
+    pub(crate) fn completes_next(&self) -> bool {
         self.forces.len() + self.layout().width() == self.layout().length() * self.layout().width()
     }
 
     /// Takes in the forces of a step \[N\], channel by channel, column by column; whether a block is complete.
-    pub fn push(&mut self, forces: &[f64]) -> bool {
+    pub(crate) fn push(&mut self, forces: &[f64]) -> bool {
         self.forces.extend_from_slice(forces);
         self.steps += 1;
         let (length, hop, width) = (self.layout().length(), self.layout().hop(), self.layout().width());
@@ -163,13 +158,13 @@ impl PressureStream {
     }
 
     /// Tells whether the pressures of the blocks that wait are to be made now.
-    pub fn is_due(&self) -> bool {
+    pub(crate) fn is_due(&self) -> bool {
         let most = Self::together(self.layout(), self.transfers.model.bins(), u64::MAX);
         self.waiting.len() >= most || (self.ahead == 0 && !self.waiting.is_empty())
     }
 
     /// Makes the pressures of the blocks that wait, and gives them for some receivers after the others.
-    pub fn hear(&mut self, mut take: impl FnMut(Range<usize>, &BlockPressures<'_>)) {
+    pub(crate) fn hear(&mut self, mut take: impl FnMut(Range<usize>, &BlockPressures<'_>)) {
         let Self { transfers, backward, waiting, .. } = self;
         let receivers = transfers.greens.len();
         let (batches, most) = Self::batches(receivers);
@@ -227,7 +222,7 @@ impl PressureStream {
     }
 
     /// Takes the state down.
-    pub fn save(&self) -> PressureState {
+    pub(crate) fn save(&self) -> PressureState {
         PressureState { forces: self.forces.clone(), steps: self.steps, waiting: self.waiting.clone() }
     }
 
@@ -235,7 +230,7 @@ impl PressureStream {
     ///
     /// # Errors
     /// [`StateError`].
-    pub fn restore(&mut self, state: PressureState) -> Result<(), StateError> {
+    pub(crate) fn restore(&mut self, state: PressureState) -> Result<(), StateError> {
         let PressureState { forces, steps, waiting } = state;
         let (layout, bins) = (self.layout(), self.transfers.model.bins());
         let most = layout.length() * layout.width();
@@ -266,7 +261,7 @@ impl<'a> BlockPressures<'a> {
     }
 
     /// Gives the pressures at a receiver, counted among these, block after block \[Pa\].
-    pub fn of(&self, receiver: usize, mut take: impl FnMut(&[f64])) {
+    pub(crate) fn of(&self, receiver: usize, mut take: impl FnMut(&[f64])) {
         let Self { layout, backward, spectra } = self;
         let (length, hop) = (layout.length(), layout.hop());
         let first = PressureStream::first_step(layout) as usize;

@@ -19,7 +19,7 @@ use crate::tyre::influence::Waves;
 
 /// G of one receiver.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SurfaceGreen {
+pub(crate) struct SurfaceGreen {
     /// Frequencies, rising \[Hz\].
     pub frequencies: Vec<f64>,
     /// Cells round the whole tyre; the first begins under the axle, they follow each other in the rolling direction.
@@ -47,7 +47,7 @@ pub(super) enum Shape {
 impl SurfaceGreen {
     /// Makes G from the transfers from a body's tread to one receiver at rising frequencies \[Hz\], of one side or
     /// both.
-    pub fn of(body: &Body, known: impl IntoIterator<Item = (f64, Transfer)>) -> Self {
+    pub(crate) fn of(body: &Body, known: impl IntoIterator<Item = (f64, Transfer)>) -> Self {
         let half_width = half_tread(body);
         let (frequencies, across, values) = (Vec::new(), Vec::new(), Vec::new());
         let mut green = Self { frequencies, around: 0, across, half_width, rings: 0, values };

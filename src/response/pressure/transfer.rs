@@ -25,7 +25,7 @@ const TOGETHER: usize = 32;
 
 /// Ingredients of pressures: the tyre, and G of every receiver.
 #[derive(Clone, Debug)]
-pub struct PressureTransfers {
+pub(crate) struct PressureTransfers {
     /// The tyre and its forces.
     pub model: PressureModel,
     /// G by receiver, all of the same cells and frequencies.
@@ -34,11 +34,11 @@ pub struct PressureTransfers {
 
 /// Forces of a block at the bins from 0 on, bin by bin, place by place; a place is (channel x columns + column) x
 /// substeps + substep, the channels of several stages, or components across, one after the other \[N\].
-pub type BlockSpectra = Vec<Complex32>;
+pub(crate) type BlockSpectra = Vec<Complex32>;
 
 /// Pressures at some receivers in some blocks \[Pa\].
 #[derive(Clone, Debug, PartialEq)]
-pub struct PressureSpectra {
+pub(crate) struct PressureSpectra {
     receivers: usize,
     blocks: usize,
     /// Bin by bin, receiver by receiver, block by block.
@@ -59,7 +59,7 @@ struct Room {
 impl PressureTransfers {
     /// Real multiply-adds for so many blocks, with G on so many cells and so many integrals of a wavenumber: what some
     /// receivers share, and what each takes.
-    pub fn multiply_adds(
+    pub(crate) fn multiply_adds(
         layout: &SegmentLayout,
         bins: usize,
         blocks: usize,
@@ -73,7 +73,7 @@ impl PressureTransfers {
     }
 
     /// Bytes that so many receivers take while the pressures of so many blocks are made.
-    pub fn work_bytes(
+    pub(crate) fn work_bytes(
         layout: &SegmentLayout,
         bins: usize,
         blocks: usize,
@@ -85,7 +85,7 @@ impl PressureTransfers {
     }
 
     /// Pressures at some of the receivers.
-    pub fn pressures(&self, receivers: Range<usize>, blocks: &[BlockSpectra]) -> PressureSpectra {
+    pub(crate) fn pressures(&self, receivers: Range<usize>, blocks: &[BlockSpectra]) -> PressureSpectra {
         let Self { model, greens } = self;
         let greens = &greens[receivers.clone()];
         let (bins, places, count) = (model.bins(), model.layout.places(), blocks.len());
@@ -170,12 +170,12 @@ impl PressureSpectra {
     }
 
     /// Blocks.
-    pub fn blocks(&self) -> usize {
+    pub(crate) fn blocks(&self) -> usize {
         self.blocks
     }
 
     /// The pressure at a receiver in a block, bin by bin \[Pa\].
-    pub fn of_block(&self, receiver: usize, block: usize) -> impl Iterator<Item = Complex32> {
+    pub(crate) fn of_block(&self, receiver: usize, block: usize) -> impl Iterator<Item = Complex32> {
         let each = self.receivers * self.blocks;
         self.values.iter().skip(receiver * self.blocks + block).step_by(each.max(1)).copied()
     }

@@ -21,7 +21,7 @@ use crate::time_rule::{RungeKutta, TimeRule};
 
 /// Displacements of the last steps.
 #[derive(Clone, Debug)]
-pub struct ContactPower {
+pub(crate) struct ContactPower {
     rule: TimeRule,
     time_step: f64,
     columns: usize,
@@ -46,20 +46,20 @@ impl Window {
 
 /// State of a [`ContactPower`].
 #[derive(Clone, Debug, Deserialize, Serialize)]
-pub struct PowerState {
+pub(crate) struct PowerState {
     earlier: [Window; 2],
 }
 
 impl ContactPower {
     /// Everything at rest, for windows of `columns`.
-    pub fn new(rule: TimeRule, time_step: f64, columns: usize) -> Self {
+    pub(crate) fn new(rule: TimeRule, time_step: f64, columns: usize) -> Self {
         let window = Window { first: 0, displacement: vec![0.0; columns], force: vec![0.0; columns] };
         Self { rule, time_step, columns, earlier: [window.clone(), window] }
     }
 
     /// The power in the step with these forces \[N\] and displacements \[m\], stage after stage, of the elements from
     /// `first` on, in W. An element that was not in the window is taken as one that has not moved.
-    pub fn push(&mut self, first: i64, forces: &[f64], displacement: &[f64]) -> f64 {
+    pub(crate) fn push(&mut self, first: i64, forces: &[f64], displacement: &[f64]) -> f64 {
         let work = match self.rule.runge_kutta() {
             Some(method) => self.work_of_stages(method, first, forces, displacement),
             None => self.work(first, forces, displacement),
@@ -109,7 +109,7 @@ impl ContactPower {
     }
 
     /// Takes the state down.
-    pub fn save(&self) -> PowerState {
+    pub(crate) fn save(&self) -> PowerState {
         PowerState { earlier: self.earlier.clone() }
     }
 
@@ -117,7 +117,7 @@ impl ContactPower {
     ///
     /// # Errors
     /// [`StateError`].
-    pub fn restore(&mut self, state: PowerState) -> Result<(), StateError> {
+    pub(crate) fn restore(&mut self, state: PowerState) -> Result<(), StateError> {
         for (window, saved) in self.earlier.iter_mut().zip(state.earlier) {
             window.first = saved.first;
             fill(&mut window.displacement, &saved.displacement)?;

@@ -23,9 +23,9 @@ use crate::tyre::influence::Field;
 use crate::tyre::poles::{Direction, RationalModel};
 
 /// Largest part of critical damping of a wave that is shown.
-pub const MOST_DAMPING: f64 = 0.15;
+pub(crate) const MOST_DAMPING: f64 = 0.15;
 /// Smallest peak of the velocity, as a part of the largest of all waves: 50 dB less.
-pub const LEAST_PEAK: f64 = 0.003;
+pub(crate) const LEAST_PEAK: f64 = 0.003;
 /// How far a wave may lie beside its branch's continuation, as a part of its frequency: fitted poles of weak waves
 /// wander by more than that, and make no branch.
 const JUMP: f64 = 0.015;
@@ -38,7 +38,7 @@ const SHORTEST: usize = 8;
 
 /// A branch: integer wavenumbers n >= 0, rising by 1, and their frequencies in the material frame \[Hz\].
 #[derive(Clone, Debug, PartialEq)]
-pub struct DispersionBranch {
+pub(crate) struct DispersionBranch {
     /// Direction, of a tyre that turns; `None`: at rest both are the same.
     pub direction: Option<Direction>,
     /// First n.
@@ -107,7 +107,7 @@ impl Followed {
 /// The branches below `highest` \[Hz\] as a field shows them, of a tyre that turns (`angular_velocity` \[rad/s\],
 /// elements counted against it where it is negative) with the rotation, then against it; none if the model does not
 /// hold the field.
-pub fn dispersion_branches(
+pub(crate) fn dispersion_branches(
     model: &RationalModel,
     angular_velocity: f64,
     field: Field,

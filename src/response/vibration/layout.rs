@@ -61,7 +61,7 @@ pub struct SegmentLayout {
 
 /// A bin of the non-rotating frame that shares the transforms of a base bin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SharedBin {
+pub(crate) struct SharedBin {
     /// Its number k.
     pub bin: usize,
     /// True if it takes the conjugate transforms.
@@ -181,7 +181,7 @@ impl SegmentLayout {
     }
 
     /// The bins k = m K/q +- kappa, 0..=K/2, that a base bin kappa serves, rising; q of them at most, or one.
-    pub fn shared_bins(&self, base: usize) -> impl Iterator<Item = SharedBin> + use<> {
+    pub(crate) fn shared_bins(&self, base: usize) -> impl Iterator<Item = SharedBin> + use<> {
         let (period, last) = (self.base_length(), self.length() / 2);
         let twice = base > 0 && 2 * base != period;
         (0..=self.substeps / 2 + 1).flat_map(move |m| {

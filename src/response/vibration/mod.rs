@@ -38,36 +38,36 @@
 //! window, some 1.5 df wide, before |H_n|^2 multiplies it. The error falls with the square of the segment and is
 //! largest where the tyre resonates.
 
-pub mod accumulator;
+pub(crate) mod accumulator;
 mod both_ways;
-pub mod contact_power;
-pub mod dispersion;
-pub mod elements;
-pub mod heard;
-pub mod layout;
+pub(crate) mod contact_power;
+pub(crate) mod dispersion;
+pub(crate) mod elements;
+pub(crate) mod heard;
+pub(crate) mod layout;
 mod products;
 mod share;
-pub mod spectra;
+pub(crate) mod spectra;
 mod stage_transfer;
 #[cfg(test)]
 mod tests;
-pub mod transfer;
-pub mod velocity_table;
+pub(crate) mod transfer;
+pub(crate) mod velocity_table;
 
 use crate::scene::Vibration;
 
-pub use accumulator::{PatchSpectra, VibrationAccumulator, VibrationState};
-pub use contact_power::{ContactPower, PowerState};
-pub use dispersion::{DispersionBranch, dispersion_branches};
-pub use elements::ElementVelocities;
-pub use heard::{CarriedWaves, Heard, HeardPower, HeardVelocity};
+pub(crate) use accumulator::{PatchSpectra, VibrationAccumulator, VibrationState};
+pub(crate) use contact_power::{ContactPower, PowerState};
+pub(crate) use dispersion::{DispersionBranch, dispersion_branches};
+pub(crate) use elements::ElementVelocities;
+pub(crate) use heard::{CarriedWaves, Heard, HeardPower, HeardVelocity};
 pub use layout::{Across, SegmentLayout};
-pub use spectra::{
+pub(crate) use spectra::{
     Dissipation, FieldSpectra, SpectraRequest, WavenumberMap, element_spectrum, field_spectra, heard_dissipation,
     heard_spectra, point_spectrum,
 };
 pub use transfer::{TransferKind, TyreResponse, VibrationField};
-pub use velocity_table::VelocityTable;
+pub(crate) use velocity_table::VelocityTable;
 
 /// Bytes of the sums over the forces with the points and elements of so many fields, of a tyre that turns or of one at
 /// rest.

@@ -28,7 +28,7 @@ const BLOCK: usize = 32;
 
 /// Selection of spectra.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SpectraRequest<'a> {
+pub(crate) struct SpectraRequest<'a> {
     /// The fields.
     pub fields: &'a [VibrationField],
     /// Meaning of s.
@@ -39,7 +39,7 @@ pub struct SpectraRequest<'a> {
 
 /// Spectra of a field, means over the circumference; (m/s)^2, two-dimensional by frequency and wavenumber in the maps.
 #[derive(Clone, Debug, PartialEq)]
-pub struct FieldSpectra {
+pub(crate) struct FieldSpectra {
     /// The field.
     pub field: VibrationField,
     /// In the material frame, the mean pattern's lines included.
@@ -56,7 +56,7 @@ pub struct FieldSpectra {
 
 /// Power by frequency and wavenumber.
 #[derive(Clone, Debug, PartialEq)]
-pub struct WavenumberMap {
+pub(crate) struct WavenumberMap {
     /// Wavenumbers -N/2..=N/2 of a row; n > 0 goes towards -x, against the rolling direction.
     pub wavenumbers: usize,
     /// Width of a row \[Hz\]; row i reaches from i to i + 1 of it.
@@ -67,7 +67,7 @@ pub struct WavenumberMap {
 
 /// Dissipated power \[W\].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Dissipation {
+pub(crate) struct Dissipation {
     /// Power of the mean pattern: the cost of rolling on a smooth road.
     pub mean_pattern: f64,
     /// Power of the vibration.
@@ -76,14 +76,14 @@ pub struct Dissipation {
 
 impl Dissipation {
     /// Both together.
-    pub fn total(&self) -> f64 {
+    pub(crate) fn total(&self) -> f64 {
         self.mean_pattern + self.vibration
     }
 }
 
 /// Spectra of all fields, and the power that the forces' work dissipates; `None` where the response does not have a
 /// field.
-pub fn field_spectra(
+pub(crate) fn field_spectra(
     patch: &PatchSpectra,
     response: &TyreResponse<'_>,
     request: &SpectraRequest<'_>,
@@ -208,7 +208,7 @@ impl Dissipation {
 }
 
 /// Spectra of the fields whose velocities were heard of resolved forces, in their order.
-pub fn heard_spectra(patch: &PatchSpectra, fields: &[VibrationField], maps: bool) -> Vec<FieldSpectra> {
+pub(crate) fn heard_spectra(patch: &PatchSpectra, fields: &[VibrationField], maps: bool) -> Vec<FieldSpectra> {
     let layout = &patch.layout;
     let width = layout.wavenumbers();
     let of_field = |(place, &field): (usize, &VibrationField)| {
@@ -227,7 +227,7 @@ pub fn heard_spectra(patch: &PatchSpectra, fields: &[VibrationField], maps: bool
 }
 
 /// The power that resolved forces put in and the tyre dissipates.
-pub fn heard_dissipation(patch: &PatchSpectra) -> Dissipation {
+pub(crate) fn heard_dissipation(patch: &PatchSpectra) -> Dissipation {
     let layout = &patch.layout;
     let mut dissipation = Dissipation::default();
     for Line { bin, row, standing } in patch.lines() {
@@ -259,11 +259,11 @@ fn one_sided(layout: &SegmentLayout, powers: &[f64]) -> PowerSpectrum {
 }
 
 /// Spectrum at a point of the non-rotating frame.
-pub fn point_spectrum(patch: &PatchSpectra, point: usize) -> PowerSpectrum {
+pub(crate) fn point_spectrum(patch: &PatchSpectra, point: usize) -> PowerSpectrum {
     one_sided(&patch.layout, &patch.points[point])
 }
 
 /// Spectrum at an element, the mean pattern that passes it left out.
-pub fn element_spectrum(patch: &PatchSpectra, point: usize) -> PowerSpectrum {
+pub(crate) fn element_spectrum(patch: &PatchSpectra, point: usize) -> PowerSpectrum {
     one_sided(&patch.layout, &patch.elements[point])
 }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 /// One axis of a picture.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Axis {
+pub(crate) struct Axis {
     title: String,
     scale: Scale,
     range: Range<f64>,
@@ -28,7 +28,7 @@ const LARGEST_PLAIN: f64 = 1e6;
 
 impl Axis {
     /// A linear axis over exactly `range`, in the unit that `title` names. An empty or non-finite range becomes 0 to 1.
-    pub fn linear(title: impl Into<String>, range: Range<f64>) -> Self {
+    pub(crate) fn linear(title: impl Into<String>, range: Range<f64>) -> Self {
         let range = sound(range, 0.0..1.0);
         let step = round_step((range.end - range.start) / TICKS);
         let largest = range.start.abs().max(range.end.abs());
@@ -39,7 +39,7 @@ impl Axis {
 
     /// A linear axis that holds all of `values` with a margin, ends on round numbers and does not blow a constant up to
     /// noise.
-    pub fn linear_around(title: impl Into<String>, values: impl IntoIterator<Item = f64>) -> Self {
+    pub(crate) fn linear_around(title: impl Into<String>, values: impl IntoIterator<Item = f64>) -> Self {
         let (low, high) = extent(values);
         let margin = 0.05 * (high - low).max(1e-6 * high.abs().max(low.abs())).max(f64::MIN_POSITIVE);
         let step = round_step((high - low + 2.0 * margin) / TICKS);
@@ -48,7 +48,7 @@ impl Axis {
     }
 
     /// A logarithmic axis over exactly `range`; both ends positive, else 1 to 10.
-    pub fn logarithmic(title: impl Into<String>, range: Range<f64>) -> Self {
+    pub(crate) fn logarithmic(title: impl Into<String>, range: Range<f64>) -> Self {
         let range = sound(range, 1.0..10.0);
         let range = if range.start > 0.0 { range } else { 1.0..10.0 };
         let decades = range.end.log10().floor() as i32 - range.start.log10().floor() as i32;
@@ -78,7 +78,7 @@ impl Axis {
     }
 
     /// A logarithmic axis from `below` times the smallest to `above` times the largest of `values`.
-    pub fn logarithmic_around(
+    pub(crate) fn logarithmic_around(
         title: impl Into<String>,
         values: impl IntoIterator<Item = f64>,
         [below, above]: [f64; 2],
@@ -89,7 +89,7 @@ impl Axis {
 
     /// An axis from minus to plus `largest` that follows the root of the value: small ones are not lost beside large
     /// ones.
-    pub fn signed_root(title: impl Into<String>, largest: f64) -> Self {
+    pub(crate) fn signed_root(title: impl Into<String>, largest: f64) -> Self {
         let largest = if largest > 0.0 && largest.is_finite() { largest } else { 1.0 };
         // Labels of two digits: they stand beside a bar of colours, and the axis' title must have its place.
         let two_digits = |value: f64| {
@@ -107,7 +107,7 @@ impl Axis {
     }
 
     /// An axis of words, at 0, 1, 2, ...
-    pub fn of_words(title: impl Into<String>, words: &[&str]) -> Self {
+    pub(crate) fn of_words(title: impl Into<String>, words: &[&str]) -> Self {
         let ticks = words.iter().enumerate().map(|(place, word)| (place as f64, (*word).to_owned())).collect();
         Self::with_ticks(title, -0.5..words.len() as f64 - 0.5, ticks)
     }
@@ -119,12 +119,12 @@ impl Axis {
     }
 
     /// The axis' title, unit included.
-    pub fn title(&self) -> &str {
+    pub(crate) fn title(&self) -> &str {
         &self.title
     }
 
     /// Its two ends.
-    pub fn range(&self) -> Range<f64> {
+    pub(crate) fn range(&self) -> Range<f64> {
         self.range.clone()
     }
 
@@ -163,7 +163,7 @@ impl Axis {
 }
 
 /// A value with four digits.
-pub fn four_digits(value: f64) -> String {
+pub(crate) fn four_digits(value: f64) -> String {
     let size = value.abs();
     if (1e-3..1e6).contains(&size) {
         let decimals = (3 - size.log10().floor() as i32).max(0) as usize;

@@ -16,7 +16,7 @@ const BETWEEN: i32 = 70;
 
 /// One panel.
 #[derive(Clone, Debug)]
-pub struct ComparisonPanel {
+pub(crate) struct ComparisonPanel {
     /// Vertical axis.
     pub y: Axis,
     /// Points by name, in the order of the names.
@@ -27,7 +27,7 @@ pub struct ComparisonPanel {
 
 /// The picture. Points outside the frame are drawn at its edge; curves are cut there.
 #[derive(Clone, Debug)]
-pub struct ComparisonPlot<'a> {
+pub(crate) struct ComparisonPlot<'a> {
     /// Title over the picture.
     pub title: &'a str,
     /// Horizontal axis.
@@ -43,7 +43,7 @@ impl ComparisonPlot<'_> {
     ///
     /// # Errors
     /// [`PlotError::Draw`].
-    pub fn to_svg(&self) -> Result<String, PlotError> {
+    pub(crate) fn to_svg(&self) -> Result<String, PlotError> {
         let frames: Vec<Frame> = (0..self.panels.len() as i32)
             .map(|panel| {
                 let top = TOP + panel * (HEIGHT + BETWEEN);

@@ -10,7 +10,7 @@ use super::heat_map::{Colours, HeatMap, MOST_ROWS};
 
 /// The arrays of a run as they lie in the results folder, and what is needed to place them.
 #[derive(Clone, Debug)]
-pub struct ForceMap<'a> {
+pub(crate) struct ForceMap<'a> {
     /// Title over the picture.
     pub title: &'a str,
     /// Time of each step \[s\], rising.
@@ -34,7 +34,7 @@ impl ForceMap<'_> {
     ///
     /// # Errors
     /// [`PlotError::Shape`] if the arrays differ in length or no step lies in the time shown, [`PlotError::Draw`].
-    pub fn to_svg(&self) -> Result<String, PlotError> {
+    pub(crate) fn to_svg(&self) -> Result<String, PlotError> {
         let picture = "the forces over patch and time";
         let steps = self.force.nrows();
         for (quantity, got) in [("time", self.time.len()), ("first elements", self.first_element.len())] {

@@ -15,9 +15,9 @@ use super::colour::{diverging, viridis};
 use super::lines::cut;
 
 /// Most cells along x that are drawn.
-pub const MOST_COLUMNS: usize = 400;
+pub(crate) const MOST_COLUMNS: usize = 400;
 /// Most cells along y that are drawn.
-pub const MOST_ROWS: usize = 300;
+pub(crate) const MOST_ROWS: usize = 300;
 /// Colours that are told apart.
 const LEVELS: usize = 64;
 const NO_VALUE: RGBColor = RGBColor(200, 200, 200);
@@ -26,7 +26,7 @@ const CURVE: RGBColor = RGBColor(255, 255, 255);
 
 /// Which colours values get.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Colours {
+pub(crate) enum Colours {
     /// One after the other from the smallest value to the largest.
     Extent,
     /// The same between two values.
@@ -38,7 +38,7 @@ pub enum Colours {
 
 /// A field to be drawn in colours. Cells without a value (NaN) are grey.
 #[derive(Clone, Debug)]
-pub struct HeatMap<'a> {
+pub(crate) struct HeatMap<'a> {
     /// Title over the picture.
     pub title: &'a str,
     /// Horizontal axis; its range is that of all columns, outer edge to outer edge.
@@ -60,7 +60,7 @@ impl HeatMap<'_> {
     ///
     /// # Errors
     /// [`PlotError::Shape`] without cells, [`PlotError::Draw`].
-    pub fn to_svg(&self) -> Result<String, PlotError> {
+    pub(crate) fn to_svg(&self) -> Result<String, PlotError> {
         self.to_svg_under(&[])
     }
 
@@ -68,7 +68,7 @@ impl HeatMap<'_> {
     ///
     /// # Errors
     /// As [`Self::to_svg`].
-    pub fn to_svg_under(&self, curves: &[Vec<(f64, f64)>]) -> Result<String, PlotError> {
+    pub(crate) fn to_svg_under(&self, curves: &[Vec<(f64, f64)>]) -> Result<String, PlotError> {
         let picture = "a colour map";
         if self.values.is_empty() {
             return Err(PlotError::Shape { picture, quantity: "the field", expected: 1, got: 0 });

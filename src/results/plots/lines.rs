@@ -19,7 +19,7 @@ const STRIPS: usize = 120;
 
 /// One curve.
 #[derive(Clone, Debug)]
-pub struct Series<'a> {
+pub(crate) struct Series<'a> {
     /// Name in the legend; empty: not listed.
     pub name: &'a str,
     /// Points in the units of the axes; those without a place on them (NaN, a logarithm of 0) interrupt the curve.
@@ -28,7 +28,7 @@ pub struct Series<'a> {
 
 /// A line plot.
 #[derive(Clone, Debug)]
-pub struct LinePlot<'a> {
+pub(crate) struct LinePlot<'a> {
     /// Title over the picture.
     pub title: &'a str,
     /// Horizontal axis.
@@ -44,7 +44,7 @@ impl LinePlot<'_> {
     ///
     /// # Errors
     /// [`PlotError::Draw`].
-    pub fn to_svg(&self) -> Result<String, PlotError> {
+    pub(crate) fn to_svg(&self) -> Result<String, PlotError> {
         self.to_svg_vouched(|_, _| true)
     }
 
@@ -53,7 +53,7 @@ impl LinePlot<'_> {
     ///
     /// # Errors
     /// [`PlotError::Draw`].
-    pub fn to_svg_vouched(&self, vouched: impl Fn(usize, usize) -> bool) -> Result<String, PlotError> {
+    pub(crate) fn to_svg_vouched(&self, vouched: impl Fn(usize, usize) -> bool) -> Result<String, PlotError> {
         let listed: Vec<(usize, &str)> =
             self.series.iter().map(|series| series.name).enumerate().filter(|(_, name)| !name.is_empty()).collect();
         let legend = legend_width(listed.iter().map(|(_, name)| *name));

@@ -3,33 +3,33 @@
 //! Each picture is a plain value with a `to_svg`; [`super::files::ResultFiles::write_text`] or the caller writes the
 //! text.
 
-pub mod axis;
+pub(crate) mod axis;
 mod canvas;
 mod colour;
-pub mod comparison;
-pub mod force_map;
-pub mod heat_map;
-pub mod lines;
-pub mod patch_map;
-pub mod points;
-pub mod polar;
+pub(crate) mod comparison;
+pub(crate) mod force_map;
+pub(crate) mod heat_map;
+pub(crate) mod lines;
+pub(crate) mod patch_map;
+pub(crate) mod points;
+pub(crate) mod polar;
 mod road_map;
-pub mod share_map;
-pub mod third_octaves;
-pub mod wavenumber_map;
-pub mod work_precision;
+pub(crate) mod share_map;
+pub(crate) mod third_octaves;
+pub(crate) mod wavenumber_map;
+pub(crate) mod work_precision;
 
-pub use axis::{Axis, four_digits};
+pub(crate) use axis::{Axis, four_digits};
 pub use canvas::PlotError;
-pub use comparison::{ComparisonPanel, ComparisonPlot};
-pub use force_map::ForceMap;
-pub use heat_map::{Colours, HeatMap};
-pub use lines::{LinePlot, Series};
-pub use patch_map::PatchMap;
-pub use points::{PointPlot, PointSeries};
-pub use polar::PolarPlot;
-pub use road_map::road_map;
-pub use share_map::ShareMap;
-pub use third_octaves::ThirdOctavePlot;
-pub use wavenumber_map::WavenumberPlot;
-pub use work_precision::{WorkPrecisionPanel, WorkPrecisionPlot};
+pub(crate) use comparison::{ComparisonPanel, ComparisonPlot};
+pub(crate) use force_map::ForceMap;
+pub(crate) use heat_map::{Colours, HeatMap};
+pub(crate) use lines::{LinePlot, Series};
+pub(crate) use patch_map::PatchMap;
+pub(crate) use points::{PointPlot, PointSeries};
+pub(crate) use polar::PolarPlot;
+pub(crate) use road_map::road_map;
+pub(crate) use share_map::ShareMap;
+pub(crate) use third_octaves::ThirdOctavePlot;
+pub(crate) use wavenumber_map::WavenumberPlot;
+pub(crate) use work_precision::{WorkPrecisionPanel, WorkPrecisionPlot};

@@ -11,7 +11,7 @@ const ASPECTS: (f64, f64) = (0.3, 1.2);
 
 /// A field over the cells of the contact window.
 #[derive(Clone, Debug)]
-pub struct PatchMap<'a> {
+pub(crate) struct PatchMap<'a> {
     /// Title over the picture.
     pub title: &'a str,
     /// Quantity of the colours, unit included.
@@ -29,7 +29,7 @@ impl PatchMap<'_> {
     ///
     /// # Errors
     /// [`PlotError::Shape`] without cells, [`PlotError::Draw`].
-    pub fn to_svg(&self) -> Result<String, PlotError> {
+    pub(crate) fn to_svg(&self) -> Result<String, PlotError> {
         let Self { title, quantity, values, first_position, size: [dx, dy] } = self;
         let (along, across) = values.dim();
         let begin = 1e3 * (first_position - 0.5 * dx);

@@ -12,7 +12,7 @@ const REACH: i32 = 20;
 
 /// Points of one kind.
 #[derive(Clone, Debug)]
-pub struct PointSeries<'a> {
+pub(crate) struct PointSeries<'a> {
     /// Name in the legend; empty: not listed.
     pub name: &'a str,
     /// Places, values and half the width of each value's interval, in the units of the axes.
@@ -21,7 +21,7 @@ pub struct PointSeries<'a> {
 
 /// A plot of points; where several share a place a line goes through their means.
 #[derive(Clone, Debug)]
-pub struct PointPlot<'a> {
+pub(crate) struct PointPlot<'a> {
     /// Title over the picture.
     pub title: &'a str,
     /// Horizontal axis.
@@ -37,7 +37,7 @@ impl PointPlot<'_> {
     ///
     /// # Errors
     /// [`PlotError::Draw`].
-    pub fn to_svg(&self) -> Result<String, PlotError> {
+    pub(crate) fn to_svg(&self) -> Result<String, PlotError> {
         let listed: Vec<(usize, &str)> =
             self.series.iter().map(|series| series.name).enumerate().filter(|(_, name)| !name.is_empty()).collect();
         let frame = Frame::of(85..765, 50..490);

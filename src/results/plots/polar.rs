@@ -19,7 +19,7 @@ const REACH: f64 = 5.0;
 
 /// A directivity.
 #[derive(Clone, Debug)]
-pub struct PolarPlot<'a> {
+pub(crate) struct PolarPlot<'a> {
     /// Title over the picture.
     pub title: &'a str,
     /// Source of the sound.
@@ -35,7 +35,7 @@ impl PolarPlot<'_> {
     ///
     /// # Errors
     /// [`PlotError::Draw`].
-    pub fn to_svg(&self) -> Result<String, PlotError> {
+    pub(crate) fn to_svg(&self) -> Result<String, PlotError> {
         let level = self.axis();
         let listed: Vec<(usize, &str)> =
             self.series.iter().map(|series| series.name).enumerate().filter(|(_, name)| !name.is_empty()).collect();

@@ -16,7 +16,7 @@ const ASPECTS: (f64, f64) = (0.22, 0.9);
 ///
 /// # Errors
 /// [`PlotError::Shape`] without points, [`PlotError::Draw`].
-pub fn road_map(
+pub(crate) fn road_map(
     title: &str,
     heights: ArrayView2<'_, f64>,
     start: f64,

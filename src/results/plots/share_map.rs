@@ -15,7 +15,7 @@ const RANGE: std::ops::Range<f64> = -0.6..1.6;
 
 /// Shares added up, one row a frequency.
 #[derive(Clone, Debug)]
-pub struct ShareMap<'a> {
+pub(crate) struct ShareMap<'a> {
     /// Title over the picture.
     pub title: &'a str,
     /// Coordinate along which shares add up; its range is that of all shares of a row, outer edge to outer edge.
@@ -35,7 +35,7 @@ impl ShareMap<'_> {
     ///
     /// # Errors
     /// [`PlotError::Shape`] for fewer than two frequencies or rows that are no shares, [`PlotError::Draw`].
-    pub fn to_svg(&self) -> Result<String, PlotError> {
+    pub(crate) fn to_svg(&self) -> Result<String, PlotError> {
         let picture = "a map of shares";
         let (expected, got) = (self.frequencies.len().max(2), self.so_far.len());
         if got != expected {

@@ -11,7 +11,7 @@ const DEEPEST: f64 = 90.0;
 
 /// One or several spectra over common bands.
 #[derive(Clone, Debug)]
-pub struct ThirdOctavePlot<'a> {
+pub(crate) struct ThirdOctavePlot<'a> {
     /// Title over the picture.
     pub title: &'a str,
     /// Quantity of the levels, reference included: `Force level [dB re 1 N]`.
@@ -27,7 +27,7 @@ impl ThirdOctavePlot<'_> {
     ///
     /// # Errors
     /// [`PlotError::Shape`] without a band, [`PlotError::Draw`].
-    pub fn to_svg(&self) -> Result<String, PlotError> {
+    pub(crate) fn to_svg(&self) -> Result<String, PlotError> {
         let picture = "a third-octave spectrum";
         let bands = || self.spectra.iter().flat_map(|(_, levels)| levels.iter()).map(|level| level.band.0);
         let (Some(first), Some(last)) = (bands().min(), bands().max()) else {

@@ -17,7 +17,7 @@ const DEEPEST: f64 = 70.0;
 
 /// A map with what is needed to place it.
 #[derive(Clone, Debug)]
-pub struct WavenumberPlot<'a> {
+pub(crate) struct WavenumberPlot<'a> {
     /// Title over the picture.
     pub title: &'a str,
     /// The map.
@@ -34,7 +34,7 @@ impl WavenumberPlot<'_> {
     ///
     /// # Errors
     /// [`PlotError::Shape`] for a map without cells, [`PlotError::Draw`].
-    pub fn to_svg(&self) -> Result<String, PlotError> {
+    pub(crate) fn to_svg(&self) -> Result<String, PlotError> {
         let picture = "a map over wavenumber and frequency";
         let WavenumberMap { wavenumbers, row_width, ref density } = *self.map;
         let rows = density.len() / wavenumbers.max(1);

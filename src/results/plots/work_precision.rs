@@ -22,7 +22,7 @@ const LINE: i32 = 60;
 
 /// One panel: errors against one kind of cost. Errors below the axis are drawn at its end.
 #[derive(Clone, Debug)]
-pub struct WorkPrecisionPanel<'a> {
+pub(crate) struct WorkPrecisionPanel<'a> {
     /// The cost's axis.
     pub cost: Axis,
     /// One curve for each knob; cost and error.
@@ -37,7 +37,7 @@ pub struct WorkPrecisionPanel<'a> {
 
 /// The picture.
 #[derive(Clone, Debug)]
-pub struct WorkPrecisionPlot<'a> {
+pub(crate) struct WorkPrecisionPlot<'a> {
     /// Title over everything.
     pub title: &'a str,
     /// The error's axis.
@@ -55,7 +55,7 @@ impl WorkPrecisionPlot<'_> {
     ///
     /// # Errors
     /// [`PlotError::Draw`].
-    pub fn to_svg(&self) -> Result<String, PlotError> {
+    pub(crate) fn to_svg(&self) -> Result<String, PlotError> {
         let knobs = self.knobs.iter().enumerate();
         let knobs = knobs.map(|(index, name)| (*name, colour::line(index), Some((Form::of_curve(index), WHITE))));
         let others = [

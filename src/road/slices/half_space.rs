@@ -15,7 +15,7 @@ use crate::half_space::{GrowingContact, LineInfluence};
 /// Length along the road of the cells that carry a line's pressure \[m\]: a property of the law, not of the element, or
 /// a line would grow softer across with every refinement and S had no limit. Stones of asphalt, and its shortest waves
 /// that carry energy, are 4 to 8 mm long; elements were about 4 mm long where both laws were compared.
-pub const CELL_LENGTH: f64 = 4e-3;
+pub(crate) const CELL_LENGTH: f64 = 4e-3;
 
 /// The half-space curve of finite heights \[m\], line by line, one per cell of `line`; the rest is scratch.
 pub(super) fn curve(

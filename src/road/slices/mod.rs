@@ -3,15 +3,15 @@
 //! A `builder` turns heights into a `curve` by one of the laws `winkler` and `half_space`, `reduce` leaves breakpoints
 //! out within a tolerance, [`statistics`] tells how the curves of a road spread.
 
-mod builder;
-mod curve;
+pub(crate) mod builder;
+pub(crate) mod curve;
 mod error;
 mod half_space;
 mod reduce;
-pub mod statistics;
+pub(crate) mod statistics;
 mod winkler;
 
-pub use builder::{SliceBuilder, SliceScratch};
+pub(crate) use builder::{SliceBuilder, SliceScratch};
 pub use curve::StiffnessCurve;
 pub use error::SliceError;
-pub use half_space::CELL_LENGTH;
+pub(crate) use half_space::CELL_LENGTH;

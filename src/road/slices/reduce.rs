@@ -17,7 +17,7 @@ use super::StiffnessCurve;
 
 /// The curve with the fewest breakpoints within `tolerance` \[m\] of `curve`, its `error` the largest |S_reduced - S|
 /// over all y >= 0, found at the breakpoints of both; `tolerance` <= 0 leaves the curve as it is.
-pub fn reduce(curve: StiffnessCurve, tolerance: f64) -> StiffnessCurve {
+pub(super) fn reduce(curve: StiffnessCurve, tolerance: f64) -> StiffnessCurve {
     if tolerance <= 0.0 || curve.penetration.is_empty() {
         return curve;
     }
@@ -75,7 +75,7 @@ pub fn reduce(curve: StiffnessCurve, tolerance: f64) -> StiffnessCurve {
 
 /// Largest difference of two curves of equal final slope: it is attained at a breakpoint of either. Cost: linear in
 /// breakpoints.
-pub fn largest_difference(a: &StiffnessCurve, b: &StiffnessCurve) -> f64 {
+pub(super) fn largest_difference(a: &StiffnessCurve, b: &StiffnessCurve) -> f64 {
     one_way(a, b).max(one_way(b, a))
 }
 

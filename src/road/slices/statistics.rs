@@ -6,7 +6,7 @@ use super::StiffnessCurve;
 
 /// Spread of one quantity over the slices of a road.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Spread {
+pub(crate) struct Spread {
     /// Arithmetic mean.
     pub mean: f64,
     /// 5 % of the slices lie below.
@@ -19,7 +19,7 @@ pub struct Spread {
 
 /// The slices of a road at one penetration past each one's own highest point.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct LevelStatistics {
+pub(crate) struct LevelStatistics {
     /// Penetration y \[m\].
     pub penetration: f64,
     /// S(y) \[m\].
@@ -30,7 +30,7 @@ pub struct LevelStatistics {
 }
 
 /// Statistics of curves at each of `penetrations` \[m\]; None without curves.
-pub fn statistics(curves: &[StiffnessCurve], penetrations: &[f64]) -> Option<Vec<LevelStatistics>> {
+pub(crate) fn statistics(curves: &[StiffnessCurve], penetrations: &[f64]) -> Option<Vec<LevelStatistics>> {
     let mut values = Vec::with_capacity(curves.len());
     penetrations
         .iter()

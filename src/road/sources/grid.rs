@@ -14,7 +14,7 @@ const MISSING_ALLOWED: f64 = 0.2;
 ///
 /// # Errors
 /// As [`read`], as far as the header tells.
-pub fn columns(spec: &GridRoad) -> Result<usize, RoadError> {
+pub(super) fn columns(spec: &GridRoad) -> Result<usize, RoadError> {
     Ok(open(spec)?.1.1)
 }
 
@@ -41,7 +41,12 @@ fn open(spec: &GridRoad) -> Result<(Array, (usize, usize)), RoadError> {
 /// # Errors
 /// Not a complete two-dimensional array of floating-point numbers; infinite heights, too many missing, or an
 /// implausible span; too large.
-pub fn read(spec: &GridRoad, contact_width: f64, limit: u64, report: &mut RoadReport) -> Result<HeightMap, RoadError> {
+pub(super) fn read(
+    spec: &GridRoad,
+    contact_width: f64,
+    limit: u64,
+    report: &mut RoadReport,
+) -> Result<HeightMap, RoadError> {
     let path = &spec.file;
     positive("road.dx", spec.dx)?;
     positive("road.dy", spec.dy)?;

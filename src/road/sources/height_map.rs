@@ -9,7 +9,7 @@ use crate::road::report::RoadNote;
 use crate::road::texture::line_of;
 
 /// Heights that span more than this are no texture alone \[m\].
-pub const LARGE_SPAN: f64 = 0.1;
+pub(crate) const LARGE_SPAN: f64 = 0.1;
 /// Largest span of heights that can be a texture's \[m\].
 const LARGEST_SPAN: f64 = 0.5;
 
@@ -117,13 +117,13 @@ impl HeightMap {
 }
 
 /// Refuses a spacing \[m\] that no instrument has: a unit or a scale is wrong.
-pub fn plausible_spacing(spacing: f64) -> Result<(), FileFault> {
+pub(crate) fn plausible_spacing(spacing: f64) -> Result<(), FileFault> {
     let [least, most] = SPACINGS;
     if (least..=most).contains(&spacing) { Ok(()) } else { Err(FileFault::ImplausibleSpacing { spacing, least, most }) }
 }
 
 /// Subtracts the least-squares plane from a row-major map.
-pub fn remove_plane(heights: &mut [f64], columns: usize) {
+pub(crate) fn remove_plane(heights: &mut [f64], columns: usize) {
     let means: Vec<f64> = heights.chunks_exact(columns).map(|row| row.iter().sum::<f64>() / columns as f64).collect();
     let mut across = vec![0.0; columns];
     for row in heights.chunks_exact(columns) {
@@ -142,7 +142,7 @@ pub fn remove_plane(heights: &mut [f64], columns: usize) {
 }
 
 /// An index reflected at the ends of 0..count, the end samples not doubled.
-pub fn reflected(index: i64, count: i64) -> usize {
+pub(crate) fn reflected(index: i64, count: i64) -> usize {
     if (0..count).contains(&index) {
         return index as usize;
     }
@@ -155,7 +155,7 @@ pub fn reflected(index: i64, count: i64) -> usize {
 }
 
 /// Which heights are missing (NaN); empty where none is.
-pub fn missing(heights: &[f64]) -> Vec<bool> {
+pub(crate) fn missing(heights: &[f64]) -> Vec<bool> {
     let all = || heights.iter().map(|height| height.is_nan());
     if all().any(|hole| hole) { all().collect() } else { Vec::new() }
 }
@@ -165,7 +165,7 @@ pub fn missing(heights: &[f64]) -> Vec<bool> {
 ///
 /// # Errors
 /// More than the share `allowed` is missing.
-pub fn fill_missing(
+pub(crate) fn fill_missing(
     path: &Path,
     heights: &mut [f64],
     columns: usize,
@@ -204,7 +204,7 @@ pub fn fill_missing(
 }
 
 /// Interpolates NaN runs linearly; runs at the ends take the nearest valid value if `hold`. A line of NaN alone stays.
-pub fn fill_line(line: &mut [f64], hold: bool) {
+pub(crate) fn fill_line(line: &mut [f64], hold: bool) {
     let mut last: Option<usize> = None;
     for index in 0..line.len() {
         if line[index].is_nan() {
@@ -235,6 +235,7 @@ pub fn fill_line(line: &mut [f64], hold: bool) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::road::error::RoadFileFault;
 
     const N: f64 = f64::NAN;
 
@@ -248,7 +249,7 @@ mod tests {
         let refused = fill_missing(Path::new("x"), &mut [1.0, N, N, N], 2, 0.5, &mut notes);
         assert!(matches!(
             refused,
-            Err(RoadError::File { fault: FileFault::TooManyMissing { missing: 3, total: 4, .. }, .. })
+            Err(RoadError::File { fault: RoadFileFault(FileFault::TooManyMissing { missing: 3, total: 4, .. }), .. })
         ));
     }
 

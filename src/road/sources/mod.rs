@@ -4,8 +4,8 @@
 //! [`height_map`]; a [`made`] one, or an isotropic one with a profile's levels, is a design, drawn as it is needed.
 
 mod grid;
-pub mod height_map;
-pub mod made;
+pub(crate) mod height_map;
+pub(crate) mod made;
 pub(super) mod opencrg;
 pub(super) mod profile;
 mod signature;
@@ -40,7 +40,7 @@ impl Source {
     ///
     /// # Errors
     /// Errors of the road's file and of the spectrum asked for.
-    pub fn read(spec: &Road, lattice: Lattice, bytes: u64, report: &mut RoadReport) -> Result<Self, RoadError> {
+    pub(super) fn read(spec: &Road, lattice: Lattice, bytes: u64, report: &mut RoadReport) -> Result<Self, RoadError> {
         lattice.check()?;
         let (map, at_end) = match spec {
             Road::Smooth => return Ok(Self::Smooth),

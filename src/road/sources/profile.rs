@@ -43,7 +43,7 @@ struct Point {
 ///
 /// # Errors
 /// No such file, no numbers where they should be (with line and column), no units, too few points, too many missing.
-pub fn read(spec: &ProfileRoad, limit: u64, report: &mut RoadReport) -> Result<HeightMap, RoadError> {
+pub(crate) fn read(spec: &ProfileRoad, limit: u64, report: &mut RoadReport) -> Result<HeightMap, RoadError> {
     let path = &spec.file;
     let fault = |fault| RoadError::file(path, fault);
     let bytes = input::read(path, limit / GROWTH).map_err(|error| match error {

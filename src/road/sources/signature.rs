@@ -15,7 +15,7 @@ const SIGNATURES: [Signature; 3] = [
 ///
 /// # Errors
 /// [`FileFault::OtherKind`].
-pub fn refuse_other_kinds(bytes: &[u8], wanted: &str) -> Result<(), FileFault> {
+pub(super) fn refuse_other_kinds(bytes: &[u8], wanted: &str) -> Result<(), FileFault> {
     let is_found = |&(mark, within, ..): &Signature| {
         let head = &bytes[..bytes.len().min(within)];
         head.windows(mark.len()).any(|window| window == mark)

@@ -18,7 +18,7 @@ fn handmade(name: &str) -> PathBuf {
 
 fn fault(path: &std::path::Path) -> FileFault {
     match Crg::read(path, 1 << 30) {
-        Err(RoadError::File { fault, .. }) => fault,
+        Err(RoadError::File { fault, .. }) => fault.0,
         other => panic!("{other:?}"),
     }
 }

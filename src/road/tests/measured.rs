@@ -170,63 +170,90 @@ fn faulty_profiles_are_refused_with_the_place() {
         number += 1;
         refused(&Road::Profile(profile(write(&folder, &format!("{number}.csv"), text))), line())
     };
-    assert!(matches!(fault(b""), RoadError::File { fault: FileFault::TooFewPoints { found: 0, .. }, .. }));
-    assert!(matches!(fault(b"s,z\n"), RoadError::File { fault: FileFault::TooFewPoints { found: 0, .. }, .. }));
-    assert!(matches!(fault(b"0,1\n1,2\n"), RoadError::File { fault: FileFault::TooFewPoints { found: 2, .. }, .. }));
+    assert!(matches!(
+        fault(b""),
+        RoadError::File { fault: RoadFileFault(FileFault::TooFewPoints { found: 0, .. }), .. }
+    ));
+    assert!(matches!(
+        fault(b"s,z\n"),
+        RoadError::File { fault: RoadFileFault(FileFault::TooFewPoints { found: 0, .. }), .. }
+    ));
+    assert!(matches!(
+        fault(b"0,1\n1,2\n"),
+        RoadError::File { fault: RoadFileFault(FileFault::TooFewPoints { found: 2, .. }), .. }
+    ));
     match fault(b"s,z\n0,1\n0.1,2\n0.2,wet\n") {
-        RoadError::File { fault: FileFault::NotANumber { line: 4, column: 2, role: "height", found, .. }, .. } => {
+        RoadError::File {
+            fault: RoadFileFault(FileFault::NotANumber { line: 4, column: 2, role: "height", found, .. }),
+            ..
+        } => {
             assert_eq!(found, "wet")
         }
         other => panic!("{other}"),
     }
     assert!(matches!(
         fault(b"s,z\n0,1\nfar,2\n"),
-        RoadError::File { fault: FileFault::NotANumber { line: 3, column: 1, role: "distance", .. }, .. }
+        RoadError::File {
+            fault: RoadFileFault(FileFault::NotANumber { line: 3, column: 1, role: "distance", .. }),
+            ..
+        }
     ));
     assert!(matches!(
         fault(b"0,1\n1,inf\n"),
-        RoadError::File { fault: FileFault::NotANumber { line: 2, column: 2, .. }, .. }
+        RoadError::File { fault: RoadFileFault(FileFault::NotANumber { line: 2, column: 2, .. }), .. }
     ));
     assert!(matches!(
         fault(b"0 1\n1 2\n"),
-        RoadError::File { fault: FileFault::NotANumber { .. }, .. }
-            | RoadError::File { fault: FileFault::MissingCell { .. }, .. }
+        RoadError::File { fault: RoadFileFault(FileFault::NotANumber { .. }), .. }
+            | RoadError::File { fault: RoadFileFault(FileFault::MissingCell { .. }), .. }
     ));
     assert!(matches!(
         fault(b"\xff\xfe\x00garbage\n\x01\x02"),
-        RoadError::File { fault: FileFault::NotANumber { .. }, .. }
-            | RoadError::File { fault: FileFault::MissingCell { .. }, .. }
+        RoadError::File { fault: RoadFileFault(FileFault::NotANumber { .. }), .. }
+            | RoadError::File { fault: RoadFileFault(FileFault::MissingCell { .. }), .. }
     ));
     let metres: String = (0..100).map(|i| format!("{},{}\n", 0.01 * f64::from(i), 1e3 * f64::from(i % 7))).collect();
-    assert!(matches!(fault(metres.as_bytes()), RoadError::File { fault: FileFault::ImplausibleHeights { .. }, .. }));
+    assert!(matches!(
+        fault(metres.as_bytes()),
+        RoadError::File { fault: RoadFileFault(FileFault::ImplausibleHeights { .. }), .. }
+    ));
     let holes: String =
         (0..100).map(|i| format!("{},{}\n", 0.01 * f64::from(i), if i % 2 == 0 { "" } else { "1" })).collect();
     assert!(matches!(
         fault(holes.as_bytes()),
-        RoadError::File { fault: FileFault::TooManyMissing { missing: 50, .. }, .. }
+        RoadError::File { fault: RoadFileFault(FileFault::TooManyMissing { missing: 50, .. }), .. }
     ));
     let outlier: String = (0..50).map(|i| format!("{},1\n", if i == 49 { 1e15 } else { f64::from(i) })).collect();
     assert!(
-        matches!(fault(outlier.as_bytes()), RoadError::File { fault: FileFault::TooManyMissing { .. }, .. }),
+        matches!(
+            fault(outlier.as_bytes()),
+            RoadError::File { fault: RoadFileFault(FileFault::TooManyMissing { .. }), .. }
+        ),
         "must not be filled with 1e15 points"
     );
     let absent = Road::Profile(profile(folder.path().join("absent.csv")));
     assert!(refused(&absent, line()).to_string().contains("absent.csv"));
     let directory = Road::Profile(profile(folder.path().to_owned()));
-    assert!(matches!(refused(&directory, line()), RoadError::File { fault: FileFault::Io(_), .. }));
+    assert!(matches!(refused(&directory, line()), RoadError::File { fault: RoadFileFault(FileFault::Io(_)), .. }));
     let captif = fault(
         b"Road Name\tCAPTIF\t\n*****DATA*****\t\t\nData Point No:\tDistance (mm)\tDepth (mm)\n1\t0.0\t1.0\n2\tx\t1.0\n",
     );
     assert!(
-        matches!(captif, RoadError::File { fault: FileFault::NotANumber { line: 5, column: 2, .. }, .. }),
+        matches!(
+            captif,
+            RoadError::File { fault: RoadFileFault(FileFault::NotANumber { line: 5, column: 2, .. }), .. }
+        ),
         "{captif}"
     );
     let unit = fault(b"*****DATA*****\t\t\nData Point No:\tDistance (furlong)\tDepth (mm)\n");
-    assert!(matches!(unit, RoadError::File { fault: FileFault::UnknownUnit { line: 2, .. }, .. }), "{unit}");
+    assert!(
+        matches!(unit, RoadError::File { fault: RoadFileFault(FileFault::UnknownUnit { line: 2, .. }), .. }),
+        "{unit}"
+    );
     let large = Road::Profile(profile(write(&folder, "large.csv", b"0,1\n")));
     assert!(matches!(
         RoadSurface::open(&large, line(), Limits { bytes: 3 }),
-        Err(RoadError::File { fault: FileFault::TooLarge { needed: 64, limit: 3 }, .. })
+        Err(RoadError::File { fault: RoadFileFault(FileFault::TooLarge { needed: 64, limit: 3 }), .. })
     ));
 }
 
@@ -277,36 +304,42 @@ fn faulty_grids_are_refused() {
     };
     let level = |count: usize| (0..count).map(|i| 1e-4 * i as f64);
     let order = npyz::Order::C;
-    assert!(matches!(fault(&npy(&[40], order, level(40))), RoadError::File { fault: FileFault::NpyShape { .. }, .. }));
+    assert!(matches!(
+        fault(&npy(&[40], order, level(40))),
+        RoadError::File { fault: RoadFileFault(FileFault::NpyShape { .. }), .. }
+    ));
     assert!(matches!(
         fault(&npy(&[2, 5, 4], order, level(40))),
-        RoadError::File { fault: FileFault::NpyShape { .. }, .. }
+        RoadError::File { fault: RoadFileFault(FileFault::NpyShape { .. }), .. }
     ));
     assert!(matches!(
         fault(&npy(&[10, 4], order, 0..40_i32)),
-        RoadError::File { fault: FileFault::NpyType { .. }, .. }
+        RoadError::File { fault: RoadFileFault(FileFault::NpyType { .. }), .. }
     ));
-    assert!(matches!(fault(b"not an array"), RoadError::File { fault: FileFault::Npy(_), .. }));
+    assert!(matches!(fault(b"not an array"), RoadError::File { fault: RoadFileFault(FileFault::Npy(_)), .. }));
     let whole = npy(&[10, 4], order, level(40));
-    assert!(matches!(fault(&whole[..whole.len() - 3]), RoadError::File { fault: FileFault::Npy(_), .. }), "cut off");
+    assert!(
+        matches!(fault(&whole[..whole.len() - 3]), RoadError::File { fault: RoadFileFault(FileFault::Npy(_)), .. }),
+        "cut off"
+    );
     let with =
         |value: f64| npy(&[10, 4], order, level(40).enumerate().map(move |(i, z)| if i == 22 { value } else { z }));
     assert!(matches!(
         fault(&with(f64::INFINITY)),
-        RoadError::File { fault: FileFault::Infinite { row: 5, column: 2, .. }, .. }
+        RoadError::File { fault: RoadFileFault(FileFault::Infinite { row: 5, column: 2, .. }), .. }
     ));
     let millimetres = fault(&npy(&[10, 4], order, level(40).map(|z| 1e3 * z)));
     assert!(
-        matches!(millimetres, RoadError::File { fault: FileFault::ImplausibleHeights { .. }, .. })
+        matches!(millimetres, RoadError::File { fault: RoadFileFault(FileFault::ImplausibleHeights { .. }), .. })
             && millimetres.to_string().contains("millimetres")
     );
     assert!(matches!(
         fault(&npy(&[10, 4], order, (0..40).map(|_| f64::NAN))),
-        RoadError::File { fault: FileFault::TooManyMissing { missing: 40, .. }, .. }
+        RoadError::File { fault: RoadFileFault(FileFault::TooManyMissing { missing: 40, .. }), .. }
     ));
     let mut complex = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
     complex.extend(format!("{:<117}\n", "{'descr': '<c16', 'fortran_order': False, 'shape': (10, 4), }").bytes());
-    assert!(matches!(fault(&complex), RoadError::File { fault: FileFault::NpyType { .. }, .. }));
+    assert!(matches!(fault(&complex), RoadError::File { fault: RoadFileFault(FileFault::NpyType { .. }), .. }));
     let holes = Road::Grid(grid(write(&folder, "h.npy", &with(f64::NAN)), 0.004, 0.05));
     let mut road = open(&holes, Lattice { dx: 0.004, along: 1, dy: 0.05, columns: 4 });
     assert_eq!(road.report().missing, 1);
@@ -319,7 +352,7 @@ fn faulty_grids_are_refused() {
     let few = Road::Grid(grid(folder.path().join("h.npy"), 0.004, 0.05));
     assert!(matches!(
         RoadSurface::open(&few, Lattice { dx: 0.004, along: 1, dy: 0.05, columns: 4 }, Limits { bytes: 100 }),
-        Err(RoadError::File { fault: FileFault::TooLarge { .. }, .. })
+        Err(RoadError::File { fault: RoadFileFault(FileFault::TooLarge { .. }), .. })
     ));
 }
 

@@ -10,6 +10,7 @@ use std::path::PathBuf;
 
 use npyz::WriterBuilder;
 
+use super::error::RoadFileFault;
 use super::file_fault::FileFault;
 use super::report::RoadNote;
 use super::*;

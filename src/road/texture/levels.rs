@@ -19,31 +19,31 @@ const REFERENCE_HEIGHT: f64 = 1e-6;
 const WAVELENGTHS_NEEDED: f64 = 12.0;
 
 /// Level that stands for none, dB re 1e-6 m: a hundred-thousandth of a micrometre.
-pub const LOWEST_LEVEL: f64 = -100.0;
+pub(crate) const LOWEST_LEVEL: f64 = -100.0;
 
 /// Exact mid-wavelength of third-octave band `band` \[m\]: 10^(band/10).
-pub fn mid_wavelength(band: i32) -> f64 {
+pub(crate) fn mid_wavelength(band: i32) -> f64 {
     10_f64.powf(f64::from(band) / 10.0)
 }
 
 /// Number of the band whose mid-wavelength is nearest on the logarithmic scale.
-pub fn nearest_band(wavelength: f64) -> i32 {
+pub(crate) fn nearest_band(wavelength: f64) -> i32 {
     (10.0 * wavelength.log10()).round() as i32
 }
 
 /// Lower and upper edge of a band in wavenumber (cycles per metre).
-pub fn band_edges(band: i32) -> (f64, f64) {
+pub(crate) fn band_edges(band: i32) -> (f64, f64) {
     let mid = 1.0 / mid_wavelength(band);
     (mid * 10_f64.powf(-0.05), mid * 10_f64.powf(0.05))
 }
 
 /// A mean square \[m^2\] as texture level, dB re 1e-6 m; minus infinity for zero.
-pub fn level(mean_square: f64) -> f64 {
+pub(crate) fn level(mean_square: f64) -> f64 {
     10.0 * (mean_square / (REFERENCE_HEIGHT * REFERENCE_HEIGHT)).log10()
 }
 
 /// The mean square \[m^2\] of a texture level, dB re 1e-6 m.
-pub fn mean_square(level: f64) -> f64 {
+pub(crate) fn mean_square(level: f64) -> f64 {
     REFERENCE_HEIGHT * REFERENCE_HEIGHT * 10_f64.powf(level / 10.0)
 }
 
@@ -60,7 +60,7 @@ pub struct TextureLevel {
 
 /// The levels of neighbouring bands together.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct OverallLevel {
+pub(crate) struct OverallLevel {
     /// Level, dB re 1e-6 m.
     pub level: f64,
     /// Mid-wavelengths of the longest and of the shortest band in it \[m\].
@@ -73,12 +73,12 @@ pub struct OverallLevel {
 
 impl OverallLevel {
     /// Sums the macrotexture, the bands of 0.5 to 50 mm; `None` without a valid one.
-    pub fn macrotexture(levels: &[TextureLevel]) -> Option<Self> {
+    pub(crate) fn macrotexture(levels: &[TextureLevel]) -> Option<Self> {
         Self::of(levels, -33..=-13)
     }
 
     /// Sums the megatexture, from the bands above those up to 500 mm; `None` without a valid one.
-    pub fn megatexture(levels: &[TextureLevel]) -> Option<Self> {
+    pub(crate) fn megatexture(levels: &[TextureLevel]) -> Option<Self> {
         Self::of(levels, -12..=-3)
     }
 
@@ -95,7 +95,7 @@ impl OverallLevel {
 
 /// Level wanted of profiles in one band, and the level found.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct BandFit {
+pub(crate) struct BandFit {
     /// Middle of the band \[m\], geometric.
     pub wavelength: f64,
     /// Level asked for, dB re 1e-6 m.
@@ -106,7 +106,7 @@ pub struct BandFit {
 
 impl BandFit {
     /// How far the level is from the one asked for \[dB\].
-    pub fn deviation(&self) -> f64 {
+    pub(crate) fn deviation(&self) -> f64 {
         (self.fitted - self.target).abs()
     }
 }
@@ -191,13 +191,13 @@ impl ProfileSpectrum {
 }
 
 /// Share of a spectrum's line, a cell one `spacing` wide, between two wavenumbers.
-pub fn line_inside(index: usize, spacing: f64, lower: f64, upper: f64) -> f64 {
+pub(crate) fn line_inside(index: usize, spacing: f64, lower: f64, upper: f64) -> f64 {
     let centre = index as f64;
     ((upper / spacing).min(centre + 0.5) - (lower / spacing).max(centre - 0.5)).clamp(0.0, 1.0)
 }
 
 /// Numbers of the bands wholly between two wavelengths \[m\], longest wavelength first.
-pub fn bands_between(longest: f64, shortest: f64) -> impl Iterator<Item = i32> {
+pub(crate) fn bands_between(longest: f64, shortest: f64) -> impl Iterator<Item = i32> {
     let slack = 1.0 + 1e-9;
     (nearest_band(shortest) - 1..=nearest_band(longest) + 1).rev().filter(move |&band| {
         let (lower, upper) = band_edges(band);

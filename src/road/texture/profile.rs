@@ -1,7 +1,7 @@
 //! Measures of a profile that need no spectrum: line and root mean square.
 
 /// Removes mean and least-squares line.
-pub fn remove_line(heights: &mut [f64]) {
+pub(crate) fn remove_line(heights: &mut [f64]) {
     let (mean, slope) = line_of(heights);
     let middle = 0.5 * (heights.len() as f64 - 1.0);
     for (index, height) in heights.iter_mut().enumerate() {
@@ -10,7 +10,7 @@ pub fn remove_line(heights: &mut [f64]) {
 }
 
 /// Mean and slope per sample of the least-squares line, about the middle of the profile.
-pub fn line_of(heights: &[f64]) -> (f64, f64) {
+pub(crate) fn line_of(heights: &[f64]) -> (f64, f64) {
     let count = heights.len() as f64;
     let middle = 0.5 * (count - 1.0);
     let mean = heights.iter().sum::<f64>() / count.max(1.0);
@@ -20,7 +20,7 @@ pub fn line_of(heights: &[f64]) -> (f64, f64) {
 }
 
 /// Root mean square about the mean \[m\].
-pub fn rms(heights: &[f64]) -> f64 {
+pub(crate) fn rms(heights: &[f64]) -> f64 {
     let count = heights.len().max(1) as f64;
     let mean = heights.iter().sum::<f64>() / count;
     (heights.iter().map(|height| (height - mean) * (height - mean)).sum::<f64>() / count).sqrt()

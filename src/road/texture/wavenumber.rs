@@ -12,12 +12,12 @@ use std::f64::consts::PI;
 use super::levels::{BandFit, ProfileSpectrum, mean_square};
 
 /// Longest wave that counts \[m\]: the upper edge of the third octave of 0.2 m.
-pub const LONGEST: f64 = 0.2239;
+pub(crate) const LONGEST: f64 = 0.2239;
 /// Shortest wave that counts \[m\]: the lower edge of the third octave of 4 mm, two cells of 2 mm.
-pub const SHORTEST: f64 = 0.00355;
+pub(crate) const SHORTEST: f64 = 0.00355;
 
 /// Mean wavenumber `<k_x>` along a profile \[rad/m\] from third-octave (or narrower) bands; `None` without any height.
-pub fn of_bands(bands: &[BandFit]) -> Option<f64> {
+pub(crate) fn of_bands(bands: &[BandFit]) -> Option<f64> {
     let waves = |from: f64, to: f64| {
         let inside = bands.iter().filter(|band| (from..=to).contains(&band.wavelength));
         mean(inside.map(|band| (mean_square(band.fitted), 2.0 * PI / band.wavelength)))
@@ -26,7 +26,7 @@ pub fn of_bands(bands: &[BandFit]) -> Option<f64> {
 }
 
 /// Mean wavenumber `<k_x>` along profiles \[rad/m\] from their spectrum; `None` without any height.
-pub fn of_spectrum(spectrum: &ProfileSpectrum) -> Option<f64> {
+pub(crate) fn of_spectrum(spectrum: &ProfileSpectrum) -> Option<f64> {
     let waves = |from: f64, to: f64| {
         let inside = spectrum.lines().filter(|(cycles, _)| (1.0 / to..=1.0 / from).contains(cycles));
         mean(inside.map(|(cycles, power)| (power, 2.0 * PI * cycles)))
@@ -35,7 +35,7 @@ pub fn of_spectrum(spectrum: &ProfileSpectrum) -> Option<f64> {
 }
 
 /// Mean wavenumber `<k>` of the surface \[rad/m\] from that of its profiles along.
-pub fn of_surface(along: f64, level_across: bool) -> f64 {
+pub(crate) fn of_surface(along: f64, level_across: bool) -> f64 {
     if level_across { along } else { 0.5 * PI * along }
 }
 

@@ -21,7 +21,7 @@ fn is_usual(error: &f64) -> bool {
 keys! {
     /// Contact laws.
     #[derive(Clone, Debug, PartialEq, Serialize)]
-    Contact {
+    pub Contact {
         /// Zone of the contact: slices or cells.
         #[serde(skip_serializing_if = "is_default")]
         zone: Zone = Zone::default() => OneOf::new(),

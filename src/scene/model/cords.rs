@@ -18,7 +18,7 @@ keys! {
     /// else: K (cos^4, sin^4, cos^2 sin^2 of the angle) along, across and between. Either `stiffness` is given, or
     /// `spacing`, `area` and `modulus`.
     #[derive(Clone, Debug, PartialEq, Serialize)]
-    Cords {
+    pub Cords {
         /// Stiffness K of the cords over the layer's thickness, at the material's reference frequency \[Pa\].
         #[serde(skip_serializing_if = "Option::is_none")]
         stiffness: Option<f64> = None => Optional(STIFFNESS),
@@ -43,7 +43,7 @@ keys! {
     /// Moduli of an orthotropic layer along the circumference (theta), across (y) and outwards (r), at the material's
     /// reference frequency; all follow its law with one factor. nu_a_b is the contraction along b by a stress along a.
     #[derive(Clone, Debug, PartialEq, Serialize)]
-    Orthotropic {
+    pub Orthotropic {
         /// Young's modulus along the circumference \[Pa\].
         #[serde(rename = "E_theta")]
         e_theta as "E_theta": f64 => MODULUS,
@@ -74,7 +74,7 @@ keys! {
 /// Elastic constants by which a layer's stresses follow its strains, the stress outwards taken apart: with e the
 /// strains along and across, s_a = sum Q_ab e_b + a_a sigma and e_r = sigma/C_rr - sum a_a e_a.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PlaneConstants {
+pub(crate) struct PlaneConstants {
     /// Q_tt, Q_yy, Q_ty \[Pa\].
     pub plane: [f64; 3],
     /// a_t, a_y \[1\].
@@ -84,7 +84,7 @@ pub struct PlaneConstants {
 }
 
 /// Most loss factors that the cords of one layer have.
-pub const MOST_CORD_LOSSES: usize = 3;
+pub(crate) const MOST_CORD_LOSSES: usize = 3;
 
 impl Cords {
     /// Cords of a stiffness K \[Pa\], at an angle from the circumference (degrees).
@@ -120,7 +120,7 @@ impl Cords {
 
 impl Orthotropic {
     /// The constants in the plane and outwards; not positive where the moduli are those of no material.
-    pub fn constants(&self) -> PlaneConstants {
+    pub(crate) fn constants(&self) -> PlaneConstants {
         let Self { e_theta, e_y, e_r, nu_theta_y, nu_theta_r, nu_y_r, .. } = *self;
         let left = self.determinant();
         let plane = [e_theta / left, e_y / left, nu_theta_y * e_y / left];

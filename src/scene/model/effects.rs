@@ -24,7 +24,7 @@ keys! {
     /// Effects, each on, off or `auto`. The laws of tread and slices stand in [`super::Contact`], what holds the axle
     /// in [`super::Axle`].
     #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-    Effects {
+    pub Effects {
         /// Texture across the contact width, with the slice law; without it the road is its middle line, level across.
         /// `auto`: off for roads that are level across anyway.
         texture: Switch = Switch::Auto => OneOf::new(),

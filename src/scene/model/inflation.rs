@@ -13,7 +13,7 @@ const LENGTH: Bounds = Bounds::positive("m").plausible(1e-3, 10.0);
 keys! {
     /// The inflation.
     #[derive(Clone, Debug, PartialEq, Serialize)]
-    Inflation {
+    pub Inflation {
         /// Pressure p above that outside \[Pa\]. On a curved tyre it follows the inner face as it turns: the full
         /// pressure beside `sidewall`, the pressure less the sidewalls' pull beside `foundation`.
         pressure: f64 => Bounds::positive("Pa").plausible(1e3, 1e7),
@@ -26,7 +26,7 @@ keys! {
     /// Under a pressure p above that of the atmosphere its density is near 1.4 (p + 1.013e5 Pa)/c^2: 3.8 kg/m^3 at 2.2
     /// bar.
     #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-    Cavity {
+    pub Cavity {
         /// Mean radius R_c \[m\].
         radius: f64 => LENGTH,
         /// Depth between rim and tyre \[m\].

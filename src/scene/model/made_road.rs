@@ -19,7 +19,7 @@ keys! {
     /// A random isotropic texture. Give a `texture` by its name, or `wavelengths` with `levels`, or a `power_law`; none
     /// of them: the dense asphalt `dac-11`.
     #[derive(Clone, Debug, PartialEq, Serialize)]
-    MadeRoad {
+    pub MadeRoad {
         /// Seed of the random numbers.
         seed: u64 = 0 => Whole::least(0),
         /// Third-octave mid-wavelengths \[m\].
@@ -61,7 +61,7 @@ impl MadeRoad {
 keys! {
     /// Profile spectrum proportional to wavenumber^(-exponent) between two wavelengths.
     #[derive(Clone, Debug, PartialEq, Serialize)]
-    PowerLawTexture {
+    pub PowerLawTexture {
         /// Root-mean-square height \[m\].
         rms: f64 => Bounds::positive("m").plausible(1e-9, 1.0),
         /// Decay exponent of the one-sided profile spectrum.

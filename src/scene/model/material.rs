@@ -21,7 +21,7 @@ keys! {
     ///
     /// Keys that mean nothing under its law keep their defaults and are neither read nor written.
     #[derive(Clone, Debug, PartialEq)]
-    Material {
+    pub Material {
         /// How the modulus depends on frequency.
         law: Law = Law::default() => OneOf::new(),
         /// Young's modulus \[Pa\]: at the reference frequency (`power-law`), at rest (`prony`), or at all frequencies.

@@ -32,7 +32,7 @@ pub enum NamedTexture {
 }
 
 /// Third-octave bands of the named textures: mid-wavelengths 10^(n/10) m, n = -8 (158 mm) down to -24 (4 mm).
-pub const NAMED_TEXTURE_BANDS: std::ops::RangeInclusive<i32> = -24..=-8;
+pub(crate) const NAMED_TEXTURE_BANDS: std::ops::RangeInclusive<i32> = -24..=-8;
 
 /// Levels of the bands, longest wavelength first \[dB re 1e-6 m\].
 type Levels = [f64; 17];

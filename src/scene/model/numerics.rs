@@ -13,7 +13,7 @@ use crate::time_rule::TimeRule;
 keys! {
     /// Resolution and tolerances.
     #[derive(Clone, Debug, PartialEq, Serialize)]
-    Numerics {
+    pub Numerics {
         /// Highest frequency wanted \[Hz\]: the plan chooses elements and substeps by it where they are not given.
         #[serde(skip_serializing_if = "Option::is_none")]
         fmax: Option<f64> = None => Optional(FMAX),
@@ -188,7 +188,7 @@ pub enum History {
 keys! {
     /// Files in the results folder beside `summary.json`.
     #[derive(Clone, Debug, PartialEq, Serialize)]
-    Outputs {
+    pub Outputs {
         /// `time.npy`, `total_force.npy`, `patch_force.npy`, `patch_element.npy`.
         arrays: bool = true => Flag,
         /// `spectra.csv`.

@@ -108,7 +108,7 @@ pub enum AtEnd {
 keys! {
     /// A measured longitudinal profile from a file of columns.
     #[derive(Clone, Debug, PartialEq, Serialize)]
-    ProfileRoad {
+    pub ProfileRoad {
         /// CAPTIF `.dat` or CSV; relative to the scene.
         file: PathBuf => File,
         /// Unit of the distance column of a CSV \[m, mm, um\]; CAPTIF files state theirs.
@@ -140,7 +140,7 @@ const RANGE: Exactly<2> = Exactly(COORDINATE);
 keys! {
     /// An OpenCRG road.
     #[derive(Clone, Debug, PartialEq, Serialize)]
-    OpenCrgRoad {
+    pub OpenCrgRoad {
         /// The `.crg` file; relative to the scene.
         file: PathBuf => File,
         /// Lateral position v of the tyre's middle \[m\]; default: the middle of the valid columns.
@@ -157,7 +157,7 @@ keys! {
 keys! {
     /// A height map. Rows run along x from road coordinate 0, columns across, centred on the tyre, cell-centred.
     #[derive(Clone, Debug, PartialEq, Serialize)]
-    GridRoad {
+    pub GridRoad {
         /// A two-dimensional `.npy` array of heights \[m\]; relative to the scene.
         file: PathBuf => File,
         /// Row spacing \[m\]: row r lies at road coordinate r dx.

@@ -10,7 +10,7 @@ use crate::scene::table::Nested;
 keys! {
     /// How the tyre rolls.
     #[derive(Clone, Debug, PartialEq, Serialize)]
-    Rolling {
+    pub Rolling {
         /// Speed \[km/h\].
         speed_kmh: f64 => Bounds::positive("km/h").plausible(0.01, 2e3),
         /// Time simulated after the warm-up \[s\].

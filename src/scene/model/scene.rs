@@ -15,7 +15,7 @@ use crate::scene::kind::{Flag, Text};
 keys! {
     /// A complete scene: what rolls, on what, how fast, and what is wanted from it.
     #[derive(Clone, Debug, PartialEq, Serialize)]
-    Scene {
+    pub Scene {
         /// Free text, shown in results and plots.
         title: String = String::new() => Text,
         /// True if numbers are tried that no tyre, road or run has: up to a thousand times outside of what is

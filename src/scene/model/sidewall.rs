@@ -15,7 +15,7 @@ keys! {
     /// Both sidewalls of a curved tyre, in place of a foundation: arcs of inextensible cords under the inflation
     /// pressure.
     #[derive(Clone, Debug, PartialEq, Serialize)]
-    Sidewall {
+    pub Sidewall {
         /// Radius r of the arc \[m\].
         radius: f64 => Bounds::positive("m").plausible(1e-3, 10.0),
         /// Half the angle of the arc from rim to belt, phi \[rad\].

@@ -118,7 +118,7 @@ keys! {
     /// Where the four tyres of a vehicle are, by default those of a car of the middle class. They roll alike but know
     /// nothing of each other: their mean squares add.
     #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-    Vehicle {
+    pub Vehicle {
         /// From the front to the rear axle \[m\].
         wheelbase: f64 = 2.7 => WHEELBASE,
         /// From the left to the right tyre of an axle, centre to centre \[m\].
@@ -134,7 +134,7 @@ impl Vehicle {
 keys! {
     /// How sound gets from the tread to the receivers.
     #[derive(Clone, Debug, PartialEq, Serialize)]
-    Radiation {
+    pub Radiation {
         /// Boundary elements, or a draft.
         quality: RadiationQuality = RadiationQuality::Full => OneOf::new(),
         /// Highest frequency \[Hz\]; above it nothing is radiated.
@@ -234,7 +234,7 @@ const FARTHEST: f64 = 500.0;
 /// The words of `standard`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Standard {
+pub(super) enum Standard {
     CoastBy,
     Cpx,
     Circle,

@@ -26,7 +26,7 @@ const BED: Bounds = Bounds::not_negative("N/m^3").plausible(1.0, 1e12);
 keys! {
     /// The tyre: layers round its circumference, flat or curved, between two sides.
     #[derive(Clone, Debug, PartialEq, Serialize)]
-    Tyre {
+    pub Tyre {
         /// Circumference L = 2 pi R \[m\].
         circumference: f64 => CIRCUMFERENCE,
         /// Width B between the sides \[m\].
@@ -80,7 +80,7 @@ keys! {
     /// Elastic foundation under the innermost layer, none by default; its loss follows the same power law as the
     /// materials.
     #[derive(Clone, Debug, PartialEq, Serialize)]
-    Foundation {
+    pub Foundation {
         /// Normal stiffness per area at the reference frequency \[N/m^3\].
         normal: f64 => BED,
         /// Tangential stiffness per area at the reference frequency \[N/m^3\].
@@ -97,7 +97,7 @@ keys! {
 keys! {
     /// One elastic layer: rubber, rubber with cords, or an orthotropic material.
     #[derive(Clone, Debug, PartialEq)]
-    Layer {
+    pub Layer {
         /// Name of the layer: belt, tread, ...
         name: String => Name,
         /// Thickness h \[m\].
@@ -187,7 +187,7 @@ impl Tyre {
 
     /// One of its sidewalls, turning with an angular velocity \[rad/s\], where they are arcs: they end at the inner
     /// face.
-    pub fn sidewall_arc(&self, angular_velocity: f64) -> Option<Arc> {
+    pub(crate) fn sidewall_arc(&self, angular_velocity: f64) -> Option<Arc> {
         let Sidewall { radius, angle, mass, shear, hoop, loss_factor } = *self.sidewall.as_ref()?;
         Some(Arc {
             radius,

@@ -11,7 +11,7 @@ keys! {
     /// Which velocities, means across the contact strip, are computed from the contact forces, and how they are shown.
     /// A scene without this table computes none.
     #[derive(Clone, Debug, PartialEq, Serialize)]
-    Vibration {
+    pub Vibration {
         /// Normal velocity of the tread surface, local deformation included.
         tread: bool = true => Flag,
         /// Normal velocity of the belt's inner face.

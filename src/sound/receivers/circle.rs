@@ -4,7 +4,7 @@ use super::standard::{Beside, Finding, Standard};
 use crate::sound::frame::Position;
 
 /// Positions of a circle that show a directivity: every five degrees.
-pub const CIRCLE_POSITIONS: usize = 72;
+pub(crate) const CIRCLE_POSITIONS: usize = 72;
 
 /// Positions on a level circle about the tyre \[m\], for its directivity: from straight ahead (x > 0) by the left.
 pub fn circle(radius: f64, height: f64, count: usize) -> Vec<Position> {

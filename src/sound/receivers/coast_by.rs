@@ -15,11 +15,11 @@ const DRAFT_PASSED: std::ops::RangeInclusive<f64> = 5.0..=10.0;
 const DRAFT_HEIGHT: f64 = 2.0;
 
 /// Distance of the coast-by microphone from the centre of the track \[m\]; UN R117 allows +-0.05.
-pub const COAST_BY_DISTANCE: f64 = StandardReceiver::DISTANCE;
+pub(crate) const COAST_BY_DISTANCE: f64 = StandardReceiver::DISTANCE;
 /// Height of the coast-by microphone over the road \[m\]; UN R117 allows +-0.02.
-pub const COAST_BY_HEIGHT: f64 = StandardReceiver::HEIGHT;
+pub(crate) const COAST_BY_HEIGHT: f64 = StandardReceiver::HEIGHT;
 /// Half the length of track over which the maximum is read \[m\].
-pub const COAST_BY_HALF_LENGTH: f64 = 10.0;
+pub(crate) const COAST_BY_HALF_LENGTH: f64 = 10.0;
 
 /// The positions that the microphone beside the road takes as seen from the tyre that passes it.
 ///

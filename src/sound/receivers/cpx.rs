@@ -4,11 +4,11 @@ use super::standard::{Beside, Finding, Standard};
 use crate::sound::frame::{Position, Side};
 
 /// Distance of the close-proximity microphones from the plane of the undeformed sidewall \[m\].
-pub const CPX_DISTANCE: f64 = 0.2;
+pub(crate) const CPX_DISTANCE: f64 = 0.2;
 /// Height of the close-proximity microphones over the road \[m\].
-pub const CPX_HEIGHT: f64 = 0.1;
+pub(crate) const CPX_HEIGHT: f64 = 0.1;
 /// How far they are ahead of and behind the axle's plane \[m\].
-pub const CPX_ADVANCE: f64 = 0.2;
+pub(crate) const CPX_ADVANCE: f64 = 0.2;
 
 /// The two mandatory microphones of the close-proximity method, front and rear, beside a tyre of a width \[m\]: 0.2 m
 /// from the undeformed sidewall, 0.1 m high, 0.2 m ahead of and behind the axle's plane, hence at 45 and 135 degrees to

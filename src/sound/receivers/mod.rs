@@ -10,9 +10,9 @@
 //!              0         width/2 + 0.2 m                 7.5 m - offset
 //! ```
 
-mod circle;
-mod coast_by;
-mod cpx;
+pub(crate) mod circle;
+pub(crate) mod coast_by;
+pub(crate) mod cpx;
 mod hemisphere;
 mod obsi;
 
@@ -20,13 +20,13 @@ mod standard;
 
 use super::frame::Position;
 use crate::scene::{ReceiverPlace, StandardReceiver, Vehicle};
-pub use circle::{CIRCLE_POSITIONS, circle};
-pub use coast_by::{COAST_BY_DISTANCE, COAST_BY_HALF_LENGTH, COAST_BY_HEIGHT, CoastByLine};
-pub use cpx::{CPX_ADVANCE, CPX_DISTANCE, CPX_HEIGHT, close_proximity};
-pub use standard::{Beside, Finding, Probes, Standard};
+pub(crate) use circle::{CIRCLE_POSITIONS, circle};
+pub(crate) use coast_by::{COAST_BY_DISTANCE, COAST_BY_HALF_LENGTH, COAST_BY_HEIGHT};
+pub(crate) use cpx::close_proximity;
+pub(crate) use standard::{Beside, Finding, Probes, Standard};
 
 /// The microphones of a receiver's place.
-pub fn standard(place: &ReceiverPlace) -> Box<dyn Standard> {
+pub(crate) fn standard(place: &ReceiverPlace) -> Box<dyn Standard> {
     match *place {
         ReceiverPlace::Position { position } => Box::new(Point(position)),
         ReceiverPlace::Standard(standard) => match standard {

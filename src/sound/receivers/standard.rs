@@ -6,7 +6,7 @@ use crate::scene::Vehicle;
 use crate::sound::frame::Position;
 
 /// Tyre that microphones stand beside.
-pub struct Beside<'a> {
+pub(crate) struct Beside<'a> {
     /// Half of its width, shoulders included \[m\].
     pub half_width: f64,
     /// Length of its patch on a smooth road \[m\], worked out where a standard asks for it.
@@ -15,7 +15,7 @@ pub struct Beside<'a> {
 
 /// Pairs of microphones that measure intensity.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Probes {
+pub(crate) struct Probes {
     /// Names of the probes, each with the numbers of its two points, from the one towards the other.
     pub pairs: Vec<(&'static str, [usize; 2])>,
     /// Distance of the microphones of a pair \[m\].
@@ -26,7 +26,7 @@ pub struct Probes {
 
 /// Finding of a receiver beside its spectrum and level.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Finding {
+pub(crate) enum Finding {
     /// None.
     Level,
     /// Directivity, from points round the tyre.
@@ -40,7 +40,7 @@ pub enum Finding {
 }
 
 /// Microphones of a standard.
-pub trait Standard {
+pub(crate) trait Standard {
     /// Name of a receiver that the scene gives none.
     fn name(&self) -> &'static str;
 

@@ -25,7 +25,7 @@ const LARGEST_ERROR: f64 = 10.0;
 
 /// A combination, with what is expected of it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Candidate {
+pub(crate) struct Candidate {
     /// Its settings.
     #[serde(skip)]
     pub settings: Settings,
@@ -39,7 +39,7 @@ pub struct Candidate {
 
 /// A combination that was rolled: expected, found.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Joint {
+pub(crate) struct Joint {
     /// As found.
     pub point: Point,
     /// As it was expected when it was chosen.
@@ -51,7 +51,7 @@ pub struct Joint {
 }
 
 /// All combinations of the settings that were swept, as single knobs let them be expected.
-pub fn candidates(scene: &Scene, reference: &Settings, knobs: &[Knob], highest: f64) -> Vec<Candidate> {
+pub(crate) fn candidates(scene: &Scene, reference: &Settings, knobs: &[Knob], highest: f64) -> Vec<Candidate> {
     let steps = |name: &str| -> Vec<(Settings, f64)> {
         let knob = knobs.iter().find(|knob| knob.name == name && knob.kind == Kind::Error && knob.anchor.is_none());
         let known = knob.into_iter().flat_map(|knob| &knob.points);
@@ -115,7 +115,7 @@ pub fn candidates(scene: &Scene, reference: &Settings, knobs: &[Knob], highest: 
 
 /// The candidate to roll next: on the expected front together with what is known, as far as possible from all that is.
 /// `known`: work and error; errors below `floor` \[dB\] are equal.
-pub fn next(all: &[Candidate], tried: &[Joint], known: &[(f64, f64)], floor: f64) -> Option<Candidate> {
+pub(crate) fn next(all: &[Candidate], tried: &[Joint], known: &[(f64, f64)], floor: f64) -> Option<Candidate> {
     let fresh = all.iter().filter(|candidate| tried.iter().all(|tried| tried.expected.settings != candidate.settings));
     let expected: Vec<Candidate> = fresh
         .map(|candidate| {

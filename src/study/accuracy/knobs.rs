@@ -14,7 +14,7 @@ use crate::study::trial::least_rate;
 /// Change by turning a knob.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Kind {
+pub(crate) enum Kind {
     /// How finely the same model is solved.
     Error,
     /// Which model is solved.
@@ -25,7 +25,7 @@ pub enum Kind {
 
 /// A knob, and what it is swept through.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Knob {
+pub(crate) struct Knob {
     /// Its name.
     pub name: String,
     /// Kind of the change.
@@ -76,11 +76,11 @@ const TOLERANCES_OF_OUTLINE: [f64; 2] = [1e-5, 1e-7];
 
 /// The settings of the reference: twice the scene's elements unless given, and steps for `STEPS_PER_PERIOD` at the
 /// highest frequency, or `STEPS_PER_PERIOD_OF_OUTLINE`.
-pub fn reference(scene: &Scene, options: &StudyOptions) -> Settings {
+pub(crate) fn reference(scene: &Scene, options: &StudyOptions) -> Settings {
     let StudyOptions { highest, elements, substeps, sweep, .. } = *options;
     let (per_period, [poles, sums]) = match sweep {
         Sweep::Outline => (STEPS_PER_PERIOD_OF_OUTLINE, TOLERANCES_OF_OUTLINE),
-        Sweep::Knobs | Sweep::Neighbours | Sweep::Nothing => (STEPS_PER_PERIOD, [FINEST_POLES, FINEST_SUMS]),
+        _ => (STEPS_PER_PERIOD, [FINEST_POLES, FINEST_SUMS]),
     };
     let mut settings = Settings::of(scene);
     let Settings { numerics, contact, cell_length } = &mut settings;
@@ -113,7 +113,7 @@ pub fn reference(scene: &Scene, options: &StudyOptions) -> Settings {
 }
 
 /// Every other setting of the knobs of the discretisation, from the second on.
-pub fn outline(scene: &Scene, reference: &Settings, highest: f64) -> Vec<Knob> {
+pub(crate) fn outline(scene: &Scene, reference: &Settings, highest: f64) -> Vec<Knob> {
     let mut knobs = knobs(scene, reference, highest);
     knobs.retain(|knob| knob.kind == Kind::Error && knob.anchor.is_none());
     for knob in &mut knobs {
@@ -127,7 +127,7 @@ pub fn outline(scene: &Scene, reference: &Settings, highest: f64) -> Vec<Knob> {
 }
 
 /// All knobs, those first that a discretisation has.
-pub fn knobs(scene: &Scene, reference: &Settings, highest: f64) -> Vec<Knob> {
+pub(crate) fn knobs(scene: &Scene, reference: &Settings, highest: f64) -> Vec<Knob> {
     let own = Settings::of(scene);
     let mut knobs = vec![elements(reference), substeps(reference)];
     let rules = TimeRule::ALL.into_iter().filter(|&rule| rule != reference.numerics.time_rule);
@@ -154,7 +154,7 @@ pub fn knobs(scene: &Scene, reference: &Settings, highest: f64) -> Vec<Knob> {
 
 impl Knob {
     /// A knob that is compared with `anchor`, or with the reference; or why there is none.
-    pub fn new(
+    pub(crate) fn new(
         name: &str,
         kind: Kind,
         anchor: Option<&Settings>,

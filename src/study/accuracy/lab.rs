@@ -15,7 +15,7 @@ use crate::study::trial::{Common, Difference, Trial, Trials};
 
 /// Cost of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Cost {
+pub(crate) struct Cost {
     /// Multiply-adds in a second rolled: those counted in the march, and what the plan has for the road, whose cells
     /// and heights count as many as take the time of one. Exact: the same for any number of threads.
     pub multiply_adds: f64,
@@ -31,7 +31,7 @@ pub struct Cost {
 
 /// Settings that were rolled: how far from others, and at what cost.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Point {
+pub(crate) struct Point {
     /// Name of the run.
     pub label: String,
     /// Its settings.
@@ -44,7 +44,7 @@ pub struct Point {
 
 impl Point {
     /// Work and error as the front sees it.
-    pub fn coordinates(&self) -> (f64, f64) {
+    pub(crate) fn coordinates(&self) -> (f64, f64) {
         (self.cost.multiply_adds, self.difference.worst)
     }
 }
@@ -58,7 +58,7 @@ struct Measured {
 
 /// Time that runs are expected to take.
 #[derive(Clone, Debug, Default)]
-pub struct Expected {
+pub(crate) struct Expected {
     /// Settings that are rolled, and the time of each \[s\].
     pub planned: Vec<(Settings, f64)>,
 }
@@ -74,7 +74,7 @@ impl Expected {
     }
 
     /// Time of all planned runs and of so many combinations \[s\].
-    pub fn seconds(&self, combinations: usize) -> f64 {
+    pub(crate) fn seconds(&self, combinations: usize) -> f64 {
         (self.planned.len() as f64 + Self::OF_COMBINATION * combinations as f64) * self.mean()
     }
 
@@ -84,7 +84,7 @@ impl Expected {
 }
 
 /// Rolls settings of one scene, each once.
-pub struct Lab<'a, 'b> {
+pub(crate) struct Lab<'a, 'b> {
     /// The scene, its axle held.
     pub scene: Scene,
     /// Highest frequency compared \[Hz\].
@@ -96,12 +96,12 @@ pub struct Lab<'a, 'b> {
 
 impl<'a, 'b> Lab<'a, 'b> {
     /// For a scene whose axle is held.
-    pub fn new(scene: Scene, highest: f64, expected: Expected, trials: &'a mut Trials<'b>) -> Self {
+    pub(crate) fn new(scene: Scene, highest: f64, expected: Expected, trials: &'a mut Trials<'b>) -> Self {
         Self { scene, highest, expected, trials, known: Vec::new() }
     }
 
     /// Runs that were rolled.
-    pub fn rolled(&self) -> usize {
+    pub(crate) fn rolled(&self) -> usize {
         self.known.len()
     }
 
@@ -109,7 +109,7 @@ impl<'a, 'b> Lab<'a, 'b> {
     ///
     /// # Errors
     /// Errors of a run.
-    pub fn point(&mut self, label: &str, settings: &Settings, other: &Settings) -> Result<Point, RunError> {
+    pub(crate) fn point(&mut self, label: &str, settings: &Settings, other: &Settings) -> Result<Point, RunError> {
         self.named(label, label, settings, other)
     }
 
@@ -117,7 +117,13 @@ impl<'a, 'b> Lab<'a, 'b> {
     ///
     /// # Errors
     /// As [`Self::point`].
-    pub fn named(&mut self, label: &str, name: &str, settings: &Settings, other: &Settings) -> Result<Point, RunError> {
+    pub(crate) fn named(
+        &mut self,
+        label: &str,
+        name: &str,
+        settings: &Settings,
+        other: &Settings,
+    ) -> Result<Point, RunError> {
         let (this, other) = (self.measure(name, settings)?, self.measure(name, other)?);
         let Measured { common, cost, .. } = &self.known[this];
         let difference = common.difference(&self.known[other].common);
@@ -175,14 +181,14 @@ fn cost(trial: &Trial, rolled: f64, evaluations: Option<u64>, fit: Option<f64>) 
 }
 
 /// Multiply-adds that a plan has for making the road.
-pub fn planned_road(amounts: &Amounts) -> f64 {
+pub(crate) fn planned_road(amounts: &Amounts) -> f64 {
     let road = |stage: Stage| matches!(stage, Stage::Road | Stage::Slices);
     let behind = amounts.work.iter().filter(|amount| amount.place == Place::Behind && road(amount.stage));
     behind.map(|amount| amount.amount * amount.unit.typical() / Unit::TextureMultiplyAdd.typical()).sum()
 }
 
 /// Multiply-adds that a plan has for the march, and for the history behind it.
-pub fn planned_march(amounts: &Amounts) -> f64 {
+pub(crate) fn planned_march(amounts: &Amounts) -> f64 {
     let counts = |unit: Unit| {
         matches!(
             unit,

@@ -11,29 +11,29 @@
 //! An outline ([`Sweep::Outline`]) does less of 1 and 2, and leaves out 3 and 4. Runs follow one another, so that none
 //! disturbs the time of another; a study that is stopped keeps those that were rolled.
 
-pub mod front;
-pub mod joint;
-pub mod knobs;
-pub mod lab;
-pub mod options;
-pub mod presets;
-pub mod richardson;
-pub mod settings;
-pub mod sound;
-pub mod verdict;
+pub(crate) mod front;
+pub(crate) mod joint;
+pub(crate) mod knobs;
+pub(crate) mod lab;
+pub(crate) mod options;
+pub(crate) mod presets;
+pub(crate) mod richardson;
+pub(crate) mod settings;
+pub(crate) mod sound;
+pub(crate) mod verdict;
 
 use std::sync::atomic::AtomicBool;
 
 use serde::Serialize;
 
-pub use front::front;
-pub use joint::{Candidate, Joint};
-pub use knobs::{Kind, Knob};
-pub use lab::{Cost, Point};
-pub use options::{StudyOptions, Sweep};
-pub use richardson::Richardson;
-pub use settings::Settings;
-pub use sound::{SoundDifference, SoundPoint, SoundStudy};
+pub(crate) use front::front;
+pub(crate) use joint::Joint;
+pub(crate) use knobs::{Kind, Knob};
+pub(crate) use lab::{Cost, Point};
+pub(crate) use options::{StudyOptions, Sweep};
+pub(crate) use richardson::Richardson;
+pub(crate) use settings::Settings;
+pub(crate) use sound::{SoundDifference, SoundPoint, SoundStudy};
 
 use crate::counters::Progress;
 use crate::plan::{Plan, UnitCosts, unit_record};
@@ -48,7 +48,7 @@ const FLOOR: f64 = 0.25;
 
 /// How sure the reference is in one of its knobs.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Refined {
+pub(crate) struct Refined {
     /// The knob that was halved and doubled.
     pub knob: &'static str,
     /// Largest difference of a level \[dB\].
@@ -67,7 +67,7 @@ pub struct Refined {
 
 /// All of a study.
 #[derive(Clone, Debug, Serialize)]
-pub struct Study {
+pub(crate) struct Study {
     /// Options asked for.
     pub options: StudyOptions,
     /// The reference.
@@ -98,7 +98,7 @@ pub struct Study {
 impl Study {
     /// Everything on one model: named points, combinations, and swept knobs that are no other model and were compared
     /// with the reference.
-    pub fn points(&self) -> impl Iterator<Item = &Point> {
+    pub(crate) fn points(&self) -> impl Iterator<Item = &Point> {
         points(&self.knobs, &self.named, &self.joint)
     }
 }
@@ -114,7 +114,7 @@ fn points<'a>(knobs: &'a [Knob], named: &'a [Point], joint: &'a [Joint]) -> impl
 /// # Errors
 /// A scene that has no levels to compare; a study that would take longer than the scene's time limit; of any of the
 /// runs; [`RunError::Interrupted`] before there is anything.
-pub fn study(
+pub(crate) fn study(
     loaded: &LoadedScene,
     options: &StudyOptions,
     stop: &AtomicBool,
@@ -130,7 +130,7 @@ pub fn study(
         Sweep::Outline => false,
         // Its own runs take long enough.
         Sweep::Knobs => !of_cells,
-        Sweep::Neighbours | Sweep::Nothing => true,
+        _ => true,
     };
     let mut named = if has_presets { presets::named(&loaded.scene, options.highest) } else { Vec::new() };
     let scene = &loaded.scene;
@@ -149,6 +149,7 @@ pub fn study(
         Sweep::Outline => knobs::outline(&shorter, &reference, options.highest),
         Sweep::Knobs => knobs::knobs(&shorter, &reference, options.highest),
         Sweep::Neighbours => presets::neighbours(&named),
+        #[cfg(test)]
         Sweep::Nothing => Vec::new(),
     };
     if matches!(options.sweep, Sweep::Outline | Sweep::Knobs)

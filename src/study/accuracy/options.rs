@@ -7,7 +7,7 @@ use crate::scene::Scene;
 /// Runs of a study beside the reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Sweep {
+pub(crate) enum Sweep {
     /// The scene's own settings, and every other setting of the knobs of its discretisation, against a reference whose
     /// doubt is that from one half as fine: minutes.
     Outline,
@@ -16,12 +16,13 @@ pub enum Sweep {
     /// The presets, and each with one setting turned.
     Neighbours,
     /// The presets.
+    #[cfg(test)]
     Nothing,
 }
 
 /// Options of a study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct StudyOptions {
+pub(crate) struct StudyOptions {
     /// Highest frequency compared \[Hz\].
     pub highest: f64,
     /// Time compared \[s\].
@@ -39,19 +40,19 @@ pub struct StudyOptions {
 
 impl StudyOptions {
     /// Highest frequency compared where a scene has none \[Hz\].
-    pub const HIGHEST: f64 = 1000.0;
+    pub(crate) const HIGHEST: f64 = 1000.0;
     /// Time compared unless asked for \[s\].
-    pub const DURATION: f64 = 1.0;
+    pub(crate) const DURATION: f64 = 1.0;
     /// Combinations that a whole study rolls unless asked for.
-    pub const RUNS: usize = 12;
+    pub(crate) const RUNS: usize = 12;
 
     /// An outline of a scene's accuracy.
-    pub fn outline(scene: &Scene) -> Self {
+    pub(crate) fn outline(scene: &Scene) -> Self {
         Self { runs: 0, sweep: Sweep::Outline, ..Self::whole(scene) }
     }
 
     /// Everything.
-    pub fn whole(scene: &Scene) -> Self {
+    pub(crate) fn whole(scene: &Scene) -> Self {
         Self {
             highest: scene.numerics.fmax.unwrap_or(Self::HIGHEST),
             duration: scene.rolling.duration.min(Self::DURATION),

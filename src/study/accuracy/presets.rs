@@ -11,7 +11,7 @@ use crate::study::accuracy::settings::Settings;
 const COARSEST_POLES: f64 = 1e-2;
 
 /// The settings that a row chooses for a scene up to `highest` \[Hz\].
-pub fn settings(scene: &Scene, row: &'static FrontRow, highest: f64) -> Settings {
+pub(crate) fn settings(scene: &Scene, row: &'static FrontRow, highest: f64) -> Settings {
     let mut settings = Settings::of(scene);
     let Settings { numerics, contact, cell_length } = &mut settings;
     let need = Need { highest, row: Some(row) };
@@ -33,14 +33,14 @@ pub fn settings(scene: &Scene, row: &'static FrontRow, highest: f64) -> Settings
 }
 
 /// All rows with their names.
-pub fn named(scene: &Scene, highest: f64) -> Vec<(String, Settings)> {
+pub(crate) fn named(scene: &Scene, highest: f64) -> Vec<(String, Settings)> {
     let rows = FrontRow::all(scene.contact.zone).iter();
     rows.map(|row| (row.preset.name().to_owned(), settings(scene, row, highest))).collect()
 }
 
 /// Each of some settings with one of them turned either way: what is close to them on the way to more accuracy or less
 /// work.
-pub fn neighbours(named: &[(String, Settings)]) -> Vec<Knob> {
+pub(crate) fn neighbours(named: &[(String, Settings)]) -> Vec<Knob> {
     named
         .iter()
         .map(|(name, base)| {

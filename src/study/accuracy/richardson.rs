@@ -11,7 +11,7 @@ const LEAST_ORDER: f64 = 0.5;
 
 /// Error of the middle one of three runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Richardson {
+pub(crate) struct Richardson {
     /// Difference of the coarser and the middle run.
     pub coarse: f64,
     /// Difference of the middle and the finer run, where that was rolled.
@@ -26,7 +26,7 @@ pub struct Richardson {
 
 impl Richardson {
     /// From the differences of the middle run from one twice as coarse and from one twice as fine.
-    pub fn new(coarse: f64, fine: f64) -> Self {
+    pub(crate) fn new(coarse: f64, fine: f64) -> Self {
         let (coarse, fine) = (coarse.abs(), fine.abs());
         if fine == 0.0 {
             let order = (coarse > 0.0).then_some(f64::INFINITY);
@@ -40,7 +40,7 @@ impl Richardson {
 
     /// From the difference of a run from one twice as coarse alone: at first order, the lowest that is worth a study,
     /// its own error is as large.
-    pub fn first_order(coarse: f64) -> Self {
+    pub(crate) fn first_order(coarse: f64) -> Self {
         Self { coarse: coarse.abs(), fine: None, order: None, error: coarse.abs(), converges: true }
     }
 }

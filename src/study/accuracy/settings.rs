@@ -8,7 +8,7 @@ use crate::scene::{Contact, History, Numerics, Road, Scene, SliceCoupling, Slice
 
 /// The settings of one run of a study; everything else is the scene's.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Settings {
+pub(crate) struct Settings {
     /// Elements, steps, time rule, history and their tolerances, none of them left to be chosen.
     #[serde(flatten)]
     pub numerics: Numerics,
@@ -23,7 +23,7 @@ pub struct Settings {
 
 impl Settings {
     /// Those of a scene.
-    pub fn of(scene: &Scene) -> Self {
+    pub(crate) fn of(scene: &Scene) -> Self {
         let (mut numerics, mut contact) = (scene.numerics.clone(), scene.contact.clone());
         numerics.forget_wishes();
         let across = Lattice::across(scene.tyre.contact_width, scene.road.cell());
@@ -43,14 +43,14 @@ impl Settings {
     }
 
     /// The same with something turned.
-    pub fn with(&self, turn: impl FnOnce(&mut Self)) -> Self {
+    pub(crate) fn with(&self, turn: impl FnOnce(&mut Self)) -> Self {
         let mut settings = self.clone();
         turn(&mut settings);
         settings
     }
 
     /// The scene with these settings.
-    pub fn on(&self, scene: &Scene) -> Scene {
+    pub(crate) fn on(&self, scene: &Scene) -> Scene {
         let Self { numerics, mut contact, cell_length } = self.clone();
         if contact.zone == Zone::Slices {
             contact.cells_along = Some(Road::cells(scene.tyre.circumference / numerics.elements as f64, cell_length));
@@ -71,17 +71,17 @@ impl Settings {
     }
 
     /// Time steps in a revolution.
-    pub fn steps(&self) -> usize {
+    pub(crate) fn steps(&self) -> usize {
         self.numerics.elements * self.numerics.substeps
     }
 
     /// Time step of a scene's tyre at its speed \[s\].
-    pub fn time_step(&self, scene: &Scene) -> f64 {
+    pub(crate) fn time_step(&self, scene: &Scene) -> f64 {
         scene.tyre.circumference / (self.steps() as f64 * scene.rolling.speed())
     }
 
     /// In a line.
-    pub fn label(&self, scene: &Scene) -> String {
+    pub(crate) fn label(&self, scene: &Scene) -> String {
         let Self { numerics, contact, cell_length } = self;
         let (elements, substeps, rule) = (numerics.elements, numerics.substeps, numerics.time_rule.name());
         let mut label = format!("N = {elements}, q = {substeps}, {rule}");

@@ -33,7 +33,7 @@ const WAVES: [f64; 3] = [0.25, 0.5, 1.0];
 
 /// How far what a receiver hears is from the reference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct SoundDifference {
+pub(crate) struct SoundDifference {
     /// The receiver's name.
     pub receiver: String,
     /// Largest difference of a third octave \[dB\].
@@ -46,7 +46,7 @@ pub struct SoundDifference {
 
 /// A way of the sound, and how far it is from the reference.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct SoundPoint {
+pub(crate) struct SoundPoint {
     /// The knob and its setting.
     pub label: String,
     /// By receiver; empty for the reference itself.
@@ -59,19 +59,19 @@ pub struct SoundPoint {
 
 impl SoundPoint {
     /// Largest difference of a third octave at any receiver \[dB\].
-    pub fn worst(&self) -> Option<&SoundDifference> {
+    pub(crate) fn worst(&self) -> Option<&SoundDifference> {
         self.differences.iter().max_by(|a, b| a.worst.total_cmp(&b.worst))
     }
 
     /// Largest difference of an A-weighted level at any receiver \[dB(A)\].
-    pub fn level_a(&self) -> f64 {
+    pub(crate) fn level_a(&self) -> f64 {
         self.differences.iter().filter_map(|of| of.level_a).map(f64::abs).fold(0.0, f64::max)
     }
 }
 
 /// All ways.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct SoundStudy {
+pub(crate) struct SoundStudy {
     /// Reference of the others.
     pub reference: SoundPoint,
     /// Every knob's settings, then the scene's.
@@ -131,7 +131,12 @@ struct Rolled<'a, 'b> {
 ///
 /// # Errors
 /// Errors of a run; [`RunError::Interrupted`].
-pub fn study(scene: &Scene, held: &Scene, highest: f64, trials: &Trials<'_>) -> Result<Option<SoundStudy>, RunError> {
+pub(crate) fn study(
+    scene: &Scene,
+    held: &Scene,
+    highest: f64,
+    trials: &Trials<'_>,
+) -> Result<Option<SoundStudy>, RunError> {
     if scene.receivers.is_empty() {
         return Ok(None);
     }

@@ -10,11 +10,11 @@ use crate::study::accuracy::{Point, Study};
 /// How much more work a preset may take than the cheapest settings found that are as accurate. Errors of elements,
 /// steps and cells have different signs, and here and there two of them cancel (measured on dense asphalt at 80 km/h:
 /// 2.1, 1.2 and 1.9 times for the three presets).
-pub const LARGEST_EXCESS: f64 = 2.5;
+pub(crate) const LARGEST_EXCESS: f64 = 2.5;
 
 /// Findings of a study about a preset.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Verdict {
+pub(crate) struct Verdict {
     /// The preset.
     pub preset: Preset,
     /// Stated error \[dB\].
@@ -27,18 +27,18 @@ pub struct Verdict {
 
 impl Verdict {
     /// Tells whether the preset keeps its stated error.
-    pub fn keeps_its_error(&self) -> bool {
+    pub(crate) fn keeps_its_error(&self) -> bool {
         self.found <= self.stated
     }
 
     /// Tells whether it lies on the front, within [`LARGEST_EXCESS`].
-    pub fn is_on_the_front(&self) -> bool {
+    pub(crate) fn is_on_the_front(&self) -> bool {
         self.excess <= LARGEST_EXCESS
     }
 }
 
 /// The verdicts of a study in which the presets are named points.
-pub fn verdicts(study: &Study) -> Vec<Verdict> {
+pub(crate) fn verdicts(study: &Study) -> Vec<Verdict> {
     let points: Vec<(f64, f64)> = study.points().map(Point::coordinates).collect();
     let verdict = |row: &FrontRow| {
         let point: &Point = study.named.iter().find(|point| point.label == row.preset.name())?;

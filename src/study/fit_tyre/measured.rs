@@ -21,7 +21,7 @@ const POLAR: [&str; 2] = ["level_db", "phase_deg"];
 
 /// One measured value.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point {
+pub(crate) struct Point {
     /// Frequency \[Hz\].
     pub frequency: f64,
     /// Side of the square patch \[m\].
@@ -32,7 +32,7 @@ pub struct Point {
 
 /// Faults of a file of mobilities.
 #[derive(Debug, Error)]
-pub enum MeasuredError {
+pub(crate) enum MeasuredError {
     /// No records, as the CSV reader says with the position.
     #[error(transparent)]
     Records(#[from] csv::Error),
@@ -138,7 +138,7 @@ fn sides(width: f64) -> String {
 ///
 /// # Errors
 /// [`MeasuredError`], with line and column.
-pub fn read(bytes: &[u8], width: f64) -> Result<Vec<Point>, MeasuredError> {
+pub(crate) fn read(bytes: &[u8], width: f64) -> Result<Vec<Point>, MeasuredError> {
     let mut reader = separated::reader(bytes);
     let mut record = csv::ByteRecord::new();
     let (mut columns, mut points) = (None, Vec::new());

@@ -13,7 +13,7 @@ const DECIBELS: f64 = 20.0 * std::f64::consts::LOG10_E;
 
 /// Uncertainties of the measured values, standard deviations.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Uncertainty {
+pub(crate) struct Uncertainty {
     /// Uncertainty of levels \[dB\].
     pub level: f64,
     /// Uncertainty of phases, in degrees.

@@ -11,12 +11,12 @@
 //! With J at the end, (J^T J)^-1 holds the variances and correlations of the logarithms. Where the residuals are larger
 //! than their uncertainties explain, the model or the uncertainties are wrong, and intervals grow by sqrt(chi^2/N).
 
-pub mod measured;
+pub(crate) mod measured;
 mod misfit;
 mod parameters;
 
-pub use misfit::Uncertainty;
-pub use parameters::{BOUND, Parameter};
+pub(crate) use misfit::Uncertainty;
+pub(crate) use parameters::{BOUND, Parameter};
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -33,13 +33,13 @@ use misfit::Misfit;
 use parameters::Space;
 
 /// Up to here only the lowest modes show \[Hz\].
-pub const LOW: f64 = 260.0;
+pub(crate) const LOW: f64 = 260.0;
 /// Points that are tried at first, and those of them from which a descent begins.
-pub const TRIALS: usize = 40;
+pub(crate) const TRIALS: usize = 40;
 /// See [`TRIALS`].
-pub const BEST: usize = 4;
+pub(crate) const BEST: usize = 4;
 /// Pieces of the work that a watcher hears of: the trials, the descents on low frequencies, the one on all.
-pub const PIECES: u64 = BEST as u64 + 2;
+pub(crate) const PIECES: u64 = BEST as u64 + 2;
 
 /// chi^2/N of a descent after which no other valley is looked for: a neighbouring mode misses by far more.
 const EXPLAINED: f64 = 1.5;
@@ -54,7 +54,7 @@ const SURE: f64 = 1.96;
 
 /// Why nothing was fitted.
 #[derive(Clone, Debug, Error, PartialEq)]
-pub enum FitTyreError {
+pub(crate) enum FitTyreError {
     /// Fewer numbers than unknowns.
     #[error(
         "{values} measured values ({} numbers) cannot tell {unknowns} parameters: measure at more frequencies, or fix \
@@ -76,7 +76,7 @@ pub enum FitTyreError {
 
 /// A parameter after the fit.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Estimate {
+pub(crate) struct Estimate {
     /// Which.
     pub parameter: Parameter,
     /// Its value in the starting tyre.
@@ -93,7 +93,7 @@ pub struct Estimate {
 
 /// A fitted tyre.
 #[derive(Clone, Debug)]
-pub struct Fit {
+pub(crate) struct Fit {
     /// The tyre.
     pub tyre: Tyre,
     /// The free parameters, in the order given.
@@ -117,7 +117,7 @@ pub struct Fit {
 /// # Errors
 /// [`FitTyreError`]. Free parameters without a positive value in the starting tyre keep what they are: see
 /// [`Parameter::value`].
-pub fn fit(
+pub(crate) fn fit(
     start: &Tyre,
     free: &[Parameter],
     points: &[Point],

@@ -5,12 +5,12 @@ use std::ops::Range;
 use crate::scene::{Law, Tyre};
 
 /// Bounds of a parameter: its start over and times this.
-pub const BOUND: f64 = 4.0;
+pub(crate) const BOUND: f64 = 4.0;
 
 /// A parameter of the tyre. The tread is the outermost layer, the belt the innermost one under tension, or the
 /// innermost where none is. All are positive and fitted by their logarithm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Parameter {
+pub(crate) enum Parameter {
     /// Modulus of the tread \[Pa\].
     TreadModulus,
     /// Its loss factor.
@@ -51,7 +51,7 @@ pub enum Parameter {
 
 impl Parameter {
     /// All of them.
-    pub const ALL: [Self; 18] = [
+    pub(crate) const ALL: [Self; 18] = [
         Self::TreadModulus,
         Self::TreadLoss,
         Self::TreadThickness,
@@ -73,7 +73,7 @@ impl Parameter {
     ];
 
     /// Those that say where the lowest modes lie: what a search over starts varies.
-    pub const OF_LOW_MODES: [Self; 5] = [
+    pub(crate) const OF_LOW_MODES: [Self; 5] = [
         Self::TensionAlong,
         Self::FoundationNormal,
         Self::FoundationTangential,
@@ -82,7 +82,7 @@ impl Parameter {
     ];
 
     /// Its name on the command line.
-    pub const fn name(self) -> &'static str {
+    pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::TreadModulus => "tread-modulus",
             Self::TreadLoss => "tread-loss",
@@ -106,7 +106,7 @@ impl Parameter {
     }
 
     /// Its unit; empty for a number.
-    pub const fn unit(self) -> &'static str {
+    pub(crate) const fn unit(self) -> &'static str {
         match self {
             Self::TreadModulus | Self::BeltModulus | Self::CordStiffness => "Pa",
             Self::CordAngle => "degrees",
@@ -122,7 +122,7 @@ impl Parameter {
 
     /// Tells whether it is fitted to this start by default. Tension that inflation and sidewalls give follows them:
     /// beside their radius and angle it would be fitted twice.
-    pub fn is_free_from(self, start: &Tyre) -> bool {
+    pub(crate) fn is_free_from(self, start: &Tyre) -> bool {
         self.is_usually_free() && !(self == Self::TensionAlong && start.tension_is_carried())
     }
 
@@ -130,7 +130,7 @@ impl Parameter {
     /// any mobility tells them, and with them known the others are told well. The angle of cords is known from how the
     /// tyre was built. The foundation's losses, and the sidewalls', show in the lowest modes only; their mass is
     /// weighed.
-    pub const fn is_usually_free(self) -> bool {
+    pub(crate) const fn is_usually_free(self) -> bool {
         !matches!(
             self,
             Self::TreadThickness
@@ -143,7 +143,7 @@ impl Parameter {
     }
 
     /// The key of the scene that holds it.
-    pub fn key(self, tyre: &Tyre) -> String {
+    pub(crate) fn key(self, tyre: &Tyre) -> String {
         let belt = belt(tyre).unwrap_or(0);
         let tread = tyre.layers.len().saturating_sub(1);
         match self {
@@ -168,7 +168,7 @@ impl Parameter {
     }
 
     /// Where it stands in a tyre; `None` where the tyre, or its material's law, has no such thing.
-    pub fn place(self, tyre: &mut Tyre) -> Option<&mut f64> {
+    pub(crate) fn place(self, tyre: &mut Tyre) -> Option<&mut f64> {
         let belt = belt(tyre);
         let layer = match self {
             Self::TreadModulus | Self::TreadLoss | Self::TreadThickness | Self::TreadDensity => {
@@ -200,7 +200,7 @@ impl Parameter {
     }
 
     /// Its value, if a logarithm can vary it.
-    pub fn value(self, tyre: &Tyre) -> Option<f64> {
+    pub(crate) fn value(self, tyre: &Tyre) -> Option<f64> {
         self.place(&mut tyre.clone()).copied().filter(|&value| value > 0.0)
     }
 }

@@ -7,11 +7,11 @@ use crate::scene::Setting;
 use crate::study::sweep::factor::{Factor, NEEDS_STEPS, Values};
 
 /// Most points of a design.
-pub const MOST_POINTS: usize = 100_000;
+pub(crate) const MOST_POINTS: usize = 100_000;
 
 /// How the factors' values are combined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Design {
+pub(crate) enum Design {
     /// Every value of each with every value of all others, the last factor's innermost.
     #[default]
     Grid,
@@ -30,7 +30,7 @@ impl Design {
     ///
     /// # Errors
     /// In words, for a factor that is given twice, one without steps on a grid, and too many points.
-    pub fn points(self, factors: &[Factor]) -> Result<Vec<Vec<Setting>>, String> {
+    pub(crate) fn points(self, factors: &[Factor]) -> Result<Vec<Vec<Setting>>, String> {
         for (index, factor) in factors.iter().enumerate() {
             if factors[..index].iter().any(|earlier| earlier.key == factor.key) {
                 return Err(format!("--set {}: given twice", factor.key));

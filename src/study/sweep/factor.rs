@@ -11,7 +11,7 @@ pub(super) const NEEDS_STEPS: &str = "a grid needs steps, FROM..TO:STEP; --latin
 
 /// A key of a scene that is varied.
 #[derive(Clone, Debug)]
-pub struct Factor {
+pub(crate) struct Factor {
     /// The key, such as `road.seed`.
     pub key: String,
     /// Values of the key.
@@ -20,7 +20,7 @@ pub struct Factor {
 
 /// The values of a factor.
 #[derive(Clone, Debug)]
-pub enum Values {
+pub(crate) enum Values {
     /// These, in this order.
     Listed(Vec<Setting>),
     /// Any between two ends.
@@ -29,7 +29,7 @@ pub enum Values {
 
 /// A range from one number to another.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Range {
+pub(crate) enum Range {
     /// In equal steps, both ends included; as text, so that whole numbers stay whole.
     Steps(Vec<String>),
     /// Without steps.
@@ -41,7 +41,7 @@ impl Values {
     ///
     /// # Errors
     /// In words, for a range without steps.
-    pub fn texts(&self) -> Result<Vec<&str>, String> {
+    pub(crate) fn texts(&self) -> Result<Vec<&str>, String> {
         match self {
             Self::Listed(values) => Ok(values.iter().map(Setting::value).collect()),
             Self::Between(..) => Err(NEEDS_STEPS.to_owned()),
@@ -55,7 +55,7 @@ impl Factor {
     ///
     /// # Errors
     /// In words, for a range that is none and a value that is given twice.
-    pub fn of(setting: &Setting) -> Result<Option<Self>, String> {
+    pub(crate) fn of(setting: &Setting) -> Result<Option<Self>, String> {
         let key = setting.key();
         let Some(text) = setting.plain_text() else { return Ok(None) };
         let listed = |texts: &mut dyn Iterator<Item = &str>| -> Result<Values, String> {
@@ -83,7 +83,7 @@ impl Factor {
     }
 
     /// Tells whether its values are draws of the same thing, over which results are averaged: those of a seed.
-    pub fn repeats(&self) -> bool {
+    pub(crate) fn repeats(&self) -> bool {
         is_seed(&self.key)
     }
 
@@ -91,7 +91,7 @@ impl Factor {
     ///
     /// # Errors
     /// As [`Setting::parse`].
-    pub fn at(&self, place: f64) -> Result<Setting, String> {
+    pub(crate) fn at(&self, place: f64) -> Result<Setting, String> {
         match &self.values {
             Values::Listed(values) => {
                 let index = (place * values.len() as f64) as usize;
@@ -129,14 +129,14 @@ fn parts(text: &str) -> Vec<&str> {
 }
 
 /// Tells whether a key is that of a seed.
-pub fn is_seed(key: &str) -> bool {
+pub(crate) fn is_seed(key: &str) -> bool {
     key.rsplit('.').next() == Some("seed")
 }
 
 impl Range {
     /// `FROM..TO:STEP`, or `FROM..TO` of whole numbers, which go in steps of 1, or of others, which has no steps.
     /// `None` for what does not begin with a number and two points.
-    pub fn parse(text: &str) -> Option<Result<Self, String>> {
+    pub(crate) fn parse(text: &str) -> Option<Result<Self, String>> {
         let (from, rest) = text.split_once("..")?;
         let start = number(from).ok()?;
         Some(Self::from(from.trim(), start, rest))

@@ -18,7 +18,7 @@ use crate::storage::input::{self, TABLE_BYTES};
 ///
 /// # Errors
 /// Errors of a file that cannot be written. Folders that are no results, and files that are no sound of ours, stay.
-pub fn share_full_scale(folders: &[PathBuf]) -> Result<(), ResultsError> {
+pub(crate) fn share_full_scale(folders: &[PathBuf]) -> Result<(), ResultsError> {
     let known: Vec<(&PathBuf, Summary)> = folders.iter().filter_map(|folder| Some((folder, read(folder)?))).collect();
     let all = known.iter().flat_map(|(_, summary)| audio(summary));
     // Louder files are floats, which have the full scale that was asked for.

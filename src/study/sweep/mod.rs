@@ -7,19 +7,19 @@
 //!    confidence, and pictures of what they depend on;
 //! 5. [`tasks`]: the same as tasks in a folder, for batch systems.
 
-pub mod design;
-pub mod factor;
-pub mod full_scale;
-pub mod repeated;
-pub mod run;
-pub mod table;
-pub mod tasks;
-pub mod variants;
+pub(crate) mod design;
+pub(crate) mod factor;
+pub(crate) mod full_scale;
+pub(crate) mod repeated;
+pub(crate) mod run;
+pub(crate) mod table;
+pub(crate) mod tasks;
+pub(crate) mod variants;
 
-pub use design::Design;
-pub use factor::{Factor, Range};
-pub use full_scale::share_full_scale;
-pub use repeated::RepeatedTable;
-pub use run::{Done, Outcome, sweep};
-pub use table::{SweepBlock, blocks};
-pub use variants::{Axes, Choice, Label, SPEED_KEY, SweepError, Variant, variants};
+pub(crate) use design::Design;
+pub(crate) use factor::{Factor, Range};
+pub(crate) use full_scale::share_full_scale;
+pub(crate) use repeated::RepeatedTable;
+pub(crate) use run::{Done, Outcome, sweep};
+pub(crate) use table::{SweepBlock, blocks};
+pub(crate) use variants::{Axes, Label, SPEED_KEY, SweepError, Variant, variants};

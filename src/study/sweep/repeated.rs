@@ -23,7 +23,7 @@ const SOUND_UNIT: &str = "dB(A)";
 
 /// A mean over seeds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mean {
+pub(crate) struct Mean {
     /// How many values there are.
     pub runs: usize,
     /// Their mean.
@@ -38,7 +38,7 @@ pub struct Mean {
 
 impl Mean {
     /// Makes the mean of values; `None` without a finite one.
-    pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
+    pub(crate) fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
         let values: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
         let (first, count) = (*values.first()?, values.len() as f64);
         let mean = values.iter().sum::<f64>() / count;
@@ -67,7 +67,7 @@ struct Quantity {
 
 /// One combination of what is varied, seeds left out.
 #[derive(Clone, Debug)]
-pub struct RepeatedRow {
+pub(crate) struct RepeatedRow {
     /// Values, in the order of the table's factors.
     pub values: Vec<String>,
     /// How many runs were asked for.
@@ -80,7 +80,7 @@ type Values = (Vec<String>, usize, BTreeMap<Quantity, Vec<f64>>);
 
 /// Findings of a sweep.
 #[derive(Clone, Debug, Default)]
-pub struct RepeatedTable {
+pub(crate) struct RepeatedTable {
     /// Factors, seeds left out.
     pub factors: Vec<String>,
     /// The combinations, in the order of the sweep.
@@ -90,7 +90,7 @@ pub struct RepeatedTable {
 
 impl RepeatedTable {
     /// Collects a sweep's variants and the findings of each; `None` where nothing but road, load and speed is varied.
-    pub fn new(runs: &[(Label, Option<Done>)]) -> Option<Self> {
+    pub(crate) fn new(runs: &[(Label, Option<Done>)]) -> Option<Self> {
         let kept = |label: &Label| label.choices.iter().filter(|choice| !choice.repeats).cloned().collect::<Vec<_>>();
         let (first, _) = runs.first().filter(|(label, _)| label.is_of_a_design())?;
         let factors = kept(first).into_iter().map(|choice| choice.factor).collect();
@@ -119,7 +119,7 @@ impl RepeatedTable {
     }
 
     /// For people: a line per combination, third octaves left to the files.
-    pub fn report(&self) -> Report {
+    pub(crate) fn report(&self) -> Report {
         let shown: Vec<&Quantity> = self.quantities.iter().filter(|quantity| quantity.rank.0 < BAND).collect();
         let titles = shown.iter().map(|quantity| format!("{}, {}", quantity.name, quantity.unit));
         let header = self.factors.iter().cloned().chain(["runs".to_owned()]).chain(titles);
@@ -146,7 +146,7 @@ impl RepeatedTable {
     }
 
     /// Every mean as CSV: the factors, quantity, unit, runs, mean, half its 95 % interval, lowest and highest value.
-    pub fn csv(&self) -> String {
+    pub(crate) fn csv(&self) -> String {
         let columns = ["quantity", "unit", "runs", "mean", "interval_95", "lowest", "highest"];
         let header = self.factors.iter().cloned().chain(columns.map(str::to_owned));
         let line = |(row, quantity, mean): (&RepeatedRow, &Quantity, &Mean)| -> Vec<String> {
@@ -159,7 +159,7 @@ impl RepeatedTable {
     }
 
     /// The same as JSON: an array of objects.
-    pub fn to_json(&self) -> Value {
+    pub(crate) fn to_json(&self) -> Value {
         let line = |(row, quantity, mean): (&RepeatedRow, &Quantity, &Mean)| {
             let factors: serde_json::Map<String, Value> = self
                 .factors
@@ -183,7 +183,7 @@ impl RepeatedTable {
     ///
     /// # Errors
     /// [`PlotError`].
-    pub fn plots(&self, title: &str) -> Result<Vec<(String, String)>, PlotError> {
+    pub(crate) fn plots(&self, title: &str) -> Result<Vec<(String, String)>, PlotError> {
         let mut plots = Vec::new();
         for (column, factor) in self.factors.iter().enumerate() {
             for (name, short, axis, rank) in

@@ -29,7 +29,7 @@ use crate::study::trial::UNIT;
 
 /// How a variant ended.
 #[derive(Debug)]
-pub enum Outcome {
+pub(crate) enum Outcome {
     /// Its results are there, found or made.
     Done(Done),
     /// It was stopped, or not begun, because the user wanted the end.
@@ -40,7 +40,7 @@ pub enum Outcome {
 
 /// Findings of a finished variant, as its folder says.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
-pub struct Done {
+pub(crate) struct Done {
     /// True if an earlier sweep had finished it.
     #[serde(skip)]
     pub found: bool,
@@ -59,7 +59,7 @@ pub struct Done {
 
 impl Outcome {
     /// Returns its findings, if it is done.
-    pub fn done(&self) -> Option<&Done> {
+    pub(crate) fn done(&self) -> Option<&Done> {
         match self {
             Self::Done(done) => Some(done),
             Self::Stopped | Self::Failed(_) => None,
@@ -85,18 +85,18 @@ impl Done {
     }
 
     /// The level at a receiver \[dB(A)\].
-    pub fn level_at(&self, receiver: &str) -> Option<f64> {
+    pub(crate) fn level_at(&self, receiver: &str) -> Option<f64> {
         self.sound.iter().find(|(name, _)| name == receiver).map(|(_, level)| *level)
     }
 
     /// Name of what is known of a receiver.
-    pub fn label_of(&self, receiver: &str) -> String {
+    pub(crate) fn label_of(&self, receiver: &str) -> String {
         let passed = self.passed.iter().any(|name| name == receiver);
         RatedLevel { name: receiver.to_owned(), passed, level: None }.label()
     }
 
     /// The load, where it was missed by more than its tolerance.
-    pub fn missed_load(&self) -> Option<&LoadResult> {
+    pub(crate) fn missed_load(&self) -> Option<&LoadResult> {
         self.load.as_ref().filter(|load| !load.met)
     }
 }
@@ -122,7 +122,7 @@ fn shared_notes<'a>(mut plans: impl Iterator<Item = &'a Plan>) -> Vec<String> {
 
 /// Runs what is not finished under `target`, one folder per variant, on `threads` threads in all; how each ended, in
 /// their order. A variant that fails does not stop the others.
-pub fn sweep(
+pub(crate) fn sweep(
     variants: &[Variant],
     target: &Path,
     threads: usize,

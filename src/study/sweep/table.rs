@@ -15,7 +15,7 @@ const REFERENCE_SPEED: f64 = 80.0;
 
 /// One line of a block: a band over all speeds.
 #[derive(Clone, Debug, PartialEq)]
-pub struct BandLine {
+pub(crate) struct BandLine {
     /// The band.
     pub band: ThirdOctaveBand,
     /// Level at each speed \[dB re 1 N\]; `None` where the variant is not done or does not reach the band. Text has
@@ -34,7 +34,7 @@ impl BandLine {
 
 /// The variants of one road and load.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SweepBlock {
+pub(crate) struct SweepBlock {
     /// Road and load, as far as they are varied.
     pub group: String,
     /// Speeds \[km/h\].
@@ -46,7 +46,7 @@ pub struct SweepBlock {
 }
 
 /// The blocks of a sweep, in the order of its variants, from what each has found.
-pub fn blocks(runs: &[(Label, Option<Done>)]) -> Vec<SweepBlock> {
+pub(crate) fn blocks(runs: &[(Label, Option<Done>)]) -> Vec<SweepBlock> {
     // A design may have its speeds in any order; the groups keep that in which they begin.
     let first: BTreeMap<&str, usize> =
         runs.iter().enumerate().rev().map(|(index, (label, _))| (label.group.as_str(), index)).collect();
@@ -61,7 +61,7 @@ pub fn blocks(runs: &[(Label, Option<Done>)]) -> Vec<SweepBlock> {
 
 impl SweepBlock {
     /// Makes the block of the findings at each speed \[km/h\].
-    pub fn new(group: &str, speeds: Vec<f64>, found: Vec<Done>) -> Self {
+    pub(crate) fn new(group: &str, speeds: Vec<f64>, found: Vec<Done>) -> Self {
         let mut bands: Vec<i32> = found.iter().flat_map(|done| &done.levels).map(|level| level.band.0).collect();
         bands.sort_unstable();
         bands.dedup();
@@ -92,7 +92,7 @@ impl SweepBlock {
 
     /// The block for people: a line per band, a column per speed, growth and residual last; the rolling resistance
     /// below, and which loads were missed.
-    pub fn report(&self) -> Report {
+    pub(crate) fn report(&self) -> Report {
         let mark = |done: &Done| if done.missed_load().is_some() { " *" } else { "" };
         let columns = || self.speeds.iter().zip(&self.found);
         let titles: Vec<String> = columns().map(|(speed, done)| format!("{speed} km/h{}", mark(done))).collect();
@@ -154,7 +154,7 @@ impl SweepBlock {
 /// Levels at the receivers as CSV: one row per group, receiver and speed, with the regression L = L_ref + b
 /// lg(v/v_ref);
 /// `None` without receivers.
-pub fn sound_csv(blocks: &[SweepBlock]) -> Option<String> {
+pub(crate) fn sound_csv(blocks: &[SweepBlock]) -> Option<String> {
     let header = ["group", "receiver", "speed_kmh", "level_db_a", "growth_db_per_decade", "level_at_80_kmh_db_a"];
     let mut rows: Vec<Vec<String>> = Vec::new();
     for block in blocks {
@@ -175,7 +175,7 @@ pub fn sound_csv(blocks: &[SweepBlock]) -> Option<String> {
 
 /// All blocks as CSV: one row per group, band and speed, the band's growth and what the speed has found repeated.
 /// Numbers are written so that reading gives the same bits.
-pub fn csv(blocks: &[SweepBlock]) -> String {
+pub(crate) fn csv(blocks: &[SweepBlock]) -> String {
     let band = ["group", "nominal_hz", "mid_frequency_hz", "speed_kmh", "level_db_re_1n"];
     let growth = ["growth_db_per_decade", "residual_db", "speeds"];
     let header = band.into_iter().chain(growth).chain(RollingResistance::COLUMNS).chain(["valid", "load_met"]);
@@ -203,7 +203,7 @@ pub fn csv(blocks: &[SweepBlock]) -> String {
 ///
 /// # Errors
 /// [`PlotError`].
-pub fn growth_plot(blocks: &[SweepBlock], title: &str) -> Result<Option<String>, PlotError> {
+pub(crate) fn growth_plot(blocks: &[SweepBlock], title: &str) -> Result<Option<String>, PlotError> {
     let point = |line: &BandLine| {
         line.exponent.map(|fit| ((line.band.mid_frequency(), fit.decibels_per_decade), line.vouched()))
     };

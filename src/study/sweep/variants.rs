@@ -13,7 +13,7 @@ use crate::storage::input::{self, SCENE_BYTES};
 use crate::study::sweep::factor::is_seed;
 
 /// The key of the speed, over which levels grow.
-pub const SPEED_KEY: &str = "rolling.speed_kmh";
+pub(crate) const SPEED_KEY: &str = "rolling.speed_kmh";
 /// Names of what is no single key, or has a table of its own.
 const ROAD: &str = "road";
 const LOAD: &str = "load N";
@@ -23,7 +23,7 @@ const MOST_LETTERS: usize = 40;
 
 /// Factors of a sweep; an empty list leaves the scene's own value.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Axes {
+pub(crate) struct Axes {
     /// Speeds \[km/h\].
     pub speeds: Vec<f64>,
     /// Loads \[N\].
@@ -36,7 +36,7 @@ pub struct Axes {
 
 /// Choice of one variant for one factor.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
-pub struct Choice {
+pub(crate) struct Choice {
     /// The key, or in words.
     pub factor: String,
     /// The value.
@@ -47,7 +47,7 @@ pub struct Choice {
 
 /// Where a variant stands in the tables.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub struct Label {
+pub(crate) struct Label {
     /// Name of the variant and of its results folder.
     pub name: String,
     /// Choices shared with the variants at other speeds: road, load and settings, as far as they are varied.
@@ -60,7 +60,7 @@ pub struct Label {
 
 /// One scene of a sweep.
 #[derive(Clone, Debug)]
-pub struct Variant {
+pub(crate) struct Variant {
     /// Label in the tables.
     pub label: Label,
     /// The scene, open where the scene of the sweep is open.
@@ -71,14 +71,14 @@ pub struct Variant {
 
 impl Label {
     /// Tells whether it is one of a design: not only road, load and speed are varied.
-    pub fn is_of_a_design(&self) -> bool {
+    pub(crate) fn is_of_a_design(&self) -> bool {
         self.choices.iter().any(|choice| ![ROAD, LOAD, SPEED].contains(&choice.factor.as_str()))
     }
 }
 
 /// Why there is no sweep.
 #[derive(Debug, Error)]
-pub enum SweepError {
+pub(crate) enum SweepError {
     /// The scene cannot be taken apart or put together again.
     #[error("variant {name}: {source}")]
     Scene {
@@ -104,7 +104,7 @@ pub enum SweepError {
 ///
 /// # Errors
 /// [`SweepError`] with the first variant that is no scene.
-pub fn variants(base: &LoadedScene, axes: &Axes) -> Result<Vec<Variant>, SweepError> {
+pub(crate) fn variants(base: &LoadedScene, axes: &Axes) -> Result<Vec<Variant>, SweepError> {
     let failed = |name: &str| {
         let name = name.to_owned();
         move |source| SweepError::Scene { name, source }

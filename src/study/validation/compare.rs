@@ -18,7 +18,7 @@ const OCTAVES: [(&str, std::ops::RangeInclusive<i32>); 5] =
 
 /// Holds all that was measured against all that is published, in the order of the table. Rows of speeds and roads that
 /// were not rolled have no value.
-pub fn rows(measured: &Measured, published: &Published) -> Vec<Row> {
+pub(crate) fn rows(measured: &Measured, published: &Published) -> Vec<Row> {
     let table = Table { measured, published, lacks: measured.lacks };
     let mut rows = table.tyre();
     for (speed, group) in [Group::Shape50, Group::Shape80, Group::Shape110].into_iter().enumerate() {

@@ -35,7 +35,7 @@ const CAVITY: f64 = 150.0;
 
 /// Speeds and roads of a validation.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Options {
+pub(crate) struct Options {
     /// Speeds \[km/h\].
     pub speeds: Vec<f64>,
     /// Roads.
@@ -44,7 +44,7 @@ pub struct Options {
 
 /// A run, as the receivers heard it.
 #[derive(Clone, Debug, Serialize)]
-pub struct HeardRun {
+pub(crate) struct HeardRun {
     /// The road.
     pub texture: NamedTexture,
     /// Speed \[km/h\].
@@ -63,12 +63,12 @@ pub struct HeardRun {
 
 impl HeardRun {
     /// Level of a band along the coast-by line \[dB(A)\].
-    pub fn coast_by_band(&self, band: ThirdOctaveBand) -> Option<f64> {
+    pub(crate) fn coast_by_band(&self, band: ThirdOctaveBand) -> Option<f64> {
         self.coast_by_bands.get(&band.0).copied()
     }
 
     /// Level of a band close to the tyre \[dB(A)\].
-    pub fn cpx_band(&self, band: ThirdOctaveBand) -> Option<f64> {
+    pub(crate) fn cpx_band(&self, band: ThirdOctaveBand) -> Option<f64> {
         self.cpx_bands.get(&band.0).copied()
     }
 
@@ -94,7 +94,7 @@ impl HeardRun {
 
 /// The standing tyre.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct StandingTyre {
+pub(crate) struct StandingTyre {
     /// Load over deflection at 350 kg \[N/m\].
     pub stiffness: Option<f64>,
     /// Length of the patch at 300, 350 and 400 kg \[m\].
@@ -109,7 +109,7 @@ pub struct StandingTyre {
 
 /// Measured values of a scene.
 #[derive(Clone, Debug)]
-pub struct Measured {
+pub(crate) struct Measured {
     /// Its tyre.
     pub tyre: StandingTyre,
     /// Its runs: by road, then by speed.
@@ -122,7 +122,7 @@ pub struct Measured {
 
 /// Why a scene cannot be measured.
 #[derive(Debug, Error)]
-pub enum ValidationError {
+pub(crate) enum ValidationError {
     /// The scene, or a run.
     #[error(transparent)]
     Run(#[from] RunError),
@@ -151,7 +151,7 @@ impl From<ContactError> for ValidationError {
 ///
 /// # Errors
 /// Mistakes in the settings.
-pub fn base_scene(settings: &[Setting]) -> Result<LoadedScene, SceneError> {
+pub(crate) fn base_scene(settings: &[Setting]) -> Result<LoadedScene, SceneError> {
     // The numerics are the last table of the default scene: what it chooses for 1 kHz gives way to a wish. A receiver
     // stands for those of the runs, so that settings of the radiation have an object.
     let (physics, _) = DEFAULT.split_once("[numerics]").unwrap_or((DEFAULT, ""));
@@ -171,7 +171,7 @@ fn setting(text: &str) -> Vec<Setting> {
 ///
 /// # Errors
 /// [`ValidationError`]; [`RunError::Interrupted`] within it.
-pub fn measure(
+pub(crate) fn measure(
     loaded: &LoadedScene,
     options: &Options,
     stop: &AtomicBool,

@@ -10,7 +10,7 @@ use crate::scene::{Scene, Zone};
 /// Reason that could explain a value outside its range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Missing {
+pub(crate) enum Missing {
     /// Sidewalls that move against the belt and absorb its waves.
     Sidewalls,
     /// Tread pattern: blocks that strike the road, grooves that resonate.
@@ -33,7 +33,7 @@ pub enum Missing {
 
 impl Missing {
     /// The reason in words.
-    pub const fn title(self) -> &'static str {
+    pub(crate) const fn title(self) -> &'static str {
         match self {
             Self::Sidewalls => "sidewalls at rest",
             Self::TreadPattern => "no tread pattern",
@@ -50,7 +50,7 @@ impl Missing {
 
 /// Gaps of a scene's model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Lacks {
+pub(crate) struct Lacks {
     /// Sidewalls do not move.
     pub sidewalls: bool,
     /// Contact is resolved along the tyre only.
@@ -83,7 +83,7 @@ const PATTERN: f64 = 700.0;
 
 impl Lacks {
     /// Looks at a scene.
-    pub fn of(scene: &Scene) -> Self {
+    pub(crate) fn of(scene: &Scene) -> Self {
         Self { sidewalls: scene.tyre.sidewall.is_none(), cells: scene.contact.zone == Zone::Slices }
     }
 

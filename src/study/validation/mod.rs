@@ -12,8 +12,12 @@ mod missing;
 mod published;
 mod row;
 
-pub use compare::rows;
-pub use measure::{HeardRun, Measured, Options, StandingTyre, ValidationError, base_scene, measure};
-pub use missing::{Lacks, Missing};
-pub use published::{PUBLISHED_SPEEDS, Published, PublishedSet, Quantity};
-pub use row::{Group, Row, Summary, Verdict, summaries};
+pub(crate) use compare::rows;
+#[cfg(test)]
+pub(crate) use measure::StandingTyre;
+pub(crate) use measure::{Measured, Options, ValidationError, base_scene, measure};
+#[cfg(test)]
+pub(crate) use missing::Lacks;
+pub(crate) use missing::Missing;
+pub(crate) use published::{PUBLISHED_SPEEDS, Published};
+pub(crate) use row::{Group, Row, Summary, Verdict, summaries};

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::response::ThirdOctaveBand;
 
 /// Speeds of the published third octaves \[km/h\].
-pub const PUBLISHED_SPEEDS: [f64; 3] = [50.0, 80.0, 110.0];
+pub(crate) const PUBLISHED_SPEEDS: [f64; 3] = [50.0, 80.0, 110.0];
 /// Names of the columns of a speed.
 const SPEED_NAMES: [&str; 3] = ["50", "80", "110"];
 /// Bands whose energies are summed, lowest and highest: 200 Hz to 2 kHz.
@@ -27,7 +27,7 @@ const QUANTITIES: &str = include_str!("data/quantities.json");
 /// Kind of a range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Kind {
+pub(crate) enum Kind {
     /// From measurements.
     Measured,
     /// Target of a fit: says that the tyre is still what it was fitted to.
@@ -36,7 +36,7 @@ pub enum Kind {
 
 /// Published range of a quantity.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-pub struct Quantity {
+pub(crate) struct Quantity {
     /// Name of the quantity.
     pub title: String,
     /// Unit of the range.
@@ -78,7 +78,7 @@ struct File {
 
 /// Third octaves of one source.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PublishedSet {
+pub(crate) struct PublishedSet {
     /// Name of the source.
     pub source: String,
     /// A-weighted levels of the bands from 200 Hz to 2 kHz at each of the published speeds \[dB, with any reference\].
@@ -87,13 +87,13 @@ pub struct PublishedSet {
 
 impl PublishedSet {
     /// A band relative to the energy sum of all, at the speed of a number \[dB\].
-    pub fn relative(&self, speed: usize, band: ThirdOctaveBand) -> Option<f64> {
+    pub(crate) fn relative(&self, speed: usize, band: ThirdOctaveBand) -> Option<f64> {
         let levels = self.levels.get(speed)?;
         Some(levels.get(&band.0)? - energy_sum(levels.values().copied()))
     }
 
     /// Growth of a band from the lowest speed to the highest \[dB a decade\].
-    pub fn growth(&self, band: ThirdOctaveBand) -> Option<f64> {
+    pub(crate) fn growth(&self, band: ThirdOctaveBand) -> Option<f64> {
         let [lowest, _, highest] = &self.levels;
         Some((highest.get(&band.0)? - lowest.get(&band.0)?) / decades())
     }
@@ -116,7 +116,7 @@ pub(super) fn bands() -> impl Iterator<Item = ThirdOctaveBand> {
 
 /// Published values.
 #[derive(Clone, Debug)]
-pub struct Published {
+pub(crate) struct Published {
     /// Sets of third octaves.
     pub sets: Vec<PublishedSet>,
     pub(super) shape: Widening,
@@ -130,7 +130,7 @@ impl Published {
     /// # Panics
     /// If an embedded file is damaged: a test reads them.
     #[expect(clippy::expect_used, reason = "the files are part of the program, and a test reads them")]
-    pub fn embedded() -> Self {
+    pub(crate) fn embedded() -> Self {
         let File { bands, quantities } = serde_json::from_str(QUANTITIES).expect("quantities.json is valid");
         let Bands { shape, growth, sources } = bands;
         let cars = |speed| format!("A_weighted_band_minus_overall_{speed}kmh_dB");
@@ -148,22 +148,23 @@ impl Published {
     }
 
     /// The quantity of a name.
-    pub fn quantity(&self, name: &str) -> Option<&Quantity> {
+    pub(crate) fn quantity(&self, name: &str) -> Option<&Quantity> {
         self.quantities.get(name)
     }
 
     /// Names and ranges of all single quantities.
-    pub fn quantities(&self) -> impl Iterator<Item = (&str, &Quantity)> {
+    #[cfg(test)]
+    pub(crate) fn quantities(&self) -> impl Iterator<Item = (&str, &Quantity)> {
         self.quantities.iter().map(|(name, quantity)| (name.as_str(), quantity))
     }
 
     /// Range of a band relative to the sum, at the speed of a number \[dB\].
-    pub fn shape_range(&self, speed: usize, band: ThirdOctaveBand) -> [f64; 2] {
+    pub(crate) fn shape_range(&self, speed: usize, band: ThirdOctaveBand) -> [f64; 2] {
         widened(self.sets.iter().filter_map(|set| set.relative(speed, band)), self.shape.spread)
     }
 
     /// Range of a band's growth \[dB a decade\].
-    pub fn growth_range(&self, band: ThirdOctaveBand) -> [f64; 2] {
+    pub(crate) fn growth_range(&self, band: ThirdOctaveBand) -> [f64; 2] {
         widened(self.sets.iter().filter_map(|set| set.growth(band)), self.growth.spread)
     }
 }

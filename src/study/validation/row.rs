@@ -8,7 +8,7 @@ use super::published::Kind;
 /// Part of the table that a row stands in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Group {
+pub(crate) enum Group {
     /// The standing tyre.
     Tyre,
     /// Third octaves relative to their energy sum.
@@ -29,7 +29,7 @@ pub enum Group {
 
 impl Group {
     /// All, in the order of the table.
-    pub const ALL: [Self; 8] = [
+    pub(crate) const ALL: [Self; 8] = [
         Self::Tyre,
         Self::Shape50,
         Self::Shape80,
@@ -41,7 +41,7 @@ impl Group {
     ];
 
     /// The group in words.
-    pub const fn title(self) -> &'static str {
+    pub(crate) const fn title(self) -> &'static str {
         match self {
             Self::Tyre => "tyre, standing",
             Self::Shape50 => "third octaves, 50 km/h",
@@ -57,7 +57,7 @@ impl Group {
 
 /// A value held against its range.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Row {
+pub(crate) struct Row {
     /// Part of the table.
     pub group: Group,
     /// Name of the quantity.
@@ -83,7 +83,7 @@ pub struct Row {
 /// Judgement of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "verdict", content = "by")]
-pub enum Verdict {
+pub(crate) enum Verdict {
     /// Within the range.
     Inside,
     /// Below the range, by so much.
@@ -96,7 +96,7 @@ pub enum Verdict {
 
 impl Row {
     /// Judges the value; one on the edge is inside.
-    pub fn verdict(&self) -> Verdict {
+    pub(crate) fn verdict(&self) -> Verdict {
         let [lowest, highest] = self.range;
         match self.computed {
             Some(value) if value < lowest => Verdict::Below(lowest - value),
@@ -107,7 +107,7 @@ impl Row {
     }
 
     /// Distance from the range: 0 inside, negative below it; `None` of a value that is not known.
-    pub fn outside(&self) -> Option<f64> {
+    pub(crate) fn outside(&self) -> Option<f64> {
         match self.verdict() {
             Verdict::Inside => Some(0.0),
             Verdict::Below(by) => Some(-by),
@@ -119,7 +119,7 @@ impl Row {
 
 /// Rows of a group together.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Summary {
+pub(crate) struct Summary {
     /// The group.
     pub group: Group,
     /// Number of its rows.
@@ -133,7 +133,7 @@ pub struct Summary {
 }
 
 /// Sums up all groups that have rows.
-pub fn summaries(rows: &[Row]) -> Vec<Summary> {
+pub(crate) fn summaries(rows: &[Row]) -> Vec<Summary> {
     let of = |group: Group| {
         let own: Vec<(usize, &Row)> = rows.iter().enumerate().filter(|(_, row)| row.group == group).collect();
         let relative = |row: &Row| row.outside().map_or(0.0, |by| by.abs() / (row.range[1] - row.range[0]));

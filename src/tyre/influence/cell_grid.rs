@@ -30,7 +30,7 @@ impl CellGrid {
     }
 
     /// The tyre's waves.
-    pub fn waves(&self) -> Waves {
+    pub(crate) fn waves(&self) -> Waves {
         self.along.waves
     }
 

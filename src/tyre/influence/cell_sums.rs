@@ -100,7 +100,7 @@ impl CellSums {
     }
 
     /// Values of a wave's function at each s of a list, appended to `values`.
-    pub fn values<'a>(
+    pub(crate) fn values<'a>(
         &self,
         wave: &CellWave,
         at: impl IntoIterator<Item = &'a CellSumsAt>,

@@ -18,7 +18,7 @@ pub struct CellTruncation {
 
 /// One of the waves that the past is carried by: those of the tyre's that are the same on cells.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct CellWave {
+pub(crate) struct CellWave {
     /// n, m and weights \[1/m^2\].
     pub terms: Vec<(i64, usize, f64)>,
     /// True if it is its own mirror, the number 0 or N/2 of the ring: the odd part of its function is 0.
@@ -37,7 +37,7 @@ pub struct CellRow {
     /// Number of the first wave on the ring.
     pub first: usize,
     /// The waves.
-    pub waves: Vec<CellWave>,
+    pub(crate) waves: Vec<CellWave>,
 }
 
 /// Which waves are carried on which ring. The longer ones need all of the tyre; the shorter ones are damped out within

@@ -26,7 +26,7 @@ const WRAPPED: f64 = 1e-12;
 
 /// The circle |zeta| = rho on which so many weights are sampled.
 #[derive(Clone, Copy, Debug)]
-pub struct Circle {
+pub(crate) struct Circle {
     /// K, the points all round.
     pub length: usize,
     /// rho.
@@ -35,26 +35,26 @@ pub struct Circle {
 
 impl Circle {
     /// For lags 0..`lags`.
-    pub fn new(lags: usize) -> Self {
+    pub(crate) fn new(lags: usize) -> Self {
         let length = (2 * lags).next_power_of_two().max(16);
         Self { length, radius: WRAPPED.powf(1.0 / length as f64) }
     }
 
     /// zeta_k for k = 0..=K/2.
-    pub fn points(&self) -> impl Iterator<Item = Complex64> + use<> {
+    pub(crate) fn points(&self) -> impl Iterator<Item = Complex64> + use<> {
         let Self { length, radius } = *self;
         (0..=length / 2).map(move |k| Complex64::from_polar(radius, -2.0 * PI * k as f64 / length as f64))
     }
 
     /// Returns the factor from the sum over all points to the weight of a lag.
-    pub fn scale(&self, lag: usize) -> f64 {
+    pub(crate) fn scale(&self, lag: usize) -> f64 {
         self.radius.powi(-(lag as i32)) / self.length as f64
     }
 }
 
 /// The points s_k on the circle for lags 0..`lags`.
 #[derive(Clone, Debug)]
-pub struct Contour {
+pub(crate) struct Contour {
     /// s_k for k = 0..=K/2 \[1/s\].
     pub points: Vec<Complex64>,
     /// The circle.
@@ -63,7 +63,7 @@ pub struct Contour {
 
 impl Contour {
     /// The contour for a rule, a time step \[s\] and a number of lags.
-    pub fn new(rule: TimeRule, time_step: f64, lags: usize) -> Self {
+    pub(crate) fn new(rule: TimeRule, time_step: f64, lags: usize) -> Self {
         let circle = Circle::new(lags);
         Self { points: circle.points().map(|zeta| rule.symbol(zeta) / time_step).collect(), circle }
     }

@@ -42,20 +42,20 @@ fn flat_from(tyre: &Tyre, tolerance: f64) -> f64 {
 }
 
 /// Bytes of the waves of a tyre that sums within a relative `tolerance` prepare.
-pub fn wave_bytes(tyre: &Tyre, tolerance: f64) -> f64 {
+pub(crate) fn wave_bytes(tyre: &Tyre, tolerance: f64) -> f64 {
     let each = LAYER_BYTES + if tyre.turns() { TURNING_LAYER_BYTES } else { 0.0 };
     each * tyre.layers.len() as f64 * wave_count(tyre, tolerance)
 }
 
 /// Bytes of the products of polynomials that layers with cords, or orthotropic ones, take for all degrees: their waves
 /// have steep displacements, and hardly two of them one degree. Others take a few degrees.
-pub fn steep_bytes(tyre: &Tyre) -> f64 {
+pub(crate) fn steep_bytes(tyre: &Tyre) -> f64 {
     let steep = tyre.layers.iter().filter(|layer| tyre.curvature && !layer.is_isotropic()).count();
     steep as f64 * Cylinder::PRODUCT_BYTES
 }
 
 /// Waves of a tyre that sums within a relative `tolerance` prepare; none of a flat one.
-pub fn wave_count(tyre: &Tyre, tolerance: f64) -> f64 {
+pub(crate) fn wave_count(tyre: &Tyre, tolerance: f64) -> f64 {
     if !tyre.curvature {
         return 0.0;
     }

@@ -27,11 +27,11 @@ use crate::tyre::layers::layer::LayerAt;
 use crate::tyre::layers::surface_asymptote::closed_form;
 
 /// Chebyshev terms of a band.
-pub const BAND_TERMS: usize = 20;
+pub(super) const BAND_TERMS: usize = 20;
 
 /// Adds weight T_j(x), x the place of k^2 in the band, in every lane.
 #[inline(always)]
-pub fn add<S: Simd>(
+pub(super) fn add<S: Simd>(
     simd: S,
     moments: &mut [S::f64s; BAND_TERMS],
     weight: S::f64s,
@@ -61,7 +61,7 @@ fn angle(i: usize) -> f64 {
 }
 
 /// Chebyshev coefficients of a function of k^2 in a band.
-pub fn chebyshev<T>([low, high]: [f64; 2], function: impl Fn(f64) -> T) -> [T; BAND_TERMS]
+pub(super) fn chebyshev<T>([low, high]: [f64; 2], function: impl Fn(f64) -> T) -> [T; BAND_TERMS]
 where
     T: Copy + Mul<f64, Output = T> + Sum,
 {
@@ -74,7 +74,7 @@ where
 }
 
 /// Chebyshev coefficients of C_zz of the half-space in a band of k^2.
-pub fn coefficients(tread: &LayerAt<Complex64>, band: [f64; 2]) -> [Complex64; BAND_TERMS] {
+pub(super) fn coefficients(tread: &LayerAt<Complex64>, band: [f64; 2]) -> [Complex64; BAND_TERMS] {
     let ratio = tread.inertia_over_shear();
     chebyshev(band, |k_squared| {
         closed_form(tread.modulus_ratio, ratio / k_squared) * tread.inverse_shear / k_squared.sqrt()
@@ -82,7 +82,7 @@ pub fn coefficients(tread: &LayerAt<Complex64>, band: [f64; 2]) -> [Complex64; B
 }
 
 /// Tells whether both waves decay over the thickness like exp(-`decay`) at a wavenumber k, and hence above it.
-pub fn is_half_space(tread: &LayerAt<Complex64>, k: f64, decay: f64) -> bool {
+pub(super) fn is_half_space(tread: &LayerAt<Complex64>, k: f64, decay: f64) -> bool {
     let ratio = tread.inertia_over_shear();
     let alpha = (ratio * tread.modulus_ratio + k * k).sqrt();
     let beta = (ratio + k * k).sqrt();
@@ -90,7 +90,7 @@ pub fn is_half_space(tread: &LayerAt<Complex64>, k: f64, decay: f64) -> bool {
 }
 
 /// Tells whether the Chebyshev sum of a band of k^2 reaches a relative `tolerance`.
-pub fn is_resolved(tread: &LayerAt<Complex64>, [low, high]: [f64; 2], tolerance: f64) -> bool {
+pub(super) fn is_resolved(tread: &LayerAt<Complex64>, [low, high]: [f64; 2], tolerance: f64) -> bool {
     let ratio = tread.inertia_over_shear();
     let kappa = tread.modulus_ratio;
     let nu = (1.0 - 2.0 * kappa) / (2.0 - 2.0 * kappa);

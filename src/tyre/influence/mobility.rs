@@ -18,7 +18,7 @@ use crate::tyre::layers::material::modulus_ratio;
 use crate::tyre::layers::surface_asymptote::{LARGEST_ARGUMENT, TERMS, series, thickness_limit};
 
 /// Lobes of sinc^2 along and across that are summed.
-pub const LOBES: f64 = 24.0;
+pub(crate) const LOBES: f64 = 24.0;
 
 /// Relative accuracy at which the tread counts as a half-space.
 const TOLERANCE: f64 = 1e-6;
@@ -43,17 +43,17 @@ struct PatchWeights {
 }
 
 /// Level of a mobility re 1 m/(N s) \[dB\].
-pub fn level(value: Complex64) -> f64 {
+pub(crate) fn level(value: Complex64) -> f64 {
     20.0 * value.norm().log10()
 }
 
 /// Phase \[degrees\].
-pub fn phase(value: Complex64) -> f64 {
+pub(crate) fn phase(value: Complex64) -> f64 {
     value.arg().to_degrees()
 }
 
 /// So many frequencies, evenly spaced on a logarithmic axis, lowest first; both ends exact.
-pub fn frequencies(from: f64, to: f64, points: u32) -> Vec<f64> {
+pub(crate) fn frequencies(from: f64, to: f64, points: u32) -> Vec<f64> {
     let (last, ratio) = (points.saturating_sub(1), to / from);
     (0..points).map(|k| if k == last { to } else { from * ratio.powf(f64::from(k) / f64::from(last)) }).collect()
 }

@@ -21,7 +21,7 @@ use crate::tyre::layers::surface_asymptote::TERMS;
 
 /// Cut-off wavenumbers in steps of 2^(1/4).
 #[derive(Clone, Debug, PartialEq)]
-pub struct TailClasses {
+pub(super) struct TailClasses {
     cut_offs: Vec<f64>,
 }
 
@@ -30,7 +30,7 @@ const MOST_CLASSES: usize = 48;
 
 impl TailClasses {
     /// Classes from `smallest` until `largest` is reached \[1/m\].
-    pub fn new(smallest: f64, largest: f64) -> Self {
+    pub(super) fn new(smallest: f64, largest: f64) -> Self {
         let mut cut_offs = vec![smallest];
         let mut next = smallest;
         while next < largest && cut_offs.len() < MOST_CLASSES {
@@ -41,27 +41,27 @@ impl TailClasses {
     }
 
     /// The cut-off of a class \[1/m\].
-    pub fn cut_off(&self, class: usize) -> f64 {
+    pub(super) fn cut_off(&self, class: usize) -> f64 {
         self.cut_offs[class]
     }
 
     /// The largest cut-off \[1/m\].
-    pub fn highest(&self) -> f64 {
+    pub(super) fn highest(&self) -> f64 {
         self.cut_offs[self.last()]
     }
 
     /// The last class.
-    pub fn last(&self) -> usize {
+    pub(super) fn last(&self) -> usize {
         self.cut_offs.len() - 1
     }
 
     /// The band of k^2 between the cut-offs of a class and the next \[1/m^2\].
-    pub fn band(&self, class: usize) -> [f64; 2] {
+    pub(super) fn band(&self, class: usize) -> [f64; 2] {
         [self.cut_offs[class].powi(2), self.cut_offs[class + 1].powi(2)]
     }
 
     /// The smallest class at or above a wavenumber, and whether there is one.
-    pub fn choose(&self, wavenumber: f64) -> (usize, bool) {
+    pub(super) fn choose(&self, wavenumber: f64) -> (usize, bool) {
         let class = self.cut_offs.partition_point(|&cut_off| cut_off < wavenumber);
         if class < self.cut_offs.len() { (class, true) } else { (self.cut_offs.len() - 1, false) }
     }
@@ -69,7 +69,7 @@ impl TailClasses {
 
 /// M_j for n = 0..=N/2 and every class.
 #[derive(Clone, Debug)]
-pub struct Moments {
+pub(super) struct Moments {
     classes: usize,
     values: Vec<[f64; TERMS]>,
     bands: Vec<[f64; BAND_TERMS]>,
@@ -84,7 +84,7 @@ const MOST_LATERAL: usize = 2000;
 
 impl Moments {
     /// Sums the moments for n = 0..=N/2.
-    pub fn new(projection: &Projection, classes: &TailClasses) -> Self {
+    pub(super) fn new(projection: &Projection, classes: &TailClasses) -> Self {
         let count = classes.cut_offs.len();
         let lateral = lateral(projection, classes.highest());
         let powers: Vec<_> = (0..count - 1).map(|class| powers_of(classes.band(class))).collect();
@@ -99,12 +99,12 @@ impl Moments {
     }
 
     /// Chebyshev moments nu_j(n) of the band between a class and the next.
-    pub fn band(&self, n: usize, class: usize) -> &[f64; BAND_TERMS] {
+    pub(super) fn band(&self, n: usize, class: usize) -> &[f64; BAND_TERMS] {
         &self.bands[n * self.classes + class]
     }
 
     /// M_j(n) of a class.
-    pub fn of(&self, n: usize, class: usize) -> &[f64; TERMS] {
+    pub(super) fn of(&self, n: usize, class: usize) -> &[f64; TERMS] {
         &self.values[n * self.classes + class]
     }
 }

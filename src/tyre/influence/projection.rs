@@ -18,7 +18,7 @@ pub(in crate::tyre) struct Lateral {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Projection {
     /// The waves.
-    pub waves: Waves,
+    pub(crate) waves: Waves,
     /// Contact width b \[m\].
     pub contact_width: f64,
     /// Length of an element along x \[m\].

@@ -34,7 +34,7 @@ const STEP: f64 = 0.02;
 
 /// C_zz of the waves with n = 0..=`most_around` and some lateral numbers: those that a centred strip excites, or all.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-pub struct SurfaceWaves {
+pub(crate) struct SurfaceWaves {
     /// Their wavenumbers.
     pub waves: Waves,
     /// Lateral numbers m.
@@ -52,19 +52,21 @@ pub struct SurfaceWaves {
 
 impl SurfaceWaves {
     /// Makes the waves of a tyre and the first lateral numbers that a centred strip excites; else as [`Self::of`].
-    pub fn new(tyre: &Tyre, most_around: usize, lateral_waves: usize, highest: f64, tolerance: f64) -> Self {
+    #[cfg(test)]
+    pub(crate) fn new(tyre: &Tyre, most_around: usize, lateral_waves: usize, highest: f64, tolerance: f64) -> Self {
         let lateral = Waves::new(tyre).lateral_numbers().take(lateral_waves).collect();
         Self::of(tyre, most_around, lateral, highest, tolerance)
     }
 
     /// Makes the waves of a tyre, for frequencies from 0 to `highest` \[Hz\]; compliances within a relative
     /// `tolerance`.
-    pub fn of(tyre: &Tyre, most_around: usize, lateral: Vec<usize>, highest: f64, tolerance: f64) -> Self {
+    #[cfg(test)]
+    pub(crate) fn of(tyre: &Tyre, most_around: usize, lateral: Vec<usize>, highest: f64, tolerance: f64) -> Self {
         Self::with_flank(tyre, most_around, lateral, [highest, tolerance], None)
     }
 
     /// The same with the flow of the sidewalls in pieces by a rule, of a tyre that has them as arcs.
-    pub fn with_flank(
+    pub(crate) fn with_flank(
         tyre: &Tyre,
         most_around: usize,
         lateral: Vec<usize>,
@@ -98,7 +100,7 @@ impl SurfaceWaves {
 
     /// The same from the cache, and true, where they are there; else made and kept. Trouble with the cache gives
     /// warnings alone.
-    pub fn fetch(
+    pub(crate) fn fetch(
         cache: &Cache,
         tyre: &Tyre,
         most_around: usize,
@@ -123,29 +125,29 @@ impl SurfaceWaves {
     }
 
     /// Pieces of a sidewall whose flow is known; 0 where none is.
-    pub fn pieces(&self) -> usize {
+    pub(crate) fn pieces(&self) -> usize {
         if self.flank.is_some() { PIECES } else { 0 }
     }
 
     /// Bytes of the flow of a tyre's sidewalls, for so many lateral numbers and a highest frequency \[Hz\].
-    pub fn flank_bytes(tyre: &Tyre, most_around: usize, lateral: usize, highest: f64) -> f64 {
+    pub(crate) fn flank_bytes(tyre: &Tyre, most_around: usize, lateral: usize, highest: f64) -> f64 {
         let around = (most_around + 1).min(sidewall_waves(tyre));
         flank_waves::bytes(around, lateral, coordinate(highest) / STEP + 4.0, tyre.turns())
     }
 
     /// Evaluations of the compliance that a table takes; one gives both ways round.
-    pub fn evaluations(&self) -> u64 {
+    pub(crate) fn evaluations(&self) -> u64 {
         self.stiffnesses.len() as u64
     }
 
     /// Evaluations that a table will take.
-    pub fn expected_evaluations(most_around: usize, lateral_waves: usize, highest: f64) -> f64 {
+    pub(crate) fn expected_evaluations(most_around: usize, lateral_waves: usize, highest: f64) -> f64 {
         (most_around as f64 + 1.0) * lateral_waves as f64 * (coordinate(highest) / STEP + 3.0)
     }
 
     /// C_zz \[m/Pa\] of the lateral numbers of a wave of n periods, either way round, at a frequency \[Hz\], negative
     /// or not, into `out`; zero for waves and frequencies beyond the table.
-    pub fn at(&self, n: i64, frequency: f64, out: &mut [Complex64]) {
+    pub(crate) fn at(&self, n: i64, frequency: f64, out: &mut [Complex64]) {
         let table = if self.run_backwards(n, frequency) { &self.backwards } else { &self.stiffnesses };
         let Some((n, first, weights)) = self.place(n, frequency) else {
             out.fill(Complex64::ZERO);
@@ -174,7 +176,7 @@ impl SurfaceWaves {
 
     /// Flow of each piece of a sidewall, per radian and traction on the tread \[m^3/Pa\], of the lateral numbers of a
     /// wave whose C_zz are given, m by m, at a frequency \[Hz\], negative or not.
-    pub fn flows_at(&self, n: i64, frequency: f64, compliances: &[Complex64], out: &mut [Complex64]) {
+    pub(crate) fn flows_at(&self, n: i64, frequency: f64, compliances: &[Complex64], out: &mut [Complex64]) {
         let Some((flank, (wave, first, weights))) = self.flank.as_ref().zip(self.place(n, frequency)) else {
             out.fill(Complex64::ZERO);
             return;

@@ -37,7 +37,7 @@ const PARTS: usize = 8;
 
 /// (x, weight) with which sum weight g(x) is the sum of g over edge + 1/2, edge + 3/2, ... `edge` > 2.5; g falls at
 /// least like x^-2 and is smooth on the scale of x. Relative error 1e-10 from an edge of 16 on, where g is a power.
-pub fn plain(edge: f64) -> impl Iterator<Item = (f64, f64)> {
+pub(super) fn plain(edge: f64) -> impl Iterator<Item = (f64, f64)> {
     let integral = NODES.into_iter().map(move |(t, weight)| (edge / t, weight * edge / (t * t)));
     let ends = END_CORRECTION
         .into_iter()
@@ -48,7 +48,7 @@ pub fn plain(edge: f64) -> impl Iterator<Item = (f64, f64)> {
 /// Weights with which sum weight_k g(k), k = 0..8, is Re of sum_(k >= 0) first z^k g(k), z = exp(i `angle`). Error: the
 /// eighth difference of g over
 /// |2 sin(angle/2)|^8.
-pub fn oscillating(first: Complex64, angle: f64) -> [f64; PARTS] {
+pub(super) fn oscillating(first: Complex64, angle: f64) -> [f64; PARTS] {
     let z = Complex64::cis(angle);
     let inverse = (1.0 - z).inv();
     let mut weights = [Complex64::ZERO; PARTS];

@@ -9,7 +9,7 @@ use crate::scene::{Sides, Tyre};
 
 /// The wavenumbers of the tyre's waves.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
-pub struct Waves {
+pub(crate) struct Waves {
     /// Circumference L \[m\].
     pub circumference: f64,
     /// Width B between the sides \[m\].
@@ -20,27 +20,27 @@ pub struct Waves {
 
 impl Waves {
     /// Those of a tyre.
-    pub fn new(tyre: &Tyre) -> Self {
+    pub(crate) fn new(tyre: &Tyre) -> Self {
         Self { circumference: tyre.circumference, width: tyre.width, sides: tyre.sides }
     }
 
     /// kx of the integer wavenumber n \[1/m\].
-    pub fn kx(&self, n: i64) -> f64 {
+    pub(crate) fn kx(&self, n: i64) -> f64 {
         2.0 * PI * n as f64 / self.circumference
     }
 
     /// ky of the lateral number m \[1/m\].
-    pub fn ky(&self, m: usize) -> f64 {
+    pub(crate) fn ky(&self, m: usize) -> f64 {
         PI * m as f64 / self.width
     }
 
     /// The lateral numbers that a centred strip excites, from the lowest on.
-    pub fn lateral_numbers(&self) -> impl Iterator<Item = usize> + Clone + use<> {
+    pub(crate) fn lateral_numbers(&self) -> impl Iterator<Item = usize> + Clone + use<> {
         (self.first_lateral_number()..).step_by(2)
     }
 
     /// The lowest of them.
-    pub fn first_lateral_number(&self) -> usize {
+    pub(crate) fn first_lateral_number(&self) -> usize {
         match self.sides {
             Sides::Supported => 1,
             Sides::Guided => 0,
@@ -48,30 +48,30 @@ impl Waves {
     }
 
     /// (2/B) a_m^2 of a centred strip b wide, (1/B) a_0^2 \[1/m\]; the sum over all m that it excites is 1/b.
-    pub fn lateral_weight(&self, m: usize, strip: f64) -> f64 {
+    pub(crate) fn lateral_weight(&self, m: usize, strip: f64) -> f64 {
         let shape = self.lateral_share(m, strip);
         self.lateral_norm(m) * shape * shape
     }
 
     /// Mean a_m over a centred strip of a wave that is 1 at mid-width.
-    pub fn lateral_share(&self, m: usize, strip: f64) -> f64 {
+    pub(crate) fn lateral_share(&self, m: usize, strip: f64) -> f64 {
         sinc(0.5 * self.ky(m) * strip)
     }
 
     /// 2/B, 1/B for m = 0 \[1/m\]: over the mean square of a wave across the width.
-    pub fn lateral_norm(&self, m: usize) -> f64 {
+    pub(crate) fn lateral_norm(&self, m: usize) -> f64 {
         if m == 0 { 1.0 / self.width } else { 2.0 / self.width }
     }
 
     /// Tells whether a wave is even about mid-width.
-    pub fn is_even(&self, m: usize) -> bool {
+    pub(crate) fn is_even(&self, m: usize) -> bool {
         (m - self.first_lateral_number()).is_multiple_of(2)
     }
 
     /// Value at the right side, y = B/2 from mid-width, of cos(ky y) where a wave is even, of sin(ky y) where it is
     /// odd;
     /// 0 at supported sides.
-    pub fn at_side(&self, m: usize) -> f64 {
+    pub(crate) fn at_side(&self, m: usize) -> f64 {
         match self.sides {
             Sides::Guided => self.sign_about_middle(m) * if self.is_even(m) { 1.0 } else { -1.0 },
             Sides::Supported => 0.0,
@@ -80,7 +80,7 @@ impl Waves {
 
     /// With y from mid-width, what the wave that is 1 or slopes upwards at the right side is to cos(ky y) where it is
     /// even, to sin(ky y) where it is odd: 1 or -1.
-    pub fn sign_about_middle(&self, m: usize) -> f64 {
+    pub(crate) fn sign_about_middle(&self, m: usize) -> f64 {
         let turned = match self.sides {
             // cos(ky y + m pi/2).
             Sides::Guided => m.div_ceil(2),

@@ -55,7 +55,7 @@ pub(super) struct FlatLayers<T>(Vec<FlatLayer<T>>);
 
 impl FlatLayers<Complex64> {
     /// The layers at s \[1/s\]; `None` where all are isotropic.
-    pub fn new(layers: &[Layer], s: Complex64) -> Option<Self> {
+    pub(super) fn new(layers: &[Layer], s: Complex64) -> Option<Self> {
         let at = |layer: &Layer| {
             let elasticity = ElasticityAt::new(layer, s);
             let [tr, yr, ty] = elasticity.shear.map(Complex64::norm);
@@ -78,7 +78,7 @@ impl FlatLayers<Complex64> {
 impl<T: ComplexField> FlatLayers<T> {
     /// Layers of several s side by side: `value` gives the lanes of an entry.
     #[inline(always)]
-    pub fn in_lanes(
+    pub(super) fn in_lanes(
         single: &[&FlatLayers<Complex64>],
         mut value: impl FnMut(&dyn Fn(&FlatLayers<Complex64>) -> Complex64) -> T,
     ) -> Self {
@@ -101,7 +101,7 @@ impl<T: ComplexField> FlatLayers<T> {
 
     /// Tells whether all lanes want about as many halvings: a layer cut much thinner than it needs loses digits.
     #[inline(always)]
-    pub fn is_even(&self, kx: f64, ky: f64) -> bool {
+    pub(super) fn is_even(&self, kx: f64, ky: f64) -> bool {
         self.0.iter().all(|layer| {
             let [least, most] = layer.growth.map(|growth| layer.halvings(growth, kx, ky));
             most - least <= UNEVEN
@@ -111,7 +111,7 @@ impl<T: ComplexField> FlatLayers<T> {
     /// C of the surface, and displacements of the bottom face by those of the surface, over a tangential and normal
     /// stiffness \[N/m^3\]. Rows and columns V, P, w.
     #[inline(always)]
-    pub fn surface(&self, foundation: [T; 2], kx: f64, ky: f64) -> (Block<T>, Block<T>) {
+    pub(super) fn surface(&self, foundation: [T; 2], kx: f64, ky: f64) -> (Block<T>, Block<T>) {
         let (impedance, transfer) = self.climb(foundation, kx, ky, self.0.len());
         let surface = inverse(impedance);
         let bottom = match transfer {
@@ -123,7 +123,7 @@ impl<T: ComplexField> FlatLayers<T> {
 
     /// Driving-point compliance \[m/Pa\] for normal traction under the outermost layer, which rides along.
     #[inline(always)]
-    pub fn under_tread(&self, foundation: [T; 2], kx: f64, ky: f64) -> T {
+    pub(super) fn under_tread(&self, foundation: [T; 2], kx: f64, ky: f64) -> T {
         let carcass = self.0.len().saturating_sub(1);
         let (mut impedance, _) = self.climb(foundation, kx, ky, carcass);
         for layer in &self.0[carcass..] {

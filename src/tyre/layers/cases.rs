@@ -35,7 +35,7 @@ const MOST_STEPS: f64 = 1e4;
 
 /// Errors of a file of cases.
 #[derive(Debug, Error)]
-pub enum CasesError {
+pub(crate) enum CasesError {
     /// Not JSON, or not this format.
     #[error("not a file of compliance cases: {0}")]
     Format(#[from] serde_json::Error),
@@ -263,7 +263,7 @@ enum Asked {
 }
 
 /// Evaluates every case of a file's text; the answer is the same document with its `C` and `D` replaced.
-pub fn evaluate(text: &str) -> Result<Value, CasesError> {
+pub(crate) fn evaluate(text: &str) -> Result<Value, CasesError> {
     let mut document: Value = serde_json::from_str(text)?;
     let sidewalls: Vec<SidewallEntry> = list(&document, "sidewalls")?.unwrap_or_default();
     let tyres: Vec<Value> = match list(&document, "tyres")? {
@@ -346,7 +346,8 @@ fn sidewall(entry: SidewallEntry) -> Result<(String, Sidewall), CasesError> {
 }
 
 /// The curved tyres of a file's text, by name.
-pub fn curved_tyres(text: &str) -> Result<Vec<(String, CurvedStack)>, CasesError> {
+#[cfg(test)]
+pub(crate) fn curved_tyres(text: &str) -> Result<Vec<(String, CurvedStack)>, CasesError> {
     let document: Value = serde_json::from_str(text)?;
     let tyres: Vec<Value> = serde_json::from_value(document["tyres"].clone())?;
     let is_curved = |entry: &Value| entry["curved"].as_bool() == Some(true);

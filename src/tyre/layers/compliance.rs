@@ -21,7 +21,7 @@ use crate::numeric::ComplexField;
 use crate::scene::{Foundation, Layer, Tyre};
 
 /// A 3x3 matrix over x, y, z: displacement i \[m\] per unit traction j \[Pa\].
-pub type Matrix3 = [[Complex64; 3]; 3];
+pub(crate) type Matrix3 = [[Complex64; 3]; 3];
 
 /// The layers and the foundation of a tyre, ready to be evaluated at any s.
 #[derive(Clone, Debug, PartialEq)]
@@ -182,7 +182,7 @@ fn way(layer: &LayerAt<Complex64>, exponents: &Exponents<Complex64>) -> Way {
 
 impl StackAt {
     /// The outermost layer.
-    pub fn tread(&self) -> &LayerAt<Complex64> {
+    pub(crate) fn tread(&self) -> &LayerAt<Complex64> {
         // A checked scene has at least one layer.
         &self.layers[self.layers.len() - 1]
     }

@@ -84,7 +84,7 @@ struct Pole {
 
 impl CoriolisModes {
     /// Prepares those of modes, given Gam'.
-    pub fn new(faces: Entries, modes: &Modes<'_>) -> Self {
+    pub(super) fn new(faces: Entries, modes: &Modes<'_>) -> Self {
         let Modes { squares, moving, pulls, modal, ref parts, low } = *modes;
         let count = squares.len();
         let mut apart = squares.to_vec();
@@ -127,7 +127,7 @@ impl CoriolisModes {
     /// The entries of both waves, n and -n, from those without the Coriolis force; g and mu x \[Pa/m^2\], mu, and t by
     /// part.
     #[inline(always)]
-    pub fn both_ways<T: ComplexField>(
+    pub(super) fn both_ways<T: ComplexField>(
         &self,
         entries: [T; ENTRIES],
         [g, inertia]: [T; 2],

@@ -88,7 +88,7 @@ pub struct CurvedStack {
 }
 
 /// Growth of a tyre's radius by its rotation \[m\]; 0 at rest and of a flat one.
-pub fn growth(tyre: &Tyre) -> f64 {
+pub(crate) fn growth(tyre: &Tyre) -> f64 {
     if tyre.curvature { CurvedStack::new(tyre).rotation.growth } else { 0.0 }
 }
 
@@ -99,18 +99,18 @@ fn reach(radius: f64, thickness: f64) -> usize {
 }
 
 /// Waves n >= 0 whose sidewalls are told apart.
-pub fn sidewall_waves(tyre: &Tyre) -> usize {
+pub(crate) fn sidewall_waves(tyre: &Tyre) -> usize {
     reach(tyre.radius(), tyre.thickness()) + 1
 }
 
 /// Bytes that the sidewalls of a tyre take for each s; 0 without them.
-pub fn sidewall_bytes(tyre: &Tyre) -> f64 {
+pub(crate) fn sidewall_bytes(tyre: &Tyre) -> f64 {
     if tyre.sidewall.is_some() { table_bytes(sidewall_waves(tyre)) } else { 0.0 }
 }
 
 /// Stiffness per area of the air against a motion of the inner face ~ exp(i n theta) at s \[N/m^3\].
 #[inline(always)]
-pub fn air_stiffness<T: ComplexField>(cavity: &Cavity, n: i64, s: T) -> T {
+pub(crate) fn air_stiffness<T: ComplexField>(cavity: &Cavity, n: i64, s: T) -> T {
     let Cavity { radius, depth, density, sound_speed, relaxation } = *cavity;
     if n == 0 {
         return s.like(density * sound_speed * sound_speed / depth);

@@ -66,7 +66,7 @@ pub(super) struct CordParts {
 
 impl MaterialRatios {
     /// Those of a layer's material.
-    pub fn new(layer: &Layer) -> Self {
+    pub(super) fn new(layer: &Layer) -> Self {
         match &layer.orthotropic {
             None => {
                 let kappa = material::modulus_ratio(layer.material.poisson);
@@ -94,7 +94,7 @@ impl MaterialRatios {
 
 impl CordParts {
     /// The cords of a layer.
-    pub fn new(layer: &Layer) -> Self {
+    pub(super) fn new(layer: &Layer) -> Self {
         let mut parts: Vec<Fibres> = Vec::new();
         for cords in &layer.cords {
             let shares = cords.shares_in(layer.thickness);
@@ -108,7 +108,7 @@ impl CordParts {
     }
 
     /// Their factors f_k at s; zero for those that are not there.
-    pub fn at(&self, s: Complex64) -> [Complex64; MOST_CORD_LOSSES] {
+    pub(super) fn at(&self, s: Complex64) -> [Complex64; MOST_CORD_LOSSES] {
         let [reference, corner] = self.frequencies;
         let mut factors = [Complex64::ZERO; MOST_CORD_LOSSES];
         for (factor, part) in factors.iter_mut().zip(&self.parts) {
@@ -120,7 +120,7 @@ impl CordParts {
 
 impl ElasticityAt<Complex64> {
     /// The constants of a layer at s \[1/s\].
-    pub fn new(layer: &Layer, s: Complex64) -> Self {
+    pub(super) fn new(layer: &Layer, s: Complex64) -> Self {
         let shear = material::shear_modulus(&layer.material, s);
         let ratios = MaterialRatios::new(layer);
         let mut found = Self {
@@ -141,7 +141,7 @@ impl ElasticityAt<Complex64> {
 
     /// How much faster than in an isotropic layer displacements change across the thickness, for waves along and
     /// across: half the root of Q over the shear modulus outwards, at least 1.
-    pub fn steepness(&self) -> [f64; 2] {
+    pub(super) fn steepness(&self) -> [f64; 2] {
         [0, 1].map(|axis| (0.5 * (self.plane[axis] / self.shear[axis]).norm().sqrt()).max(1.0))
     }
 }
@@ -149,7 +149,7 @@ impl ElasticityAt<Complex64> {
 impl<T: ComplexField> ElasticityAt<T> {
     /// The constants of several s side by side: `value` gives the lanes of an entry.
     #[inline(always)]
-    pub fn in_lanes(
+    pub(super) fn in_lanes(
         single: &ElasticityAt<Complex64>,
         mut value: impl FnMut(&dyn Fn(&ElasticityAt<Complex64>) -> Complex64) -> T,
     ) -> Self {

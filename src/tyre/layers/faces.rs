@@ -27,13 +27,13 @@ pub(super) struct Climb<T> {
 impl<T: ComplexField> Climb<T> {
     /// Starts from the impedance of the inner face.
     #[inline(always)]
-    pub fn from(impedance: Block<T>) -> Self {
+    pub(super) fn from(impedance: Block<T>) -> Self {
         Self { impedance, transfer: None }
     }
 
     /// Goes on through a layer, given by its blocks.
     #[inline(always)]
-    pub fn through(self, [inner, across, outer]: &[Block<T>; 3]) -> Self {
+    pub(super) fn through(self, [inner, across, outer]: &[Block<T>; 3]) -> Self {
         // Minus the displacement of the inner face by that of the outer one.
         let follows = product(&inverse(sum(&self.impedance, inner)), across);
         let impedance = difference(outer, &product(&transposed(across), &follows));

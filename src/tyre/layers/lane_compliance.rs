@@ -16,14 +16,14 @@ use crate::numeric::{Lanes, MOST_LANES};
 
 /// A stack at several values of s.
 #[derive(Clone, Debug)]
-pub struct LaneStack<'a, S: Simd> {
+pub(crate) struct LaneStack<'a, S: Simd> {
     lanes: StackAt<Lanes<S>>,
     single: [&'a StackAt; MOST_LANES],
 }
 
 impl<'a, S: Simd> LaneStack<'a, S> {
     /// Puts stacks (of the same tyre) side by side, as many as there are lanes.
-    pub fn new(simd: S, single: [&'a StackAt; MOST_LANES]) -> Self {
+    pub(crate) fn new(simd: S, single: [&'a StackAt; MOST_LANES]) -> Self {
         let layer = |(index, layer): (usize, &LayerAt<Complex64>)| LayerAt {
             thickness: layer.thickness,
             shear: Lanes::from_fn(simd, |lane| single[lane].layers[index].shear),
@@ -44,14 +44,14 @@ impl<'a, S: Simd> LaneStack<'a, S> {
 
     /// Compliances at a wavenumber. To be called within a `pulp` dispatch.
     #[inline(always)]
-    pub fn normal(&self, kx: f64, ky: f64) -> NormalCompliance<Lanes<S>> {
+    pub(crate) fn normal(&self, kx: f64, ky: f64) -> NormalCompliance<Lanes<S>> {
         self.driven(kx, ky, true)
     }
 
     /// The same of the surface, or of the face under the tread that is driven there in its place: see
     /// [`StackAt::under_tread`].
     #[inline(always)]
-    pub fn driven(&self, kx: f64, ky: f64, on_surface: bool) -> NormalCompliance<Lanes<S>> {
+    pub(crate) fn driven(&self, kx: f64, ky: f64, on_surface: bool) -> NormalCompliance<Lanes<S>> {
         if let Some(layers) = &self.lanes.anisotropic {
             if !layers.is_even(kx, ky) {
                 let unknown = Lanes::zero(self.lanes.foundation[0].simd());
@@ -72,7 +72,7 @@ impl<'a, S: Simd> LaneStack<'a, S> {
 
     /// C_xz/i at a wavenumber, likewise: see [`StackAt::tangential`].
     #[inline(always)]
-    pub fn tangential_over_i(&self, kx: f64, ky: f64) -> Lanes<S> {
+    pub(crate) fn tangential_over_i(&self, kx: f64, ky: f64) -> Lanes<S> {
         if let Some(layers) = &self.lanes.anisotropic {
             if !layers.is_even(kx, ky) {
                 let unknown = Lanes::zero(self.lanes.foundation[0].simd());

@@ -32,7 +32,7 @@ use crate::numeric::ComplexField;
 
 /// A layer at one value of s.
 #[derive(Clone, Copy, Debug)]
-pub struct LayerAt<T> {
+pub(crate) struct LayerAt<T> {
     /// Thickness h \[m\].
     pub thickness: f64,
     /// Shear modulus mu(s) \[Pa\].
@@ -49,7 +49,7 @@ pub struct LayerAt<T> {
 
 /// Displacements (w, u_z) and tractions (tau, sigma) on a face, as columns for two independent states.
 #[derive(Clone, Copy, Debug)]
-pub struct FaceState<T> {
+pub(crate) struct FaceState<T> {
     /// Rows w, u_z.
     pub displacement: Matrix2<T>,
     /// Rows tau, sigma.
@@ -58,7 +58,7 @@ pub struct FaceState<T> {
 
 /// Impedance on a layer and transfer to the face under it.
 #[derive(Clone, Copy, Debug)]
-pub struct LayerResult<T> {
+pub(crate) struct LayerResult<T> {
     /// Two independent states on the top face.
     pub top: FaceState<T>,
     /// Displacement of the bottom face in the same two states.
@@ -67,7 +67,7 @@ pub struct LayerResult<T> {
 
 /// The way through a layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Way {
+pub(crate) enum Way {
     /// Transfer matrix by series.
     Thin,
     /// Scaled waves.
@@ -82,7 +82,7 @@ const SLOW: f64 = 0.05;
 const MOST_SLICES: f64 = 512.0;
 
 /// Chooses the way from |alpha h|^2 and |beta h|^2.
-pub fn choose_way(alpha_h_squared: f64, beta_h_squared: f64) -> Way {
+pub(crate) fn choose_way(alpha_h_squared: f64, beta_h_squared: f64) -> Way {
     let largest = alpha_h_squared.max(beta_h_squared);
     if largest <= SERIES_LIMIT {
         return Way::Thin;
@@ -98,7 +98,7 @@ pub fn choose_way(alpha_h_squared: f64, beta_h_squared: f64) -> Way {
 
 /// The exponents' squares and what else depends on the wavenumber.
 #[derive(Clone, Copy, Debug)]
-pub struct Exponents<T> {
+pub(crate) struct Exponents<T> {
     /// k \[1/m\].
     pub k: f64,
     /// Q \[Pa/m^2\].
@@ -113,13 +113,13 @@ pub struct Exponents<T> {
 
 impl<T: ComplexField> LayerAt<T> {
     /// rho s^2/mu \[1/m^2\]: the square of s over the speed of shear waves.
-    pub fn inertia_over_shear(&self) -> T {
+    pub(crate) fn inertia_over_shear(&self) -> T {
         self.inertia * self.inverse_shear
     }
 
     /// Exponents at a wavenumber (kx, ky).
     #[inline(always)]
-    pub fn exponents(&self, kx: f64, ky: f64) -> Exponents<T> {
+    pub(crate) fn exponents(&self, kx: f64, ky: f64) -> Exponents<T> {
         let k_squared = kx * kx + ky * ky;
         let q = self.inertia + (self.prestress[0] * kx * kx + self.prestress[1] * ky * ky);
         let q_over_shear = q * self.inverse_shear;
@@ -134,7 +134,7 @@ impl<T: ComplexField> LayerAt<T> {
 
     /// P-SV states on top of the layer over an impedance (tau, sigma) = `under` (w, u_z), by the given way.
     #[inline(always)]
-    pub fn p_sv(&self, exponents: &Exponents<T>, way: Way, under: Matrix2<T>) -> LayerResult<T> {
+    pub(crate) fn p_sv(&self, exponents: &Exponents<T>, way: Way, under: Matrix2<T>) -> LayerResult<T> {
         match way {
             Way::Thin => self.p_sv_thin(exponents, self.thickness, under),
             Way::Thick => self.p_sv_thick(exponents, under),
@@ -240,7 +240,7 @@ impl<T: ComplexField> LayerAt<T> {
     }
 
     /// SH: (u, t) on top and u at the bottom over an impedance t = `under` u, in one state.
-    pub fn sh(&self, exponents: &Exponents<T>, thin: bool, under: T) -> [T; 3] {
+    pub(crate) fn sh(&self, exponents: &Exponents<T>, thin: bool, under: T) -> [T; 3] {
         let h = self.thickness;
         if thin {
             let argument = exponents.beta_squared * (h * h);

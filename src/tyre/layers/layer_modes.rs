@@ -236,7 +236,7 @@ fn whole_inertia(products: &RadialProducts) -> Mat<f64> {
 impl LayerModes {
     /// Reduces a layer at a wave. Where its stiffness cannot be reduced, as for numbers that are not finite, nothing of
     /// it is a number.
-    pub fn new(wave: &LayerWave<'_>, products: &RadialProducts) -> Self {
+    pub(super) fn new(wave: &LayerWave<'_>, products: &RadialProducts) -> Self {
         let nothing = [[f64::NAN; ENTRIES]; 2];
         Self::between_held_faces(wave, products).unwrap_or(Self {
             faces: nothing,
@@ -380,13 +380,13 @@ impl LayerModes {
     /// Tractions on the faces times their radii by displacements: the blocks of [`super::faces`], of a layer that turns
     /// without the Coriolis force.
     #[inline(always)]
-    pub fn faces<T: ComplexField>(&self, values: &LayerValues<T>) -> Faces<T> {
+    pub(super) fn faces<T: ComplexField>(&self, values: &LayerValues<T>) -> Faces<T> {
         blocks_of(self.entries(values))
     }
 
     /// The same of the waves n and -n of a tyre that turns.
     #[inline(always)]
-    pub fn faces_both_ways<T: ComplexField>(&self, values: &LayerValues<T>) -> [Faces<T>; 2] {
+    pub(super) fn faces_both_ways<T: ComplexField>(&self, values: &LayerValues<T>) -> [Faces<T>; 2] {
         let entries = self.entries(values);
         let Some(modes) = &self.coriolis else { return [blocks_of(entries), blocks_of(entries)] };
         let left = self.left(values);

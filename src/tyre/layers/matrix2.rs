@@ -6,25 +6,25 @@ use crate::numeric::ComplexField;
 
 /// A 2x2 matrix, rows first.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Matrix2<T>(pub [[T; 2]; 2]);
+pub(crate) struct Matrix2<T>(pub [[T; 2]; 2]);
 
 impl<T: ComplexField> Matrix2<T> {
     /// diag(a, b).
     #[inline(always)]
-    pub fn diagonal(a: T, b: T) -> Self {
+    pub(crate) fn diagonal(a: T, b: T) -> Self {
         let zero = a.like(0.0);
         Self([[a, zero], [zero, b]])
     }
 
     /// a b^-1 by cofactors. A singular `b` gives non-finite entries.
     #[inline(always)]
-    pub fn over(self, b: Self) -> Self {
+    pub(crate) fn over(self, b: Self) -> Self {
         self * b.inverse()
     }
 
     /// a^-1 b by cofactors. A singular `a` gives non-finite entries.
     #[inline(always)]
-    pub fn solve(self, b: Self) -> Self {
+    pub(crate) fn solve(self, b: Self) -> Self {
         self.inverse() * b
     }
 
@@ -37,7 +37,7 @@ impl<T: ComplexField> Matrix2<T> {
 
     /// All entries times a factor.
     #[inline(always)]
-    pub fn scaled(self, factor: T) -> Self {
+    pub(crate) fn scaled(self, factor: T) -> Self {
         let [[a, b], [c, d]] = self.0;
         Self([[a * factor, b * factor], [c * factor, d * factor]])
     }

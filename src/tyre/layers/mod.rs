@@ -13,22 +13,24 @@
 //! - [`cases`]: files of wavenumbers and s in, C and D out.
 
 mod anisotropic;
-pub mod cases;
-pub mod compliance;
+pub(crate) mod cases;
+pub(crate) mod compliance;
 mod coriolis;
-pub mod curved;
-pub mod cylinder;
+pub(crate) mod curved;
+pub(crate) mod cylinder;
 mod elasticity;
 mod faces;
-pub mod lane_compliance;
-pub mod layer;
+pub(crate) mod lane_compliance;
+pub(crate) mod layer;
 mod layer_modes;
-pub mod material;
-pub mod matrix2;
+pub(crate) mod material;
+pub(crate) mod matrix2;
 mod radial_polynomials;
-pub mod rotation;
+pub(crate) mod rotation;
 mod scaled_series;
-pub mod surface_asymptote;
+pub(crate) mod surface_asymptote;
 mod triangle;
 
-pub use compliance::{Stack, operations};
+#[cfg(test)]
+pub(crate) use compliance::Stack;
+pub use compliance::operations;

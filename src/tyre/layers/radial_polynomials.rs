@@ -32,13 +32,13 @@ pub(super) struct RadialProducts {
 
 impl RadialProducts {
     /// Bytes of those of all degrees up to one: eight matrices each.
-    pub const fn bytes(highest: usize) -> f64 {
+    pub(super) const fn bytes(highest: usize) -> f64 {
         let sizes = (highest + 1) * (highest + 2) * (2 * highest + 3) / 6;
         8.0 * 8.0 * sizes as f64
     }
 
     /// Makes the polynomials up to a degree, at least 2, between two radii \[m\].
-    pub fn new(from: f64, thickness: f64, degree: usize) -> Self {
+    pub(super) fn new(from: f64, thickness: f64, degree: usize) -> Self {
         let rule = gauss(degree + SPARE_NODES);
         let half = 0.5 * thickness;
         let nodes = rule.len();

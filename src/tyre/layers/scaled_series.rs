@@ -7,7 +7,7 @@
 use crate::numeric::ComplexField;
 
 /// Largest |z| for which [`hyperbolic_pair`] reaches full double precision.
-pub const SERIES_LIMIT: f64 = 4.0;
+pub(super) const SERIES_LIMIT: f64 = 4.0;
 
 /// 4^16/32! = 2e-26: the first term left out, relative to 1.
 const TERMS: usize = 15;
@@ -30,7 +30,7 @@ const ODD: [f64; TERMS + 1] = inverse_factorials().1;
 
 /// Values at `a` and divided differences over `a`, `b` of c(z) = cosh sqrt(z) and s(z) = sinh sqrt(z)/sqrt(z).
 #[derive(Clone, Copy, Debug)]
-pub struct HyperbolicPair<T> {
+pub(super) struct HyperbolicPair<T> {
     /// c(a).
     pub cosh: T,
     /// s(a).
@@ -43,7 +43,7 @@ pub struct HyperbolicPair<T> {
 
 /// Evaluates the series for |a|, |b| <= [`SERIES_LIMIT`].
 #[inline(always)]
-pub fn hyperbolic_pair<T: ComplexField>(a: T, b: T) -> HyperbolicPair<T> {
+pub(super) fn hyperbolic_pair<T: ComplexField>(a: T, b: T) -> HyperbolicPair<T> {
     let one = a.like(1.0);
     let (mut power_a, mut power_b, mut homogeneous) = (one, one, one);
     let mut pair =
@@ -64,7 +64,7 @@ pub fn hyperbolic_pair<T: ComplexField>(a: T, b: T) -> HyperbolicPair<T> {
 
 /// (exp(z) - 1)/z for |z| < 1/2 by series.
 #[inline(always)]
-pub fn exponential_quotient<T: ComplexField>(z: T) -> T {
+pub(super) fn exponential_quotient<T: ComplexField>(z: T) -> T {
     // Horner from 1/14!: 0.5^13/14! = 1e-15 of the last kept term's neighbour is below rounding.
     let mut sum = z.like(1.0);
     let mut j = 14.0;

@@ -80,7 +80,7 @@ impl CellModel {
     }
 
     /// Poles and residues of a wave.
-    pub fn modes(&self, wave: usize) -> Modes<'_> {
+    pub(crate) fn modes(&self, wave: usize) -> Modes<'_> {
         let (poles, pairs) = self.poles.of(wave);
         let range = self.poles.range(wave);
         // Waves that do not feel the tyre turn have none.

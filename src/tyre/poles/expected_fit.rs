@@ -21,31 +21,31 @@ const POLES_BY_DECADE: f64 = 1.25;
 /// Growth of a fit's time with the number of layers: exponent, relative to two.
 const BY_LAYERS: f64 = 0.37;
 /// Evaluations of the compliance.
-pub const EVALUATIONS: f64 = 2e6;
+pub(crate) const EVALUATIONS: f64 = 2e6;
 /// Points at which the tyre's kernel is held.
-pub const POINTS: usize = REAL.end;
+pub(crate) const POINTS: usize = REAL.end;
 /// Bytes held for each thread, and what the allocator keeps of them.
-pub const BYTES: f64 = 26e6;
+pub(crate) const BYTES: f64 = 26e6;
 /// Share of them that the allocator still keeps afterwards (measured).
-pub const KEPT: f64 = 0.3;
+pub(crate) const KEPT: f64 = 0.3;
 
 /// Cost of a curved tyre's fit over the flat one's: its waves are prepared first (measured).
 const CURVED: f64 = 6.0;
 /// The same of one evaluation, in lanes (measured).
-pub const CURVED_EVALUATION: f64 = 3.3;
+pub(crate) const CURVED_EVALUATION: f64 = 3.3;
 /// Time of a tyre that turns over that at rest: waves of both directions, and more for each to prepare (measured).
 const TURNING: f64 = 2.1;
 
 /// Cost of a wave prepared for s = 0 alone, in evaluations of a flat tyre (measured).
-pub const WAVE_AT_REST: f64 = 1400.0;
+pub(crate) const WAVE_AT_REST: f64 = 1400.0;
 
 /// Poles, conjugates counted, of a fit with so many elements to a tolerance.
-pub fn poles(elements: f64, tolerance: f64) -> f64 {
+pub(crate) fn poles(elements: f64, tolerance: f64) -> f64 {
     of_elements(elements).0 * POLES_BY_DECADE.powf(-tolerance.log10() - 5.0)
 }
 
 /// Time relative to that of the default tyre with 512 elements to 1e-5.
-pub fn share(elements: f64, tolerance: f64, tyre: &Tyre) -> f64 {
+pub(crate) fn share(elements: f64, tolerance: f64, tyre: &Tyre) -> f64 {
     let shape = if tyre.curvature { CURVED } else { 1.0 } * if tyre.turns() { TURNING } else { 1.0 };
     let place = (-tolerance.log10() - 3.0).clamp(0.0, BY_TOLERANCE.len() as f64 - 1.0);
     let low = (place as usize).min(BY_TOLERANCE.len() - 2);

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use rayon::Scope;
 use serde::Serialize;
 
-pub use super::error::FitError;
+pub(crate) use super::error::FitError;
 use super::ladder::{Ladder, REAL, RUNGS};
 use super::model::RationalModel;
 use super::sampled::Target;
@@ -91,7 +91,11 @@ pub fn fit(tyre: &Tyre, options: &FitOptions) -> Result<RationalModel, FitError>
 ///
 /// # Errors
 /// As [`fit`], and [`FitError::Stopped`].
-pub fn fit_unless_stopped(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<RationalModel, FitError> {
+pub(crate) fn fit_unless_stopped(
+    tyre: &Tyre,
+    options: &FitOptions,
+    stop: &AtomicBool,
+) -> Result<RationalModel, FitError> {
     fit_timed(tyre, options, stop).map(|(model, _)| model)
 }
 
@@ -109,7 +113,11 @@ pub struct FitTimes {
 ///
 /// # Errors
 /// As [`fit_unless_stopped`].
-pub fn fit_timed(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<(RationalModel, FitTimes), FitError> {
+pub(crate) fn fit_timed(
+    tyre: &Tyre,
+    options: &FitOptions,
+    stop: &AtomicBool,
+) -> Result<(RationalModel, FitTimes), FitError> {
     let begin = Instant::now();
     check(options)?;
     if let Some(layer) = tyre.layers.iter().find(|layer| layer.material.law == Law::Hysteretic) {

@@ -12,12 +12,12 @@ use num_complex::Complex64;
 use crate::numeric::rational::Parts;
 
 /// Intervals on the imaginary axis; a power of two, so that intervals can be halved.
-pub const RUNGS: usize = 2048;
+pub(super) const RUNGS: usize = 2048;
 /// Points on the positive real axis: odd ones, the top among them, for fits, even ones for checks; nothing is checked
 /// where a fit would have to extrapolate.
 const REAL_RUNGS: usize = 24;
 /// Rungs on the positive real axis; those below are on the imaginary one.
-pub const REAL: Range<usize> = RUNGS + 1..RUNGS + 1 + REAL_RUNGS;
+pub(super) const REAL: Range<usize> = RUNGS + 1..RUNGS + 1 + REAL_RUNGS;
 /// Where the ladder turns from linear to logarithmic \[rad/s\].
 const KNEE: f64 = 2.0 * PI * 10.0;
 /// Points beyond the band where passivity is checked: factors of sqrt(2) above the top.
@@ -25,7 +25,7 @@ const BEYOND: usize = 20;
 
 /// The ladders, one after the other.
 #[derive(Clone, Debug)]
-pub struct Ladder {
+pub(super) struct Ladder {
     /// Top of both \[rad/s\].
     pub top: f64,
     /// s on the imaginary axis, rising from 0, then on the positive real axis, rising: [`REAL`].
@@ -38,7 +38,7 @@ pub struct Ladder {
 
 impl Ladder {
     /// The ladders up to an angular frequency `top` \[rad/s\].
-    pub fn new(top: f64) -> Self {
+    pub(super) fn new(top: f64) -> Self {
         let growth = (top / KNEE).ln_1p() / RUNGS as f64;
         let mut points: Vec<_> =
             (0..=RUNGS).map(|rung| Complex64::new(0.0, KNEE * (growth * rung as f64).exp_m1())).collect();

@@ -26,7 +26,7 @@ const ALIASES: usize = 8;
 
 /// Requirements of the models.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct LateralFitOptions {
+pub(crate) struct LateralFitOptions {
     /// As for a strip; its sums are not those of a strip.
     pub fit: FitOptions,
     /// Largest alias |p|; `None`: as far as the sums between cells go.
@@ -38,7 +38,7 @@ impl LateralFitOptions {
     ///
     /// # Errors
     /// A tyre whose numbers are not finite.
-    pub fn key(&self, tyre: &Tyre, m: usize) -> serde_json::Result<[u8; 32]> {
+    pub(crate) fn key(&self, tyre: &Tyre, m: usize) -> serde_json::Result<[u8; 32]> {
         key::<RationalModel>(&(tyre.levelled(), self, "lateral number", m))
     }
 
@@ -48,7 +48,7 @@ impl LateralFitOptions {
 }
 
 /// Evaluations of a wave's function that its aliases are.
-pub fn lateral_terms(aliases: Option<usize>) -> usize {
+pub(crate) fn lateral_terms(aliases: Option<usize>) -> usize {
     2 * aliases.unwrap_or(ALIASES) + 1
 }
 
@@ -56,7 +56,7 @@ pub fn lateral_terms(aliases: Option<usize>) -> usize {
 ///
 /// # Errors
 /// [`FitError`]: the first wave in the order of the list that is refused; [`FitError::Stopped`].
-pub fn fit_lateral(
+pub(crate) fn fit_lateral(
     tyre: &Tyre,
     numbers: &[usize],
     options: &LateralFitOptions,

@@ -28,18 +28,18 @@
 //! half plane with the harmonic measure 1 - (2/pi) atan(top/|s|) (two-constants theorem), which is small for |s| << top
 //! but not near it: so the positive real axis, where G0 is evaluated, is sampled, fitted and checked as well.
 
-pub mod cache;
-pub mod cells;
-pub mod error;
-pub mod expected_fit;
-pub mod fit;
+pub(crate) mod cache;
+pub(crate) mod cells;
+pub(crate) mod error;
+pub(crate) mod expected_fit;
+pub(crate) mod fit;
 mod ladder;
-pub mod lateral;
-pub mod model;
+pub(crate) mod lateral;
+pub(crate) mod model;
 mod passivity;
 mod row;
 mod sampled;
-pub mod scaling;
+pub(crate) mod scaling;
 mod table;
 mod tangential;
 mod tree;
@@ -47,7 +47,9 @@ mod tree;
 pub(crate) mod turning_ring;
 mod wavenumber;
 
-pub use error::FitError;
-pub use fit::{FitOptions, FitTimes, fit, fit_timed, fit_unless_stopped};
-pub use model::{Direction, FitStatistics, Modes, RationalModel};
-pub use tangential::{TangentialModel, lateral_tangential_model, tangential_model};
+pub(crate) use error::FitError;
+#[cfg(test)]
+pub(crate) use fit::fit;
+pub(crate) use fit::{FitOptions, FitTimes, fit_timed, fit_unless_stopped};
+pub(crate) use model::{Direction, Modes, RationalModel};
+pub(crate) use tangential::{TangentialModel, lateral_tangential_model, tangential_model};

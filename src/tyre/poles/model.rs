@@ -67,7 +67,7 @@ pub struct RationalModel {
 
 /// The poles of one wavenumber with the residues of one face.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Modes<'a> {
+pub(crate) struct Modes<'a> {
     /// lambda: `pairs` complex ones (Im > 0), then the real ones \[1/s\].
     pub poles: &'a [Complex64],
     /// R, in the same order \[m/(N s)\].
@@ -81,7 +81,7 @@ pub struct Modes<'a> {
 }
 
 /// Least residue of a wave of both directions in one of them, as a part of that in the other.
-pub const LEAST_SHARE: f64 = 0.1;
+pub(crate) const LEAST_SHARE: f64 = 0.1;
 
 /// Direction of a wave round the tyre, seen by its material.
 ///
@@ -89,7 +89,7 @@ pub const LEAST_SHARE: f64 = 0.1;
 /// elements, has crests that run to smaller elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Direction {
+pub(crate) enum Direction {
     /// With the rotation, to smaller elements: H_n = E_n + i O_n on the upper imaginary axis.
     Forwards,
     /// Against the rotation, to larger elements: H_-n = E_n - i O_n there.
@@ -98,10 +98,10 @@ pub enum Direction {
 
 impl Direction {
     /// Both, forwards first.
-    pub const BOTH: [Self; 2] = [Self::Forwards, Self::Backwards];
+    pub(crate) const BOTH: [Self; 2] = [Self::Forwards, Self::Backwards];
 
     /// The other one.
-    pub fn opposite(self) -> Self {
+    pub(crate) fn opposite(self) -> Self {
         match self {
             Self::Forwards => Self::Backwards,
             Self::Backwards => Self::Forwards,
@@ -109,7 +109,7 @@ impl Direction {
     }
 
     /// E + i O, or E - i O.
-    pub fn of(self, even: Complex64, odd: Complex64) -> Complex64 {
+    pub(crate) fn of(self, even: Complex64, odd: Complex64) -> Complex64 {
         let turned = Complex64::new(-odd.im, odd.re);
         match self {
             Self::Forwards => even + turned,
@@ -120,34 +120,34 @@ impl Direction {
 
 impl Modes<'_> {
     /// How often a pole counts in a sum of real parts: twice where it stands for a pair.
-    pub fn multiplicity(&self, index: usize) -> f64 {
+    pub(crate) fn multiplicity(&self, index: usize) -> f64 {
         if index < self.pairs { 2.0 } else { 1.0 }
     }
 
     /// Value at s, of a tyre that turns the even part E_n(s) \[m/N\].
-    pub fn evaluate(&self, s: Complex64) -> Complex64 {
+    pub(crate) fn evaluate(&self, s: Complex64) -> Complex64 {
         evaluate(self.poles, self.residues, self.constant, s)
     }
 
     /// Odd part O_n(s) \[m/N\].
-    pub fn evaluate_odd(&self, s: Complex64) -> Complex64 {
+    pub(crate) fn evaluate_odd(&self, s: Complex64) -> Complex64 {
         if self.odd.is_empty() { Complex64::ZERO } else { evaluate(self.poles, self.odd, 0.0, s) }
     }
 
     /// Value at s of the waves of one direction: H_n(s), or H_-n(s) \[m/N\].
-    pub fn evaluate_wave(&self, direction: Direction, s: Complex64) -> Complex64 {
+    pub(crate) fn evaluate_wave(&self, direction: Direction, s: Complex64) -> Complex64 {
         direction.of(self.evaluate(s), self.evaluate_odd(s))
     }
 
     /// Residue at a stored pole of the waves of one direction: R + i Q of H_n, or R - i Q of H_-n, with the residues R
     /// of E_n and Q of O_n. A resonance of one direction has none in the other \[m/(N s)\].
-    pub fn residue(&self, direction: Direction, index: usize) -> Complex64 {
+    pub(crate) fn residue(&self, direction: Direction, index: usize) -> Complex64 {
         direction.of(self.residues[index], self.odd.get(index).copied().unwrap_or_default())
     }
 
     /// Tells whether a stored pole is a wave of a direction: at rest of both, of a tyre that turns where its residue is
     /// at least [`LEAST_SHARE`] of that in the other direction.
-    pub fn belongs_to(&self, direction: Direction, index: usize) -> bool {
+    pub(crate) fn belongs_to(&self, direction: Direction, index: usize) -> bool {
         let [own, other] = [direction, direction.opposite()].map(|direction| self.residue(direction, index).norm());
         own >= LEAST_SHARE * other
     }
@@ -161,7 +161,7 @@ impl RationalModel {
 
     /// Poles and residues of the wavenumber `n` from 0 to N/2. `field` is [`Field::Bottom`] or the driven one; any
     /// other is `None`.
-    pub fn modes(&self, n: usize, field: Field) -> Option<Modes<'_>> {
+    pub(crate) fn modes(&self, n: usize, field: Field) -> Option<Modes<'_>> {
         let (residues, face) = match field {
             Field::Bottom => (&self.bottom_residues, 1),
             field if field == self.driven => (&self.driven_residues, 0),
@@ -245,7 +245,7 @@ impl RationalModel {
 
 /// The fit of one wavenumber.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Entry {
+pub(crate) struct Entry {
     /// lambda, in the stored order.
     pub poles: Vec<Complex64>,
     /// R of the driven and of the innermost face.

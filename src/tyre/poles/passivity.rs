@@ -15,7 +15,7 @@ const MENDING_ROUNDS: usize = 8;
 /// Mends a model that generates energy: its residues are refitted with the offending points as further samples, where
 /// the model is asked for its own real part and no energy. Most offences lie beyond the band, where nothing else
 /// determines it. Only what stays within the tolerance is taken.
-pub fn passive(sampled: &Sampled<'_>, mut candidate: Candidate) -> Candidate {
+pub(super) fn passive(sampled: &Sampled<'_>, mut candidate: Candidate) -> Candidate {
     let tolerance = sampled.target.tolerance;
     let mut samples = sampled.samples();
     for _ in 0..MENDING_ROUNDS {
@@ -80,7 +80,7 @@ fn without_energy(values: &mut [Complex64], offends: [bool; 2], margin: f64) {
 
 /// Smallest Re(s H)/|s| of both waves, relative to the local scale of the errors, on every eighth rung and beyond the
 /// band, and where; about poles beyond the band, too, where it is below the tolerance.
-pub fn least_power(sampled: &Sampled<'_>, models: &[PartialFractions]) -> (f64, Complex64) {
+pub(super) fn least_power(sampled: &Sampled<'_>, models: &[PartialFractions]) -> (f64, Complex64) {
     let Ladder { checked, checked_parts, top, .. } = sampled.ladder;
     let even = models[0].evaluate_all(checked_parts);
     let odd = models.get(2).map(|model| model.evaluate_all(checked_parts));

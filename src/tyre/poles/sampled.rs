@@ -33,7 +33,7 @@ const PARTS: usize = 4;
 
 /// Target of the fit of a wavenumber.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Target {
+pub(super) struct Target {
     /// n.
     pub wavenumber: usize,
     /// Largest error relative to |H_n(s)|, or to 0.003 of its largest value over the band where that is more.
@@ -53,10 +53,10 @@ pub struct Target {
 }
 
 /// Evaluates the exact functions on a list of rungs of the [`Ladder`], in their order.
-pub type Sample<'s> = dyn FnMut(&[usize], &mut Vec<FaceValues>) + 's;
+pub(super) type Sample<'s> = dyn FnMut(&[usize], &mut Vec<FaceValues>) + 's;
 
 /// Samples of one wavenumber.
-pub struct Sampled<'a> {
+pub(super) struct Sampled<'a> {
     pub ladder: &'a Ladder,
     pub target: &'a Target,
     /// Samples by rung: driven and innermost face.
@@ -76,7 +76,7 @@ pub struct Sampled<'a> {
 
 /// A model of one wavenumber: poles, the fractions of both faces over them, and their errors.
 #[derive(Clone, Debug)]
-pub struct Candidate {
+pub(super) struct Candidate {
     pub poles: Vec<Complex64>,
     /// E of the driven and of the innermost face; of a wave that differs from its mirror image O of both, too.
     pub models: Vec<PartialFractions>,
@@ -85,7 +85,7 @@ pub struct Candidate {
 
 /// Errors of a model, each relative to its scale (see the module).
 #[derive(Clone, Copy, Debug)]
-pub struct Errors {
+pub(super) struct Errors {
     /// Worst of both faces on the grid and the odd real rungs.
     pub fitted: f64,
     /// Worst of both faces on the fresh rungs and the even real rungs.
@@ -103,7 +103,7 @@ pub struct Errors {
 }
 
 impl Errors {
-    pub fn largest(&self) -> f64 {
+    pub(super) fn largest(&self) -> f64 {
         self.fitted.max(self.fresh)
     }
 }
@@ -119,7 +119,7 @@ fn largest_square(even: Complex64, odd: Complex64) -> f64 {
 }
 
 /// Residue of a pole in a face, the larger one of both waves.
-pub fn largest_residue(models: &[PartialFractions], face: usize, index: usize) -> f64 {
+pub(super) fn largest_residue(models: &[PartialFractions], face: usize, index: usize) -> f64 {
     let even = models[face].residues[index];
     match models.get(face + 2) {
         Some(odd) => largest_square(even, odd.residues[index]).sqrt(),
@@ -129,7 +129,7 @@ pub fn largest_residue(models: &[PartialFractions], face: usize, index: usize) -
 
 impl<'a> Sampled<'a> {
     /// Samples a grid of rungs and the real axis.
-    pub fn new(ladder: &'a Ladder, target: &'a Target, grid: Vec<usize>, sample: &mut Sample<'_>) -> Self {
+    pub(super) fn new(ladder: &'a Ladder, target: &'a Target, grid: Vec<usize>, sample: &mut Sample<'_>) -> Self {
         let mut sampled = Self {
             ladder,
             target,
@@ -153,12 +153,12 @@ impl<'a> Sampled<'a> {
     }
 
     /// Tells whether the belt moves more than a share of its scale anywhere.
-    pub fn bottom_exceeds(&self, share: f64) -> bool {
+    pub(super) fn bottom_exceeds(&self, share: f64) -> bool {
         self.on_axis(1).any(|square| square > (share * self.scales[1]).powi(2))
     }
 
     /// Tells whether the odd parts of a face are more than a share of its scale anywhere.
-    pub fn odd_exceeds(&self, face: usize, share: f64) -> bool {
+    pub(super) fn odd_exceeds(&self, face: usize, share: f64) -> bool {
         let exceeds = |rung: &usize| {
             let scale = if face == 0 { self.local_scale(self.square(*rung)) } else { self.scales[1] };
             self.odd(*rung)[face].norm_sqr() > (share * scale).powi(2)
@@ -193,7 +193,7 @@ impl<'a> Sampled<'a> {
         self.scales = [largest(0), if given > 0.0 { given } else { largest(1) }];
     }
 
-    pub fn value(&self, rung: usize) -> [Complex64; 2] {
+    pub(super) fn value(&self, rung: usize) -> [Complex64; 2] {
         self.values[rung].unwrap_or_default()
     }
 
@@ -213,13 +213,13 @@ impl<'a> Sampled<'a> {
     }
 
     /// The samples that fits may use, of all parts.
-    pub fn samples(&self) -> Samples {
+    pub(super) fn samples(&self) -> Samples {
         self.samples_of(|_| true)
     }
 
     /// The same of chosen parts, the driven face's E among them: the belt and the odd parts only have a say in the
     /// poles where they are not negligible.
-    pub fn samples_of(&self, chosen: impl Fn(usize) -> bool) -> Samples {
+    pub(super) fn samples_of(&self, chosen: impl Fn(usize) -> bool) -> Samples {
         let rungs: Vec<usize> = self.grid.iter().copied().chain(fitted_real()).collect();
         let value = |part: usize, rung: usize| if part < 2 { self.value(rung)[part] } else { self.odd(rung)[part - 2] };
         let parts: Vec<usize> = (0..self.parts()).filter(|&part| chosen(part)).collect();
@@ -233,7 +233,7 @@ impl<'a> Sampled<'a> {
     }
 
     /// The best model over given poles; `samples` of all parts.
-    pub fn candidate(&self, samples: &Samples, poles: Vec<Complex64>) -> Result<Candidate, RationalError> {
+    pub(super) fn candidate(&self, samples: &Samples, poles: Vec<Complex64>) -> Result<Candidate, RationalError> {
         let mut models = residues(samples, &poles, self.target.constant)?;
         if self.target.constant && models.len() > 2 {
             // Odd parts have none.
@@ -249,14 +249,14 @@ impl<'a> Sampled<'a> {
     }
 
     /// Returns the scale of errors of the driven face where the mean of |H_n|^2 and |H_-n|^2 is `square`.
-    pub fn local_scale(&self, square: f64) -> f64 {
+    pub(super) fn local_scale(&self, square: f64) -> f64 {
         let largest = self.scales[0];
         let scale = square.sqrt().max(LEAST_SCALE * largest).min(largest);
         scale.max(self.target.least_scale).max(f64::MIN_POSITIVE)
     }
 
     /// How much more an error counts where the mean of |H_n|^2 and |H_-n|^2 is `square` than where it is largest.
-    pub fn point_weight(&self, square: f64) -> f64 {
+    pub(super) fn point_weight(&self, square: f64) -> f64 {
         self.scales[0].max(f64::MIN_POSITIVE) / self.local_scale(square)
     }
 
@@ -278,7 +278,7 @@ impl<'a> Sampled<'a> {
         rungs.iter().enumerate().map(at).collect()
     }
 
-    pub fn errors(&self, models: &[PartialFractions]) -> Errors {
+    pub(super) fn errors(&self, models: &[PartialFractions]) -> Errors {
         let worst = self.ladder.points[0];
         let mut errors = Errors { fitted: 0.0, fresh: 0.0, between: 0.0, axis: 0.0, real: 0.0, bottom: 0.0, worst };
         let rungs: Vec<usize> = self.grid.iter().chain(&self.fresh).copied().chain(REAL).collect();
@@ -311,7 +311,7 @@ impl<'a> Sampled<'a> {
     }
 
     /// Moves fresh rungs with a large error into the grid. `false` if there is nothing left to halve.
-    pub fn refine(&mut self, models: &[PartialFractions], sample: &mut Sample<'_>) -> bool {
+    pub(super) fn refine(&mut self, models: &[PartialFractions], sample: &mut Sample<'_>) -> bool {
         let limit = 0.5 * self.target.tolerance;
         let errors = self.errors_at(models, &self.fresh).into_iter().map(|[driven, bottom]| driven.max(bottom));
         let mut joining: Vec<(f64, usize)> =
@@ -330,7 +330,7 @@ impl<'a> Sampled<'a> {
 
     /// Samples the exact function where the model has a peak that would fit between two samples: nothing else would
     /// notice if it were not real. Returns whether there was one.
-    pub fn probe(&mut self, Candidate { poles, models, .. }: &Candidate, sample: &mut Sample<'_>) -> bool {
+    pub(super) fn probe(&mut self, Candidate { poles, models, .. }: &Candidate, sample: &mut Sample<'_>) -> bool {
         let mut sampled: Vec<usize> = self.grid.iter().chain(&self.fresh).copied().collect();
         sampled.sort_unstable();
         let before = self.probes.len();
@@ -356,7 +356,7 @@ impl<'a> Sampled<'a> {
     }
 
     /// Takes fresh rungs into the grid until it determines the unknowns with a margin.
-    pub fn enough_samples(&mut self, order: usize, sample: &mut Sample<'_>) {
+    pub(super) fn enough_samples(&mut self, order: usize, sample: &mut Sample<'_>) {
         while self.grid.len() < order + 12 && !self.fresh.is_empty() {
             self.grid.extend(self.fresh.iter().copied());
             self.grid.sort_unstable();

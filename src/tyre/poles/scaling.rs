@@ -10,7 +10,7 @@ use crate::scene::Tyre;
 
 /// One fit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct FitCost {
+pub(crate) struct FitCost {
     /// Elements N round the tyre.
     pub elements: usize,
     /// Layers of the stack.
@@ -27,7 +27,7 @@ pub struct FitCost {
 ///
 /// # Errors
 /// [`FitError`].
-pub fn cost(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<FitCost, FitError> {
+pub(crate) fn cost(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<FitCost, FitError> {
     let begin = Instant::now();
     let model = fit_unless_stopped(tyre, options, stop)?;
     Ok(FitCost {
@@ -41,7 +41,7 @@ pub fn cost(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<FitC
 
 /// The same tyre with its innermost layer cut into `parts` of equal thickness, which share its tension: nothing changes
 /// but the work.
-pub fn cut(tyre: &Tyre, parts: usize) -> Tyre {
+pub(crate) fn cut(tyre: &Tyre, parts: usize) -> Tyre {
     let mut layers = tyre.layers.clone();
     if let Some(first) = layers.first().cloned() {
         let mut part = first;

@@ -75,7 +75,7 @@ pub struct TangentialModel {
 
 impl TangentialModel {
     /// The motion's modes, from those of the normal motion of the same wavenumber n.
-    pub fn modes<'a>(&'a self, n: usize, normal: Modes<'a>) -> Modes<'a> {
+    pub(crate) fn modes<'a>(&'a self, n: usize, normal: Modes<'a>) -> Modes<'a> {
         let odd = self.odd_residues.get(n).map_or(&[][..], Vec::as_slice);
         Modes { residues: &self.residues[n], odd, constant: self.constants[n], ..normal }
     }
@@ -95,7 +95,7 @@ struct Fitted {
 ///
 /// # Errors
 /// [`RationalError`].
-pub fn tangential_model(tyre: &Tyre, model: &RationalModel, top: f64) -> Result<TangentialModel, RationalError> {
+pub(crate) fn tangential_model(tyre: &Tyre, model: &RationalModel, top: f64) -> Result<TangentialModel, RationalError> {
     fit_all(&TangentialSum::new(tyre, model.elements, top), model, top)
 }
 
@@ -103,7 +103,7 @@ pub fn tangential_model(tyre: &Tyre, model: &RationalModel, top: f64) -> Result<
 ///
 /// # Errors
 /// [`RationalError`].
-pub fn lateral_tangential_model(
+pub(crate) fn lateral_tangential_model(
     tyre: &Tyre,
     model: &RationalModel,
     top: f64,

@@ -7,7 +7,7 @@
 
 /// One wavenumber's place in the plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Visit {
+pub(super) struct Visit {
     /// n.
     pub wavenumber: usize,
     /// Distance to the wavenumber that it starts from; 0: it starts from nothing.
@@ -17,7 +17,7 @@ pub struct Visit {
 /// All wavenumbers, coarse strides first. The *rank* of one is its place in this order; a start has a lower rank than
 /// what starts from it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Tree {
+pub(super) struct Tree {
     visits: Vec<Visit>,
     /// Ranks by wavenumber.
     ranks: Vec<usize>,
@@ -27,7 +27,7 @@ pub struct Tree {
 
 impl Tree {
     /// The plan for n = 0..=`last`.
-    pub fn new(last: usize) -> Self {
+    pub(super) fn new(last: usize) -> Self {
         let middle = last.next_power_of_two() / 2;
         let mut visits = vec![Visit { wavenumber: 0, stride: 0 }];
         if middle > 0 {
@@ -56,28 +56,28 @@ impl Tree {
     }
 
     /// Number of wavenumbers.
-    pub fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.visits.len()
     }
 
     /// Ranks of those that start from nothing.
-    pub fn roots(&self) -> impl Iterator<Item = usize> + '_ {
+    pub(super) fn roots(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.len()).filter(|&rank| self.visits[rank].stride == 0)
     }
 
     /// The wavenumber of a rank.
-    pub fn visit(&self, rank: usize) -> Visit {
+    pub(super) fn visit(&self, rank: usize) -> Visit {
         self.visits[rank]
     }
 
     /// Rank of what a rank starts from.
-    pub fn start(&self, rank: usize) -> Option<usize> {
+    pub(super) fn start(&self, rank: usize) -> Option<usize> {
         let Visit { wavenumber, stride } = self.visits[rank];
         (stride > 0).then(|| self.ranks[wavenumber - stride])
     }
 
     /// Ranks of what starts from a rank, coarse strides first.
-    pub fn followers(&self, rank: usize) -> &[usize] {
+    pub(super) fn followers(&self, rank: usize) -> &[usize] {
         &self.followers[rank]
     }
 }

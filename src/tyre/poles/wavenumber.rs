@@ -48,7 +48,7 @@ const ODD_FROM: f64 = 1.0;
 
 /// Where a fit starts: poles of a neighbour and the rungs it ended with.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Start {
+pub(super) struct Start {
     /// Poles; empty: from scratch.
     pub poles: Vec<Complex64>,
     /// Rungs of the grid, rising; empty: the first grid.
@@ -57,7 +57,7 @@ pub struct Start {
 
 /// A fit, and what the next one can start from.
 #[derive(Clone, Debug)]
-pub struct Fitted {
+pub(super) struct Fitted {
     /// Poles, residues, statistics.
     pub entry: Entry,
     /// Rungs that the fit used.
@@ -77,7 +77,7 @@ struct Attempt<'a> {
 ///
 /// # Errors
 /// [`FitError::Refused`].
-pub fn fit_wavenumber(
+pub(super) fn fit_wavenumber(
     ladder: &Ladder,
     target: &Target,
     start: &Start,

@@ -8,7 +8,7 @@ use std::fs;
 use std::sync::{Mutex, PoisonError};
 
 /// The table's file.
-pub const TABLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/profiles/HARD_CASES.md");
+pub(crate) const TABLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/profiles/HARD_CASES.md");
 
 /// Head over the rows.
 const HEAD: &str = "\
@@ -24,16 +24,17 @@ Made by `TYREWAVE_HARD_CASES=1 cargo test --test suite hard_case -- --include-ig
 static WRITING: Mutex<()> = Mutex::new(());
 
 /// The number of the hard case that a test's name begins with.
-pub fn number(test: &str) -> Option<u32> {
+pub(crate) fn number(test: &str) -> Option<u32> {
     let name = test.rsplit("::").next()?;
     let rest = name.strip_prefix("hard_case_").or_else(|| name.strip_prefix("hard_cases_"))?;
     rest.split('_').next()?.parse().ok()
 }
 
 /// Tells what the running test measures and by which bound; nothing in a test that is no hard case.
-pub fn measured(what: impl Display, bound: impl Display, measured: impl Display) {
+pub(crate) fn measured(what: impl Display, bound: impl Display, measured: impl Display) {
     let thread = std::thread::current();
-    let Some((test, number)) = thread.name().and_then(|name| Some((name, number(name)?))) else { return };
+    let name = thread.name().map(|name| name.trim_start_matches("suite::"));
+    let Some((test, number)) = name.and_then(|name| Some((name, number(name)?))) else { return };
     println!("hard case {number}: {what} | {bound} | {measured}");
     if std::env::var_os("TYREWAVE_HARD_CASES").is_none() {
         return;

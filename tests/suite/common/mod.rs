@@ -17,10 +17,10 @@ use tyrewave::run::{self, RunError, RunOptions, RunReport, Unwatched};
 use tyrewave::scene::{Law, LoadedScene, Material};
 use tyrewave::test_models::scene;
 
-pub mod hard_case;
+pub(super) mod hard_case;
 
 /// Results of a run, gone when dropped.
-pub struct Results {
+pub(super) struct Results {
     /// Where they are.
     pub folder: TempDir,
     /// Report of the run.
@@ -28,7 +28,7 @@ pub struct Results {
 }
 
 /// Runs a scene into a temporary folder.
-pub fn try_run(loaded: &LoadedScene) -> Result<Results, RunError> {
+pub(super) fn try_run(loaded: &LoadedScene) -> Result<Results, RunError> {
     let folder = tempfile::tempdir().unwrap();
     let options = RunOptions {
         target: folder.path().join("run"),
@@ -40,50 +40,50 @@ pub fn try_run(loaded: &LoadedScene) -> Result<Results, RunError> {
 }
 
 /// Runs a scene that must work.
-pub fn run(text: &str) -> Results {
+pub(super) fn run(text: &str) -> Results {
     try_run(&scene(text)).unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
 impl Results {
     /// A file of the results.
-    pub fn path(&self, name: &str) -> PathBuf {
+    pub(super) fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join("run").join(name)
     }
 
     /// Fails if contact was at the end of the window of cells, or of slices.
-    pub fn assert_window_held(&self, name: &str) {
+    pub(super) fn assert_window_held(&self, name: &str) {
         assert_eq!(self.summary()["cost"]["counters"]["window_edge_contacts"], 0, "{name}");
     }
 
     /// A one-dimensional array.
-    pub fn array(&self, name: &str) -> Vec<f64> {
+    pub(super) fn array(&self, name: &str) -> Vec<f64> {
         read_array::<f64>(&self.path(name)).1
     }
 
     /// The third-octave levels of the total force.
-    pub fn force_levels(&self) -> Vec<BandLevel> {
+    pub(super) fn force_levels(&self) -> Vec<BandLevel> {
         read_force_levels(&fs::read_to_string(self.path("spectra.csv")).unwrap()).unwrap()
     }
 
     /// `patch_force.npy`: rows, columns and values row by row.
-    pub fn patch(&self) -> (usize, usize, Vec<f64>) {
+    pub(super) fn patch(&self) -> (usize, usize, Vec<f64>) {
         let (shape, values) = read_array::<f64>(&self.path("patch_force.npy"));
         (shape[0], shape[1], values)
     }
 
     /// `patch_element.npy`.
-    pub fn elements(&self) -> Vec<i64> {
+    pub(super) fn elements(&self) -> Vec<i64> {
         read_array::<i64>(&self.path("patch_element.npy")).1
     }
 
     /// `summary.json`.
-    pub fn summary(&self) -> Value {
+    pub(super) fn summary(&self) -> Value {
         read_summary(&self.folder.path().join("run"))
     }
 
     /// Fails unless the conditions of the contact held in every step, no search was given up, and all forces are
     /// numbers.
-    pub fn assert_sound(&self, name: &str) {
+    pub(super) fn assert_sound(&self, name: &str) {
         let contact = &self.report.summary.contact;
         let largest = contact.tension.max(contact.penetration).max(contact.complementarity);
         hard_case::measured(format!("{name}: contact conditions"), "1e-9 of the peak", format!("{largest:.1e}"));
@@ -104,7 +104,7 @@ impl Results {
 }
 
 /// Shape and values of an `.npy` file.
-pub fn read_array<T: npyz::Deserialize>(path: &Path) -> (Vec<usize>, Vec<T>) {
+pub(super) fn read_array<T: npyz::Deserialize>(path: &Path) -> (Vec<usize>, Vec<T>) {
     let file = File::open(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     let array = npyz::NpyFile::new(file).unwrap();
     let shape = array.shape().iter().map(|&length| length as usize).collect();
@@ -112,31 +112,44 @@ pub fn read_array<T: npyz::Deserialize>(path: &Path) -> (Vec<usize>, Vec<T>) {
 }
 
 /// A folder's `summary.json`.
-pub fn read_summary(folder: &Path) -> Value {
+pub(super) fn read_summary(folder: &Path) -> Value {
     serde_json::from_str(&fs::read_to_string(folder.join("summary.json")).unwrap()).unwrap()
 }
 
+/// The folder of this build: the program and, in `deps`, this test.
+fn build() -> PathBuf {
+    let test = std::env::current_exe().unwrap();
+    test.ancestors().nth(2).unwrap().to_owned()
+}
+
+/// The program of this build, which `cargo test` makes for the tests beside the library's.
+pub(super) fn program() -> PathBuf {
+    let program = build().join("tyrewave").with_extension(std::env::consts::EXE_EXTENSION);
+    assert!(program.exists(), "there is no {}: build the program first: cargo build", program.display());
+    program
+}
+
 /// The program with its arguments in a folder; what it says is kept.
-pub fn command(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_tyrewave"));
+pub(super) fn command(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(program());
     command.args(arguments).current_dir(folder).stdout(Stdio::piped()).stderr(Stdio::piped());
     command
 }
 
 /// The same, run to its end.
-pub fn tyrewave(folder: &Path, arguments: &[&str]) -> Output {
+pub(super) fn tyrewave(folder: &Path, arguments: &[&str]) -> Output {
     command(folder, arguments).output().unwrap()
 }
 
 /// A folder with a scene in it, `scene.toml`.
-pub fn folder_with(scene: &str) -> TempDir {
+pub(super) fn folder_with(scene: &str) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("scene.toml"), scene).unwrap();
     folder
 }
 
 /// Names of all that is in a folder, sorted.
-pub fn names(folder: &Path) -> Vec<String> {
+pub(super) fn names(folder: &Path) -> Vec<String> {
     let mut names: Vec<String> =
         fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
     names.sort();
@@ -144,7 +157,7 @@ pub fn names(folder: &Path) -> Vec<String> {
 }
 
 /// Writes a height map, row by row.
-pub fn write_grid(path: &Path, columns: usize, heights: &[f64]) {
+pub(super) fn write_grid(path: &Path, columns: usize, heights: &[f64]) {
     let mut writer = NpyWriter::<f64>::create(path, Row::Columns(columns)).unwrap();
     for row in heights.chunks_exact(columns) {
         writer.push(row).unwrap();
@@ -153,23 +166,25 @@ pub fn write_grid(path: &Path, columns: usize, heights: &[f64]) {
 }
 
 /// Mean and standard deviation.
-pub fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
+pub(super) fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     let square = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / values.len() as f64;
     (mean, square.sqrt())
 }
 
 /// Tells that a test is left out on this machine, and why: printed, and noted for the end of `.ci/run`.
-pub fn skipped(why: &str) {
+pub(super) fn skipped(why: &str) {
     println!("skipped: {why}");
-    let list = Path::new(env!("CARGO_TARGET_TMPDIR")).join("skipped.txt");
+    let folder = build().with_file_name("tmp");
+    fs::create_dir_all(&folder).unwrap();
+    let list = folder.join("skipped.txt");
     let test = std::thread::current().name().unwrap_or_default().to_owned();
     let file = fs::OpenOptions::new().create(true).append(true).open(list);
     file.and_then(|mut file| file.write_all(format!("{test}: {why}\n").as_bytes())).unwrap();
 }
 
 /// A viscoelastic material whose modulus follows the power law at the default frequencies.
-pub fn rubber(modulus: f64, loss_factor: f64, poisson: f64, density: f64) -> Material {
+pub(super) fn rubber(modulus: f64, loss_factor: f64, poisson: f64, density: f64) -> Material {
     Material {
         law: Law::PowerLaw,
         modulus,

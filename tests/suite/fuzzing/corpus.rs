@@ -5,13 +5,13 @@ use std::fmt::Write as _;
 use npyz::WriterBuilder;
 
 /// A scene with sound, vibration and a power law.
-pub const SOUND: &str = include_str!("../../../scenes/sound.toml");
+pub(super) const SOUND: &str = include_str!("../../../scenes/sound.toml");
 /// A tyre file.
-pub const TYRE: &str = include_str!("../../../scenes/tyres/car.toml");
+pub(super) const TYRE: &str = include_str!("../../../scenes/tyres/car.toml");
 /// The key of no entry.
-pub const KEY: [u8; 32] = [7; 32];
+pub(super) const KEY: [u8; 32] = [7; 32];
 
-pub const COMPLIANCE: &str = r#"{"tyres": [
+pub(super) const COMPLIANCE: &str = r#"{"tyres": [
  {"name": "flat", "layers": [{"thickness": 0.006, "tension_x": 4e4, "tension_y": 2e4, "material":
   {"law": "power-law", "modulus": 5e8, "loss_factor": 0.08, "poisson": 0.3, "density": 1300}},
   {"thickness": 0.013, "material": {"law": "prony", "modulus": 7e6, "poisson": 0.49, "density": 1000,
@@ -21,13 +21,13 @@ pub const COMPLIANCE: &str = r#"{"tyres": [
   "layers": [{"thickness": 0.01, "modulus": 1e8, "poisson": 0.4, "density": 1200, "tension": [4e4, 0]}]}],
  "cases": [{"tyre": "flat", "kx": 20, "ky": 15.7, "s": [1, 600]}, {"tyre": "round", "n": 3, "m": 2, "s": [0, 900]}]}"#;
 
-pub const RADIATION: &str = r#"{"density": 1.2, "sound_speed": 343, "nodes_per_wavelength": 4, "cases": [
+pub(super) const RADIATION: &str = r#"{"density": 1.2, "sound_speed": 343, "nodes_per_wavelength": 4, "cases": [
  {"name": "a", "body": {"shape": "sphere", "radius": 0.5}, "plane": false, "wavenumber": 1,
   "velocity": "uniform", "receivers": [[1, 0, 0.5]]},
  {"name": "b", "body": {"shape": "tyre", "radius": 0.3, "width": 0.2, "shoulder": 0.02, "height": 0.29},
   "plane": true, "wavenumber": 2, "velocity": {"circumferential": 2, "across": 1}, "receivers": [[1, 2, 1]]}]}"#;
 
-pub const MOBILITIES: [&str; 2] = [
+pub(super) const MOBILITIES: [&str; 2] = [
     "# measured\nfrequency_hz,patch_m,re,im\n100,0.01,1e-3,2e-4\n200,0.02,1.2e-3,-3e-4\n400,0.02,9e-4,1e-4\n",
     "patch_m;frequency_hz;phase_deg;level_db;note\n0.02;100;12.5;-58.2;a\n\n0.02;300;-40;-61;\"b;c\"\n",
 ];
@@ -37,7 +37,7 @@ fn height(row: usize) -> f64 {
 }
 
 /// A profile in millimetres.
-pub fn profile(delimiter: u8) -> Vec<u8> {
+pub(super) fn profile(delimiter: u8) -> Vec<u8> {
     let delimiter = char::from(delimiter);
     let mut text = format!("x{delimiter}z\n");
     for row in 0..200 {
@@ -47,7 +47,7 @@ pub fn profile(delimiter: u8) -> Vec<u8> {
 }
 
 /// A file of the CAPTIF kind.
-pub fn captif() -> Vec<u8> {
+pub(super) fn captif() -> Vec<u8> {
     let mut text = String::from("Site\tNowhere\n*****DATA*****\nData Point No:\tDistance (mm)\tDepth (mm)\n");
     for row in 0..200 {
         writeln!(text, "{row}\t{}\t{:.3}", 10 * row, height(row)).unwrap();
@@ -66,7 +66,7 @@ fn crg_header(format: &str) -> String {
 }
 
 /// An OpenCRG road in text.
-pub fn crg_text() -> Vec<u8> {
+pub(super) fn crg_text() -> Vec<u8> {
     let mut text = crg_header("LRFI");
     for row in 0..201 {
         let z = 1e-3 * height(row);
@@ -76,7 +76,7 @@ pub fn crg_text() -> Vec<u8> {
 }
 
 /// The same in bytes.
-pub fn crg_binary() -> Vec<u8> {
+pub(super) fn crg_binary() -> Vec<u8> {
     let mut bytes = crg_header("KRBI").into_bytes();
     let begin = bytes.len();
     for row in 0..201 {
@@ -90,7 +90,7 @@ pub fn crg_binary() -> Vec<u8> {
 }
 
 /// Height maps in either order.
-pub fn grids() -> Vec<Vec<u8>> {
+pub(super) fn grids() -> Vec<Vec<u8>> {
     let map = |order| {
         let mut bytes = Vec::new();
         let options = npyz::WriteOptions::new().default_dtype().order(order).shape(&[40, 6]).writer(&mut bytes);
@@ -103,7 +103,7 @@ pub fn grids() -> Vec<Vec<u8>> {
 }
 
 /// The body of a sealed file: a key, and the first numbers of a model.
-pub fn body() -> Vec<u8> {
+pub(super) fn body() -> Vec<u8> {
     let mut bytes = KEY.to_vec();
     bytes.extend([64, 2, 1, 0]);
     bytes.extend((0..40).flat_map(|number| (0.5 * f64::from(number)).to_le_bytes()));
@@ -111,6 +111,6 @@ pub fn body() -> Vec<u8> {
 }
 
 /// A whole sealed file of another kind.
-pub fn sealed() -> Vec<u8> {
+pub(super) fn sealed() -> Vec<u8> {
     [&b"TWAVEINF\x09\0\0\0"[..], &64_u64.to_le_bytes(), &[3; 96]].concat()
 }

@@ -35,7 +35,7 @@ const TOKENS: [&str; 24] = [
 const LONGEST: usize = 60_000;
 
 /// A file of a corpus, changed at one to six places.
-pub fn mutant(corpus: &[Vec<u8>], random: &mut ChaCha8Rng) -> Vec<u8> {
+pub(super) fn mutant(corpus: &[Vec<u8>], random: &mut ChaCha8Rng) -> Vec<u8> {
     let mut bytes = corpus[random.random_range(0..corpus.len())].clone();
     for _ in 0..random.random_range(1..=6) {
         change(&mut bytes, corpus, random);

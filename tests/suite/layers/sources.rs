@@ -5,10 +5,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// A path of names, as `crate::contact::Axle`, or a module from the root, as `contact`.
-pub type Names = Vec<String>;
+pub(super) type Names = Vec<String>;
 
 /// All files with Rust below a folder.
-pub fn rust_files(folder: &Path) -> Vec<PathBuf> {
+pub(super) fn rust_files(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -23,7 +23,7 @@ pub fn rust_files(folder: &Path) -> Vec<PathBuf> {
 }
 
 /// A file of `src`.
-pub struct Source {
+pub(super) struct Source {
     /// Below `src`.
     pub file: String,
     pub module: Names,
@@ -34,7 +34,7 @@ pub struct Source {
 }
 
 /// All files of `src`.
-pub fn sources() -> Vec<Source> {
+pub(super) fn sources() -> Vec<Source> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let (mut found, mut of_tests) = (Vec::new(), Vec::new());
     for path in rust_files(&root) {
@@ -65,7 +65,7 @@ fn modules_of_tests(text: &str) -> Vec<&str> {
 }
 
 impl Source {
-    pub fn new(file: &str, text: &str) -> Self {
+    pub(super) fn new(file: &str, text: &str) -> Self {
         let module = file.trim_end_matches(".rs").split('/').filter(|name| !["mod", "lib", "main"].contains(name));
         let (mut code, mut tests, mut in_tests) = (String::new(), String::new(), false);
         for line in text.lines() {
@@ -79,7 +79,7 @@ impl Source {
     }
 
     /// Its tests as a source of their own.
-    pub fn of_tests(&self) -> Self {
+    pub(super) fn of_tests(&self) -> Self {
         let inside =
             if self.code.is_empty() { self.module.clone() } else { [&self.module[..], &["tests".into()]].concat() };
         Self { file: self.file.clone(), module: inside, code: self.tests.clone(), tests: String::new() }
@@ -165,7 +165,7 @@ fn statements(source: &Source) -> (Vec<(Names, String)>, Vec<Names>, String) {
 }
 
 /// Uses between modules.
-pub struct Uses<'a> {
+pub(super) struct Uses<'a> {
     sources: &'a [Source],
     places: BTreeMap<&'a [String], usize>,
     /// By face: names handed on with their paths; `*` is all of a module.
@@ -173,7 +173,7 @@ pub struct Uses<'a> {
 }
 
 impl<'a> Uses<'a> {
-    pub fn new(sources: &'a [Source]) -> Self {
+    pub(super) fn new(sources: &'a [Source]) -> Self {
         let places = sources.iter().enumerate().filter(|(_, source)| source.file != "main.rs");
         let places = places.map(|(place, source)| (source.module.as_slice(), place)).collect();
         let mut uses = Self { sources, places, handed_on: Vec::new() };
@@ -188,7 +188,7 @@ impl<'a> Uses<'a> {
     }
 
     /// Paths that the code uses, but for those that it only hands on.
-    pub fn used(&self, source: &Source) -> Vec<Names> {
+    pub(super) fn used(&self, source: &Source) -> Vec<Names> {
         let (handed_on, mut used, rest) = statements(source);
         let is_used = |name: &str| words_after(&rest, name).iter().any(|(_, more)| more.is_empty());
         used.extend(handed_on.into_iter().filter(|(_, name)| is_used(name)).map(|(path, _)| path));
@@ -205,7 +205,7 @@ impl<'a> Uses<'a> {
     }
 
     /// The files that a file needs, by place.
-    pub fn needed(&self, place: usize) -> BTreeSet<usize> {
+    pub(super) fn needed(&self, place: usize) -> BTreeSet<usize> {
         let used = self.used(&self.sources[place]);
         used.iter().filter_map(|path| self.target(path)).filter(|other| *other != place).collect()
     }

@@ -14,13 +14,13 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 
-use tyrewave::half_space::LineInfluence;
+use tyrewave::internals::LineInfluence;
 
 /// Exchanges of whole blocks without progress before Murty's rule takes over.
 const PATIENCE: usize = 10;
 
 /// Contact at one penetration.
-pub struct LineContact {
+pub(super) struct LineContact {
     /// Pressure/E* of every cell.
     pub pressure: Vec<f64>,
     /// True if each cell is in contact.
@@ -33,7 +33,7 @@ pub struct LineContact {
 ///
 /// `depths`: depth of each cell below the highest \[m\]; `penetration` \[m\] of the highest; `guess`: cells expected in
 /// contact, e.g. those of a neighbouring level.
-pub fn solve(line: &LineInfluence, depths: &[f64], penetration: f64, guess: Option<&[bool]>) -> LineContact {
+pub(super) fn solve(line: &LineInfluence, depths: &[f64], penetration: f64, guess: Option<&[bool]>) -> LineContact {
     let n = depths.len();
     let row = line.row();
     let required: Vec<f64> = depths.iter().map(|depth| penetration - depth).collect();

@@ -49,10 +49,10 @@ const PLACES: usize = 256;
 const ROWS: usize = 96;
 
 /// Heights \[m\] of a block: rows of samples, with margins, in vectors.
-pub type Patch = Vec<[f32; LANES]>;
+pub(super) type Patch = Vec<[f32; LANES]>;
 
 /// Waves of a band of wavenumbers.
-pub struct Level {
+pub(super) struct Level {
     sizes: LevelSizes,
     /// Number of the level among all of the spectrum.
     number: u64,
@@ -70,7 +70,7 @@ pub struct Level {
 
 /// Rows that are left of one block, and of the one before it.
 #[derive(Clone, Copy, Debug)]
-pub struct Place {
+pub(super) struct Place {
     /// Number of the block.
     pub block: i64,
     /// Place in it, in samples.
@@ -81,7 +81,7 @@ pub struct Place {
 
 impl Level {
     /// Prepares a level.
-    pub fn new(spectrum: &RingSpectrum, sizes: LevelSizes, number: u64, seed: u64, lattice: Lattice) -> Self {
+    pub(super) fn new(spectrum: &RingSpectrum, sizes: LevelSizes, number: u64, seed: u64, lattice: Lattice) -> Self {
         let [along, across] = resolved(lattice);
         let gains = in_parallel::made(sizes.lines, |m| gains(spectrum, &sizes, m, along, across));
         let half = lattice.columns.div_ceil(2);
@@ -105,7 +105,7 @@ impl Level {
     }
 
     /// Where a row lies.
-    pub fn place(&self, lattice: &Lattice, row: i64) -> Place {
+    pub(super) fn place(&self, lattice: &Lattice, row: i64) -> Place {
         let fading = (self.sizes.samples / FADE) as f64;
         let pitch = self.sizes.samples as f64 - fading;
         let position = lattice.place(row, self.sizes.spacing());
@@ -123,7 +123,7 @@ impl Level {
 
     /// The samples of a patch that a place is interpolated from, as far as they matter, and their weights times
     /// `factor`.
-    pub fn samples<'a>(
+    pub(super) fn samples<'a>(
         &self,
         patch: &'a Patch,
         sample: f64,
@@ -137,12 +137,12 @@ impl Level {
     }
 
     /// From a place in a block to the same place in the one before.
-    pub fn pitch(&self) -> f64 {
+    pub(super) fn pitch(&self) -> f64 {
         (self.sizes.samples - self.sizes.samples / FADE) as f64
     }
 
     /// Draws a block; `amplitudes` is scratch: real parts, then imaginary ones, line by line.
-    pub fn patch(&self, block: i64, amplitudes: &mut Vec<f32>, heights: &mut Patch) {
+    pub(super) fn patch(&self, block: i64, amplitudes: &mut Vec<f32>, heights: &mut Patch) {
         let (samples, vectors) = (self.sizes.samples, self.vectors);
         let parts = samples * self.sizes.lines;
         amplitudes.resize(2 * parts, 0.0);

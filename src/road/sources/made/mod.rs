@@ -14,11 +14,11 @@ mod rows;
 mod shape;
 mod sizes;
 mod synthesis;
-mod target;
+pub(crate) mod target;
 mod translation;
 
 pub use rings::RingSpectrum;
-pub use shape::Shape;
-pub use sizes::Sizes;
-pub use synthesis::{Design, Patches, Texture};
-pub use target::{PEAK_FACTOR, TargetSpectrum};
+pub(crate) use shape::Shape;
+pub(crate) use sizes::Sizes;
+pub(crate) use synthesis::{Design, Patches, Texture};
+pub(crate) use target::{PEAK_FACTOR, TargetSpectrum};

@@ -16,7 +16,7 @@ use faer::linalg::solvers::SolveLstsq;
 /// Minimises |A x - b| over x >= 0. `a` is row-major, `b.len()` rows of `columns` entries.
 ///
 /// Entries must be finite. A numerically dependent column is never taken into the passive set.
-pub fn solve(a: &[f64], columns: usize, b: &[f64]) -> Vec<f64> {
+pub(super) fn solve(a: &[f64], columns: usize, b: &[f64]) -> Vec<f64> {
     let rows = b.len();
     debug_assert_eq!(a.len(), rows * columns);
     let mut x = vec![0.0; columns];

@@ -14,7 +14,7 @@ const ORIGIN: i128 = 1 << 60;
 /// A number is the sum of four random bytes: its kurtosis is 2.7, that of a sum of n of them 3 - 0.3/n. They are the
 /// parts of Fourier coefficients, of which each height adds up some thousand, so that heights are Gaussian; and a sum
 /// costs a tenth of what logarithm, root and cosine of Box and Muller do.
-pub fn pairs(seed: u64, stream: u64, first: i64, bytes: &mut Vec<u8>, numbers: &mut [f32]) {
+pub(super) fn pairs(seed: u64, stream: u64, first: i64, bytes: &mut Vec<u8>, numbers: &mut [f32]) {
     /// Variance of a byte is (256^2 - 1)/12.
     const VARIANCE: f32 = 4.0 * 65_535.0 / 12.0;
     /// Mean of the sum of four.

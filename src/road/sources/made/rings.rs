@@ -88,7 +88,7 @@ impl RingSpectrum {
     }
 
     /// The same surface with another account of its bands.
-    pub fn with_fit(self, fit: Vec<BandFit>) -> Self {
+    pub(crate) fn with_fit(self, fit: Vec<BandFit>) -> Self {
         Self { fit, ..self }
     }
 
@@ -108,7 +108,7 @@ impl RingSpectrum {
     }
 
     /// Returns the profiles' levels in each band beside the wanted ones, longest wavelength first.
-    pub fn band_fit(&self) -> &[BandFit] {
+    pub(crate) fn band_fit(&self) -> &[BandFit] {
         &self.fit
     }
 

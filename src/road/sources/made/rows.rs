@@ -3,9 +3,9 @@
 use pulp::NullaryFnOnce;
 
 /// Columns are padded to a multiple of this: whole vectors of any instruction set.
-pub const LANES: usize = 16;
+pub(super) const LANES: usize = 16;
 /// A weighted sum of rows of samples, added to a row; all rows of whole vectors.
-pub struct Interpolation<'a> {
+pub(super) struct Interpolation<'a> {
     /// The row.
     pub sums: &'a mut [[f32; LANES]],
     /// A weight for each row of samples.

@@ -31,7 +31,7 @@ const HALVINGS: usize = 60;
 /// A monotone transformation of standard Gaussian numbers into numbers of mean 0, variance 1 and given skewness and
 /// kurtosis.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Shape {
+pub(crate) struct Shape {
     shift: f64,
     tail: f64,
     mean: f64,
@@ -43,7 +43,7 @@ impl Shape {
     ///
     /// # Errors
     /// [`RoadError::Moments`] for a pair that none has, with the range of the kurtosis for this skewness.
-    pub fn new(skewness: f64, kurtosis: f64) -> Result<Option<Self>, RoadError> {
+    pub(crate) fn new(skewness: f64, kurtosis: f64) -> Result<Option<Self>, RoadError> {
         if skewness.abs() <= 0.0 && (kurtosis - 3.0).abs() <= 0.0 {
             return Ok(None);
         }
@@ -75,12 +75,12 @@ impl Shape {
     }
 
     /// g(x).
-    pub fn at(&self, x: f64) -> f64 {
+    pub(crate) fn at(&self, x: f64) -> f64 {
         (((x.asinh() + self.shift) / self.tail).sinh() - self.mean) / self.deviation
     }
 
     /// a_k^2, k = 1, 2, ...: what heights correlated by r are correlated by is the sum of a_k^2 r^k.
-    pub fn powers(&self) -> Vec<f64> {
+    pub(crate) fn powers(&self) -> Vec<f64> {
         let mut sums = [0.0; TERMS];
         for [x, _, weight] in nodes() {
             // Normalised: h_k = (x h_(k-1) - sqrt(k - 1) h_(k-2))/sqrt k.
@@ -100,7 +100,7 @@ impl Shape {
 
 /// g of heights, from a table.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ShapeTable {
+pub(super) struct ShapeTable {
     /// Heights to places in the table.
     scale: f64,
     values: Vec<f64>,
@@ -108,14 +108,14 @@ pub struct ShapeTable {
 
 impl ShapeTable {
     /// For heights of an rms \[m\], which they keep.
-    pub fn new(shape: &Shape, rms: f64) -> Self {
+    pub(super) fn new(shape: &Shape, rms: f64) -> Self {
         let count = (2.0 * END * PER_UNIT) as usize;
         let values = (0..=count).map(|place| rms * shape.at(place as f64 / PER_UNIT - END)).collect();
         Self { scale: PER_UNIT / rms, values }
     }
 
     /// Transforms heights \[m\].
-    pub fn apply(&self, heights: &mut [f64]) {
+    pub(super) fn apply(&self, heights: &mut [f64]) {
         let last = self.values.len() - 2;
         for height in heights {
             let place = (*height * self.scale + END * PER_UNIT).max(0.0);

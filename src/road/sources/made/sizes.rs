@@ -14,20 +14,20 @@ const RATIO: f64 = 3.3;
 /// Length of a block, in the longest wavelengths of its level.
 const BLOCK: f64 = 128.0;
 /// Part of a block that fades into the next one: eight longest wavelengths.
-pub const FADE: usize = 16;
+pub(super) const FADE: usize = 16;
 /// Lateral period in the longest wavelengths of a level, and what is left of them beside the strip, at least.
 const PERIOD: [f64; 2] = [8.0, 4.0];
 /// Samples in the shortest wave along, at least, of the shortest level and of the others: the more there are the
 /// shorter is what interpolates them, and those of long waves cost little.
 const SAMPLES: [f64; 2] = [2.8, 5.0];
 /// Patches of a level that are kept: rows straddle two, a third serves a caller that looks back.
-pub const KEPT: usize = 3;
+pub(super) const KEPT: usize = 3;
 /// Averages of the two-dimensional density over a cell, and a pair of random numbers, in multiply-adds.
 const COSTS: [f64; 2] = [600.0, 20.0];
 
 /// Waves of some octaves, the lateral period and the blocks in which they are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LevelSizes {
+pub(crate) struct LevelSizes {
     /// Lowest wavenumber, cycles per metre.
     pub lower: f64,
     /// Highest wavenumber, cycles per metre.
@@ -44,19 +44,19 @@ pub struct LevelSizes {
 
 impl LevelSizes {
     /// Spacing of the samples along \[m\].
-    pub fn spacing(&self) -> f64 {
+    pub(crate) fn spacing(&self) -> f64 {
         self.block / self.samples as f64
     }
 
     /// Way from one block to the next \[m\].
-    pub fn pitch(&self) -> f64 {
+    pub(crate) fn pitch(&self) -> f64 {
         self.block * (1.0 - 1.0 / FADE as f64)
     }
 }
 
 /// Sizes of a synthesis.
 #[derive(Clone, Debug)]
-pub struct Sizes {
+pub(crate) struct Sizes {
     /// The levels that the run's cells resolve, shortest waves first.
     pub levels: Vec<LevelSizes>,
     columns: f64,
@@ -67,7 +67,7 @@ impl Sizes {
     ///
     /// # Errors
     /// A `spacing` too coarse for the spectrum's shortest wavelength; working arrays beyond `limit`.
-    pub fn new(target: &TargetSpectrum, spacing: f64, lattice: Lattice, limit: u64) -> Result<Self, RoadError> {
+    pub(crate) fn new(target: &TargetSpectrum, spacing: f64, lattice: Lattice, limit: u64) -> Result<Self, RoadError> {
         positive("road.spacing", spacing)?;
         let (longest, shortest) = (target.longest(), target.shortest());
         let allowed = LARGEST_SHARE * shortest;
@@ -107,7 +107,7 @@ impl Sizes {
     }
 
     /// Returns the work of making the filters.
-    pub fn opening(&self) -> Work {
+    pub(crate) fn opening(&self) -> Work {
         let level = |level: &LevelSizes| level.lines as f64 * level.block * level.upper * COSTS[0];
         let multiply_adds: f64 = self.levels.iter().map(level).sum();
         Work { multiply_adds: multiply_adds as u64, bytes: self.bytes() as u64 }
@@ -115,7 +115,7 @@ impl Sizes {
 
     /// Returns the work of so many metres in so many rows: noise and a transform for each lateral wave, their sum
     /// across, interpolation along.
-    pub fn drawing(&self, metres: f64, rows: f64) -> f64 {
+    pub(crate) fn drawing(&self, metres: f64, rows: f64) -> f64 {
         let level = |level: &LevelSizes| {
             let (samples, lines) = (level.samples as f64, level.lines as f64);
             let patch = lines * (2.0 * level.upper * level.block * COSTS[1] + transform_multiply_adds(level.samples))
@@ -128,6 +128,6 @@ impl Sizes {
 
 /// Highest wavenumbers that a lattice holds, along and across, cycles per metre; a single column is a line that holds
 /// all.
-pub fn resolved(lattice: Lattice) -> [f64; 2] {
+pub(super) fn resolved(lattice: Lattice) -> [f64; 2] {
     [0.5 / lattice.cell(), if lattice.columns > 1 { 0.5 / lattice.dy } else { f64::INFINITY }]
 }

@@ -31,7 +31,7 @@ const BLOCK: usize = 32;
 
 /// A texture to be drawn.
 #[derive(Clone)]
-pub struct Design {
+pub(crate) struct Design {
     /// Levels of its profiles.
     pub target: TargetSpectrum,
     /// Skewness and kurtosis, for heights other than Gaussian.
@@ -43,7 +43,7 @@ pub struct Design {
 }
 
 /// A random isotropic surface on a run's lattice.
-pub struct Texture {
+pub(crate) struct Texture {
     spectrum: RingSpectrum,
     lattice: Lattice,
     levels: Vec<Level>,
@@ -58,7 +58,7 @@ impl Texture {
     ///
     /// # Errors
     /// A spacing too coarse for the spectrum's shortest wavelength; working arrays beyond `limit`.
-    pub fn new(design: &Design, lattice: Lattice, limit: u64) -> Result<Self, RoadError> {
+    pub(crate) fn new(design: &Design, lattice: Lattice, limit: u64) -> Result<Self, RoadError> {
         let Design { target, shape, spacing, seed } = design;
         let sizes = Sizes::new(target, *spacing, lattice, limit)?;
         let spectrum = shape.as_ref().map_or_else(|| RingSpectrum::fit(target), |shape| corrected(target, shape));
@@ -83,12 +83,12 @@ impl Texture {
     }
 
     /// The two-dimensional spectrum and how well it meets the target.
-    pub fn spectrum(&self) -> &RingSpectrum {
+    pub(crate) fn spectrum(&self) -> &RingSpectrum {
         &self.spectrum
     }
 
     /// Heights \[m\] of rows from `first` on, as many as fill `heights`.
-    pub fn rows(&self, first: i64, patches: &mut Patches, heights: &mut [f64]) {
+    pub(crate) fn rows(&self, first: i64, patches: &mut Patches, heights: &mut [f64]) {
         let columns = self.lattice.columns;
         patches.levels.resize_with(self.levels.len(), VecDeque::new);
         for (piece, heights) in heights.chunks_mut(self.piece * columns).enumerate() {
@@ -152,7 +152,7 @@ fn draw(level: &Level, block: i64, kept: &mut VecDeque<(i64, Patch)>, amplitudes
 
 /// Patches that have been drawn, the last few of each level, and scratch to draw the next.
 #[derive(Default)]
-pub struct Patches {
+pub(crate) struct Patches {
     levels: Vec<VecDeque<(i64, Patch)>>,
     amplitudes: Vec<f32>,
 }

@@ -7,7 +7,7 @@ use crate::road::texture::{
 use crate::scene::{MadeRoad, NamedTexture, PowerLawTexture};
 
 /// Height of the highest point to be expected of a made road over its root-mean-square height.
-pub const PEAK_FACTOR: f64 = 5.0;
+pub(crate) const PEAK_FACTOR: f64 = 5.0;
 
 /// A wavenumber band and the mean square that a profile shall have in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,7 +22,7 @@ pub struct Band {
 
 impl Band {
     /// The band where `found` \[m^2\] was asked to be its energy.
-    pub fn fit(&self, found: f64) -> BandFit {
+    pub(crate) fn fit(&self, found: f64) -> BandFit {
         let wavelength = 1.0 / (self.lower * self.upper).sqrt();
         BandFit { wavelength, target: level(self.energy), fitted: level(found).max(LOWEST_LEVEL) }
     }

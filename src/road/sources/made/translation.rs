@@ -25,7 +25,7 @@ const ROUNDS: usize = 12;
 const LARGEST_CHANGE: f64 = 2.0;
 
 /// The Gaussian's spectrum, its fit that of the transformed surface.
-pub fn corrected(target: &TargetSpectrum, shape: &Shape) -> RingSpectrum {
+pub(super) fn corrected(target: &TargetSpectrum, shape: &Shape) -> RingSpectrum {
     let highest = HIGHEST / target.shortest();
     let count = (CELLS.0 * highest * target.longest()).clamp(64.0, CELLS.1) as usize;
     let cell = highest / count as f64;

@@ -9,14 +9,14 @@ use crate::road::file_fault::{FileFault, LikelyCause};
 /// Bytes of a record.
 const RECORD: usize = 80;
 /// Elevations and slopes beyond this are no road's; coordinates may be larger.
-pub const ABSURD: f64 = 1e8;
+pub(super) const ABSURD: f64 = 1e8;
 
 /// Row-major numbers, rows x `channels`. `promised`: the number of rows that the header states, if it does.
 /// `first_line` is the line number of the first text record.
 ///
 /// # Errors
 /// Too few or too many bytes, rows or fields; numbers beyond 1e8.
-pub fn decode(
+pub(super) fn decode(
     payload: &[u8],
     format: Format,
     channels: usize,

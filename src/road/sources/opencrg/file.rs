@@ -23,7 +23,7 @@ const DEEPEST: usize = 8;
 
 /// An OpenCRG road.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Crg {
+pub(crate) struct Crg {
     /// Row spacing \[m\].
     pub increment: f64,
     /// Lateral positions of the columns, rising \[m\].
@@ -43,7 +43,7 @@ impl Crg {
     ///
     /// # Errors
     /// A file that cannot be read, includes from outside the file's folder, and every [`FileFault`] of OpenCRG.
-    pub fn read(path: &Path, limit: u64) -> Result<Self, RoadError> {
+    pub(crate) fn read(path: &Path, limit: u64) -> Result<Self, RoadError> {
         let mut modifiers = None;
         let mut chain: Vec<PathBuf> = Vec::new();
         let mut current = path.to_owned();
@@ -196,12 +196,12 @@ impl Crg {
     }
 
     /// Number of rows.
-    pub fn rows(&self) -> usize {
+    pub(crate) fn rows(&self) -> usize {
         self.line.len()
     }
 
     /// Elevation of the grid point (row, column) with slope and banking \[m\]; NaN where missing.
-    pub fn elevation(&self, row: usize, column: usize) -> f64 {
+    pub(crate) fn elevation(&self, row: usize, column: usize) -> f64 {
         self.grid[row * self.v.len() + column] + self.line[row] + self.banking[row] * self.v[column]
     }
 }

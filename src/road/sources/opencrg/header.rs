@@ -12,7 +12,7 @@ use crate::storage::input::excerpt;
 
 /// How numbers are stored behind the header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Format {
+pub(super) struct Format {
     /// Rows start at record boundaries (`L`), or follow each other without a gap (`K`).
     pub aligned: bool,
     /// 64-bit (`D`) or 32-bit (`R`) numbers.
@@ -38,7 +38,7 @@ impl Format {
 
 /// Meaning of a column of numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Channel {
+pub(super) enum Channel {
     /// Heading of the reference line \[rad\].
     Heading,
     /// x or y of the reference line \[m\].
@@ -57,7 +57,7 @@ pub enum Channel {
 
 /// A header's content.
 #[derive(Clone, Debug, Default)]
-pub struct Header {
+pub(super) struct Header {
     /// `$ROAD_CRG`: lower-case key and value.
     pub road: BTreeMap<String, f64>,
     /// `$ROAD_CRG_MODS`, if the section is there.
@@ -87,7 +87,7 @@ impl Header {
     ///
     /// # Errors
     /// Lines that cannot be understood, with their number.
-    pub fn parse(bytes: &[u8]) -> Result<Self, FileFault> {
+    pub(super) fn parse(bytes: &[u8]) -> Result<Self, FileFault> {
         let mut header = Self::default();
         let mut section = Section::None;
         let mut offset = 0;

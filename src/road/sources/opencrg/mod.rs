@@ -13,4 +13,4 @@ mod strip;
 
 #[cfg(test)]
 pub(in crate::road) use file::Crg;
-pub use strip::read;
+pub(crate) use strip::read;

@@ -22,7 +22,7 @@ const MISSING_ALLOWED: f64 = 0.1;
 ///
 /// # Errors
 /// As [`Crg::read`]; no usable columns of the strip's width, or a position that leaves them.
-pub fn read(
+pub(crate) fn read(
     spec: &OpenCrgRoad,
     contact_width: f64,
     limit: u64,

@@ -12,7 +12,7 @@ use crate::study::sweep::variants::Label;
 
 /// Outcomes of all tasks.
 #[derive(Debug, Default)]
-pub struct Collection {
+pub(crate) struct Collection {
     /// The tasks, in the order of their numbers, and what those that are done have found.
     pub tasks: Vec<(Label, Option<Done>)>,
     /// Tasks that failed when they were last tried: number, name and reason.
@@ -26,7 +26,7 @@ impl TaskFolder {
     ///
     /// # Errors
     /// [`TaskError`].
-    pub fn collect(&self, mut each: impl FnMut()) -> Result<Collection, TaskError> {
+    pub(crate) fn collect(&self, mut each: impl FnMut()) -> Result<Collection, TaskError> {
         let mut collection = Collection::default();
         for shard in 0..self.shards() {
             let tasks = self.shard(shard)?;
@@ -47,13 +47,13 @@ impl TaskFolder {
 
 impl Collection {
     /// Numbers of the tasks that are not done.
-    pub fn missing(&self) -> Numbers {
+    pub(crate) fn missing(&self) -> Numbers {
         let numbers = (0..).zip(&self.tasks).filter(|(_, (_, done))| done.is_none());
         Numbers::new(numbers.map(|(number, _)| number))
     }
 
     /// Names of the tasks whose load was missed.
-    pub fn missed_loads(&self) -> Vec<String> {
+    pub(crate) fn missed_loads(&self) -> Vec<String> {
         let missed = |done: &Option<Done>| done.as_ref().is_some_and(|done| done.missed_load().is_some());
         self.tasks.iter().filter(|(_, done)| missed(done)).map(|(label, _)| label.name.clone()).collect()
     }

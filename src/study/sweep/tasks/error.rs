@@ -11,7 +11,7 @@ use crate::storage::Unusable;
 
 /// Why tasks cannot be written, done or collected.
 #[derive(Debug, Error)]
-pub enum TaskError {
+pub(crate) enum TaskError {
     /// There is no manifest.
     #[error("no tasks: there is no {} (`tyrewave sweep SCENE --speed ... --tasks DIR` writes tasks)", path.display())]
     NoTasks {

@@ -41,14 +41,14 @@ struct Manifest {
 
 /// A folder of tasks.
 #[derive(Clone, Debug, PartialEq)]
-pub struct TaskFolder {
+pub(crate) struct TaskFolder {
     path: PathBuf,
     manifest: Manifest,
 }
 
 /// Tasks that have been written, or were there.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Written {
+pub(crate) struct Written {
     /// The folder.
     pub folder: TaskFolder,
     /// True if they were there already.
@@ -69,7 +69,7 @@ impl TaskFolder {
     /// # Errors
     /// [`TaskError::Others`] where other tasks are, [`TaskError::Unusable`] or [`TaskError::Program`] where what is
     /// there cannot be told, else of files.
-    pub fn write<E: From<TaskError>>(
+    pub(crate) fn write<E: From<TaskError>>(
         path: &Path,
         (title, plots): (&str, bool),
         variants: &[Variant],
@@ -121,7 +121,7 @@ impl TaskFolder {
     ///
     /// # Errors
     /// [`TaskError::NoTasks`], [`TaskError::Unusable`], [`TaskError::Program`], [`TaskError::Read`].
-    pub fn open(path: &Path) -> Result<Self, TaskError> {
+    pub(crate) fn open(path: &Path) -> Result<Self, TaskError> {
         let file = path.join(MANIFEST);
         let unusable = |reason| TaskError::Unusable { path: file.clone(), reason };
         let mut body = match MANIFEST_FORMAT.read(&file) {
@@ -139,37 +139,37 @@ impl TaskFolder {
     }
 
     /// Where it is.
-    pub fn path(&self) -> &Path {
+    pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
     /// Title of the scene that is swept.
-    pub fn title(&self) -> &str {
+    pub(crate) fn title(&self) -> &str {
         &self.manifest.title
     }
 
     /// Tells whether the scene wants pictures.
-    pub fn plots(&self) -> bool {
+    pub(crate) fn plots(&self) -> bool {
         self.manifest.plots
     }
 
     /// How many tasks there are.
-    pub fn count(&self) -> u64 {
+    pub(crate) fn count(&self) -> u64 {
         self.manifest.count
     }
 
     /// Tasks that job files give to an element of their array.
-    pub fn chunk(&self) -> u64 {
+    pub(crate) fn chunk(&self) -> u64 {
         self.manifest.chunk
     }
 
     /// How many shards there are.
-    pub fn shards(&self) -> u64 {
+    pub(crate) fn shards(&self) -> u64 {
         self.count().div_ceil(SHARD)
     }
 
     /// Numbers of a shard's tasks.
-    pub fn numbers(&self, shard: u64) -> Range<u64> {
+    pub(crate) fn numbers(&self, shard: u64) -> Range<u64> {
         shard * SHARD..((shard + 1) * SHARD).min(self.count())
     }
 
@@ -177,7 +177,7 @@ impl TaskFolder {
     ///
     /// # Errors
     /// [`TaskError::Number`] for the first number that no task has.
-    pub fn shards_of(&self, numbers: &RangeInclusive<u64>) -> Result<RangeInclusive<u64>, TaskError> {
+    pub(crate) fn shards_of(&self, numbers: &RangeInclusive<u64>) -> Result<RangeInclusive<u64>, TaskError> {
         match [*numbers.start(), *numbers.end()].into_iter().find(|&number| number >= self.count()) {
             Some(number) => {
                 let last = self.count().saturating_sub(1);
@@ -196,7 +196,7 @@ impl TaskFolder {
     ///
     /// # Errors
     /// [`TaskError::Unusable`], [`TaskError::Read`].
-    pub fn shard(&self, shard: u64) -> Result<Vec<Task>, TaskError> {
+    pub(crate) fn shard(&self, shard: u64) -> Result<Vec<Task>, TaskError> {
         let path = self.shard_folder(shard).join(TASKS);
         let unusable = |reason| TaskError::Unusable { path: path.clone(), reason };
         let body = TASKS_FORMAT.read(&path).map_err(TaskError::reading(&path))?.map_err(unusable)?;

@@ -41,15 +41,15 @@ fi
 exit "$ended""#,
 ];
 /// How the files begin.
-pub const HEAD: &str = "#!/bin/bash\n# tyrewave sweep: ";
+pub(crate) const HEAD: &str = "#!/bin/bash\n# tyrewave sweep: ";
 /// Name of the list of elements with missing tasks.
-pub const MISSING: &str = "missing";
+pub(crate) const MISSING: &str = "missing";
 /// Name of the folder of the job's messages.
-pub const LOGS: &str = "logs";
+pub(crate) const LOGS: &str = "logs";
 
 /// How tasks are handed to a batch system.
 #[derive(Clone, Copy, Debug)]
-pub struct Jobs<'a> {
+pub(crate) struct Jobs<'a> {
     /// The program, as an absolute path.
     pub program: &'a Path,
     /// The folder of tasks, as an absolute path.
@@ -74,14 +74,14 @@ pub struct Jobs<'a> {
 
 /// Tasks of an element, where the user does not say: with so many tasks of at most that time \[s\], as many at a time
 /// as there are threads.
-pub fn chunk(count: u64, seconds: f64, threads: usize) -> u64 {
+pub(crate) fn chunk(count: u64, seconds: f64, threads: usize) -> u64 {
     let in_time = (ELEMENT_SECONDS / seconds.max(1e-3)).ceil() as u64 * threads as u64;
     in_time.min(count).max(count.div_ceil(MOST_ELEMENTS)).max(1)
 }
 
 impl<'a> Jobs<'a> {
     /// Makes the jobs of tasks that were written; paths are absolute.
-    pub fn of(written: &Written, program: &'a Path, folder: &'a Path, threads: usize) -> Self {
+    pub(crate) fn of(written: &Written, program: &'a Path, folder: &'a Path, threads: usize) -> Self {
         let Written { folder: tasks, seconds, memory, alone, .. } = written;
         let (count, chunk) = (tasks.count(), tasks.chunk());
         let at_a_time = if *alone { 1 } else { threads };
@@ -90,7 +90,7 @@ impl<'a> Jobs<'a> {
     }
 
     /// Elements of the array.
-    pub fn elements(&self) -> u64 {
+    pub(crate) fn elements(&self) -> u64 {
         self.count.div_ceil(self.chunk)
     }
 
@@ -132,7 +132,7 @@ impl<'a> Jobs<'a> {
     }
 
     /// A job array for Slurm's `sbatch`.
-    pub fn slurm(&self) -> String {
+    pub(crate) fn slurm(&self) -> String {
         let last = self.elements().saturating_sub(1);
         let path = |name: &str| quoted(&self.folder.join(name));
         format!(
@@ -155,7 +155,7 @@ impl<'a> Jobs<'a> {
     }
 
     /// A script that submits an array to HyperQueue.
-    pub fn hyperqueue(&self) -> String {
+    pub(crate) fn hyperqueue(&self) -> String {
         let last = self.elements().saturating_sub(1);
         let (minutes, path) = (self.minutes(), |name: &str| quoted(&self.folder.join(name)));
         let usage =

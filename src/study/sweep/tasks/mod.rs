@@ -20,19 +20,18 @@
 //! Nothing rests on the locks, which not every shared disk has: files take their names when they are whole, and any
 //! process that does a task finds the same bytes. They keep two processes from doing the same work.
 
-pub mod collect;
-pub mod error;
-pub mod folder;
-pub mod jobs;
-pub mod numbers;
-pub mod outcomes;
-pub mod task;
-pub mod work;
+pub(crate) mod collect;
+pub(crate) mod error;
+pub(crate) mod folder;
+pub(crate) mod jobs;
+pub(crate) mod numbers;
+pub(crate) mod outcomes;
+pub(crate) mod task;
+pub(crate) mod work;
 
-pub use collect::Collection;
-pub use error::TaskError;
-pub use folder::{TaskFolder, Written};
-pub use jobs::Jobs;
-pub use numbers::Numbers;
-pub use task::Task;
-pub use work::{Ended, Event, Work};
+pub(crate) use collect::Collection;
+pub(crate) use error::TaskError;
+pub(crate) use folder::{TaskFolder, Written};
+pub(crate) use jobs::Jobs;
+pub(crate) use numbers::Numbers;
+pub(crate) use work::{Ended, Event, Work};

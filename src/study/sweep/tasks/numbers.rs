@@ -4,11 +4,11 @@ use std::fmt;
 
 /// Rising numbers.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Numbers(Vec<u64>);
+pub(crate) struct Numbers(Vec<u64>);
 
 impl Numbers {
     /// Collects numbers in any order, each once.
-    pub fn new(numbers: impl IntoIterator<Item = u64>) -> Self {
+    pub(crate) fn new(numbers: impl IntoIterator<Item = u64>) -> Self {
         let mut numbers: Vec<u64> = numbers.into_iter().collect();
         numbers.sort_unstable();
         numbers.dedup();
@@ -16,7 +16,7 @@ impl Numbers {
     }
 
     /// The numbers, rising.
-    pub fn as_slice(&self) -> &[u64] {
+    pub(crate) fn as_slice(&self) -> &[u64] {
         &self.0
     }
 }

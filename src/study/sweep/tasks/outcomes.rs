@@ -36,7 +36,7 @@ const ATTEMPTS: usize = 100;
 type Entry = (usize, String, Done);
 
 /// The outcomes of a shard's tasks.
-pub struct Outcomes<'a> {
+pub(crate) struct Outcomes<'a> {
     folder: PathBuf,
     /// Number of the first task.
     first: u64,
@@ -45,7 +45,7 @@ pub struct Outcomes<'a> {
 
 /// Outcomes of a shard.
 #[derive(Debug, Default)]
-pub struct Found {
+pub(crate) struct Found {
     /// Findings of each task, in their order.
     pub done: Vec<Option<Done>>,
     /// Files that are there and cannot be used: their tasks are to be done again, unless others know of them.
@@ -54,12 +54,12 @@ pub struct Found {
 
 impl<'a> Outcomes<'a> {
     /// Opens the outcomes of a shard and its tasks.
-    pub fn of(folder: &TaskFolder, shard: u64, tasks: &'a [Task]) -> Self {
+    pub(crate) fn of(folder: &TaskFolder, shard: u64, tasks: &'a [Task]) -> Self {
         Self { folder: folder.shard_folder(shard), first: folder.numbers(shard).start, tasks }
     }
 
     /// Where the runs of the shard's tasks are.
-    pub fn results(&self) -> PathBuf {
+    pub(crate) fn results(&self) -> PathBuf {
         self.folder.join(RESULTS)
     }
 
@@ -72,7 +72,7 @@ impl<'a> Outcomes<'a> {
     ///
     /// # Errors
     /// [`TaskError::Read`].
-    pub fn read(&self) -> Result<Found, TaskError> {
+    pub(crate) fn read(&self) -> Result<Found, TaskError> {
         let mut found = Found::default();
         for _ in 0..ATTEMPTS {
             found = Found { done: vec![None; self.tasks.len()], unusable: Vec::new() };
@@ -117,7 +117,7 @@ impl<'a> Outcomes<'a> {
     }
 
     /// Tells whether a task of the shard has been done by another process whose outcome is not one file with others.
-    pub fn has(&self, index: usize) -> bool {
+    pub(crate) fn has(&self, index: usize) -> bool {
         let mut found = Found { done: vec![None; self.tasks.len()], unusable: Vec::new() };
         let name = format!("{OUTCOME}{}", self.first + index as u64);
         self.add(&name, &mut found).is_ok_and(|there| there && found.done[index].is_some())
@@ -127,7 +127,7 @@ impl<'a> Outcomes<'a> {
     ///
     /// # Errors
     /// [`TaskError::Results`].
-    pub fn keep(&self, index: usize, done: &Done) -> Result<(), TaskError> {
+    pub(crate) fn keep(&self, index: usize, done: &Done) -> Result<(), TaskError> {
         self.write(&self.file(OUTCOME, index), [(index, done)])?;
         // A reason of an earlier attempt.
         let _ = fs::remove_file(self.file(FAILED, index));
@@ -138,7 +138,7 @@ impl<'a> Outcomes<'a> {
     ///
     /// # Errors
     /// [`TaskError::Results`].
-    pub fn join(&self, kept: &[(usize, Done)]) -> Result<(), TaskError> {
+    pub(crate) fn join(&self, kept: &[(usize, Done)]) -> Result<(), TaskError> {
         if kept.len() < 2 {
             return Ok(());
         }
@@ -159,12 +159,12 @@ impl<'a> Outcomes<'a> {
     }
 
     /// Keeps the reason why a task of the shard has failed, for the collection; what cannot be kept has been told.
-    pub fn keep_failure(&self, index: usize, reason: &str) {
+    pub(crate) fn keep_failure(&self, index: usize, reason: &str) {
         let _ = fs::write(self.file(FAILED, index), reason);
     }
 
     /// Why a task of the shard has failed the last time, where it has.
-    pub fn failure(&self, index: usize) -> Option<String> {
+    pub(crate) fn failure(&self, index: usize) -> Option<String> {
         let bytes = fs::read(self.file(FAILED, index)).ok()?;
         Some(String::from_utf8_lossy(&bytes).into_owned())
     }
@@ -173,7 +173,7 @@ impl<'a> Outcomes<'a> {
     ///
     /// # Errors
     /// As [`Self::collect`].
-    pub fn complete(&self) -> Result<(), TaskError> {
+    pub(crate) fn complete(&self) -> Result<(), TaskError> {
         let count = |name: &String| match name.strip_prefix(OUTCOMES) {
             Some(rest) => rest.split('-').nth(1).map_or(Some(0), |count| count.parse::<usize>().ok()).unwrap_or(0),
             None => 1,
@@ -186,7 +186,7 @@ impl<'a> Outcomes<'a> {
     ///
     /// # Errors
     /// [`TaskError::Read`], [`TaskError::Results`].
-    pub fn collect(&self) -> Result<Found, TaskError> {
+    pub(crate) fn collect(&self) -> Result<Found, TaskError> {
         let found = self.read()?;
         let names = self.names()?;
         if !found.is_complete() || names == [OUTCOMES] {

@@ -11,7 +11,7 @@ use crate::study::sweep::variants::{Label, Variant};
 
 /// A task: nothing but the road file and the program is needed beside it.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub struct Task {
+pub(crate) struct Task {
     /// SHA-256 of scene and road: its name by content.
     pub id: String,
     /// Label in the tables.

@@ -25,7 +25,7 @@ const LOCK: &str = "lock-";
 
 /// How tasks are done.
 #[derive(Clone, Copy, Debug)]
-pub struct Work {
+pub(crate) struct Work {
     /// Threads in all: so many tasks at a time, unless they need all for each.
     pub threads: usize,
     /// True if the results folder of a task stays; without it only what the tables need does.
@@ -34,7 +34,7 @@ pub struct Work {
 
 /// How a task ended.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Ended {
+pub(crate) enum Ended {
     /// It had been done before.
     Found,
     /// It is done; how far off its load was, if it was missed.
@@ -49,7 +49,7 @@ pub enum Ended {
 
 /// Event of a task.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Event<'a> {
+pub(crate) enum Event<'a> {
     /// It goes on where it had been stopped: time rolled and to be rolled in all \[s\].
     GoesOn([f64; 2]),
     /// Something that the user may want to know.
@@ -61,14 +61,14 @@ pub enum Event<'a> {
 }
 
 /// Listener to the events of tasks, by number and name.
-pub type Tell<'a> = &'a (dyn Fn(u64, &str, Event<'_>) + Sync);
+pub(crate) type Tell<'a> = &'a (dyn Fn(u64, &str, Event<'_>) + Sync);
 
 impl TaskFolder {
     /// Does tasks, several at a time; how each ended that was come to, in their order.
     ///
     /// # Errors
     /// [`TaskError::Number`], and the first task that is refused: its road file has changed, its file cannot be used.
-    pub fn work(
+    pub(crate) fn work(
         &self,
         numbers: &RangeInclusive<u64>,
         work: Work,

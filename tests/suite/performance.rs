@@ -197,7 +197,7 @@ fn with(file: &str, place: &str, planted: &str) -> PathBuf {
     let sources = copy.join("source");
     let _ = fs::remove_dir_all(&sources);
     fs::create_dir_all(&sources).unwrap();
-    for name in ["src", "scenes", "benches", "Cargo.toml", "Cargo.lock", "README.md"] {
+    for name in ["src", "scenes", "benches", "tests", "Cargo.toml", "Cargo.lock", "README.md"] {
         assert!(Command::new("cp").arg("-r").arg(folder().join(name)).arg(&sources).status().unwrap().success());
     }
     let path = sources.join(file);

@@ -15,7 +15,7 @@ pub(crate) const WATCHED_EVERY: u64 = 251;
 pub enum Timing {
     /// No clock is read within the steps: what the other ways are measured against.
     Outside,
-    /// One block of [`BLOCK`] steps in [`BLOCKS`] stands for the others.
+    /// One block of 64 steps in 16 stands for the others.
     #[default]
     Sampled,
     /// Every second block of steps; processor time and memory are looked at, too.

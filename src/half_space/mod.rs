@@ -1,7 +1,7 @@
 //! Frictionless contact of a rigid body with an elastic half-space. Knows no road and no tyre.
 //!
-//! [`love`] has the influence of a loaded cell. From it: [`mod@line`], a profile pushed into a row of cells, which
-//! serves the road's slices; and [`rough`], a whole height map, free or periodic.
+//! `love` has the influence of a loaded cell. From it: `line`, a profile pushed into a row of cells, which
+//! serves the road's slices; and `rough`, a whole height map, free or periodic.
 //!
 //! Lengths in m, pressures in Pa; the modulus enters as E* = E/(1 - nu^2).
 

@@ -27,7 +27,7 @@ pub(crate) enum ModelError {
 /// A model from the user's cache, or fitted where there is none.
 ///
 /// # Errors
-/// [`FitError`] for a fit that is refused, or stopped by `stop`.
+/// `FitError` for a fit that is refused, or stopped by `stop`.
 pub fn fetch(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<Fetched, FitError> {
     match Cache::open() {
         Ok(cache) => cache::fetch(&cache, tyre, options, stop),

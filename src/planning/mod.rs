@@ -39,7 +39,8 @@ impl Plan {
     /// Plans a loaded scene: decides what it leaves open, and expects a fit where there is one.
     ///
     /// # Errors
-    /// As [`settled`]; a tyre whose sums over waves have no end, or too many terms.
+    /// [`SceneError::Invalid`] where wishes contradict each other, or given numbers cannot reach them; for a tyre whose
+    /// sums over waves have no end, or too many terms.
     pub fn of(loaded: &LoadedScene) -> Result<Self, SceneError> {
         let (scene, mut choices) = decide(loaded)?;
         feasible::check(loaded, &scene)?;

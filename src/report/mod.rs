@@ -1,8 +1,8 @@
 //! Results to open and to compare: a page that needs nothing but a browser, and tables of differences.
 //!
-//! [`Stored`] reads a results folder again, [`Comparison`] holds several against each other, [`page()`] makes one HTML
-//! file of one or more of them: pictures, tables and sound inside, no network. [`mod@export`] puts one into formats of
-//! other programs. [`html`] is what pages are made of.
+//! [`Stored`] reads a results folder again, `Comparison` holds several against each other, [`page()`] makes one HTML
+//! file of one or more of them: pictures, tables and sound inside, no network. `export` puts one into formats of
+//! other programs. `html` is what pages are made of.
 
 pub(crate) mod compare;
 pub(crate) mod export;

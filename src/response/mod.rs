@@ -2,13 +2,13 @@
 //!
 //! In the order of the data's way:
 //!
-//! - [`accumulator`]: a record, sample by sample, to its averaged spectrum;
-//! - [`spectrum`]: powers by frequency that lose nothing, and levels of bands;
-//! - [`third_octave`]: the bands of the standard;
-//! - [`slice_errors`]: how far levels of contact over slices are off; [`level_errors`]: by all that is known;
-//! - [`speed_exponent`]: how a level grows with the speed;
-//! - [`lateral_forces`]: forces on cells, resolved into lateral waves;
-//! - [`vibration`]: the tyre's velocities from the contact forces.
+//! - `accumulator`: a record, sample by sample, to its averaged spectrum;
+//! - `spectrum`: powers by frequency that lose nothing, and levels of bands;
+//! - `third_octave`: the bands of the standard;
+//! - `slice_errors`: how far levels of contact over slices are off; `level_errors`: by all that is known;
+//! - `speed_exponent`: how a level grows with the speed;
+//! - `lateral_forces`: forces on cells, resolved into lateral waves;
+//! - `vibration`: the tyre's velocities from the contact forces.
 
 pub(crate) mod accumulator;
 pub(crate) mod lateral_forces;

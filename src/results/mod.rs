@@ -1,11 +1,11 @@
 //! Results of a run: a folder with a summary, arrays, spectra and plots.
 //!
-//! [`folder`] decides when and under which name the rest appears, `placing` gives it that name; [`checkpoint`] keeps
-//! the state of an unfinished run beside it, [`mod@unfinished`] finds it again; [`npy`] streams arrays while the run
-//! goes on, [`arrays`] checks them when it goes on again; [`summary`], [`spectra`], [`vibration`] and [`plots`] are
-//! written at its end, into the folder or, by [`files`], into memory; [`profile_table`] is for the terminal,
-//! [`mod@table`] says how tables look, [`read_table`] reads those of a folder again, [`mod@trace`] is the timeline of a
-//! run. [`cost`] says what it took.
+//! `folder` decides when and under which name the rest appears, `placing` gives it that name; `checkpoint` keeps
+//! the state of an unfinished run beside it, `unfinished` finds it again; `npy` streams arrays while the run
+//! goes on, `arrays` checks them when it goes on again; `summary`, `spectra`, `vibration` and `plots` are
+//! written at its end, into the folder or, by `files`, into memory; `profile_table` is for the terminal,
+//! `table` says how tables look, `read_table` reads those of a folder again, `trace` is the timeline of a
+//! run. `cost` says what it took.
 
 pub(crate) mod arrays;
 pub(crate) mod checkpoint;

@@ -24,9 +24,9 @@ pub(crate) const FORMAT_VERSION: u32 = 1;
 /// Everything that `summary.json` says. Numbers that do not exist (no load asked for, nothing counted yet) are `null`.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Summary {
-    /// Always [`FORMAT`].
+    /// Always `tyrewave results`.
     pub format: Cow<'static, str>,
-    /// Always [`FORMAT_VERSION`].
+    /// Version of the layout of the folder.
     pub format_version: u32,
     /// Version of tyrewave.
     pub version: Cow<'static, str>,
@@ -34,7 +34,7 @@ pub struct Summary {
     pub complete: bool,
     /// The scene's title.
     pub title: String,
-    /// SHA-256 of the scene as it was run, see [`settings_hash`].
+    /// SHA-256 of the scene as it was run.
     pub scene_sha256: String,
     /// Findings of the run.
     pub outcome: Outcome,
@@ -55,7 +55,7 @@ pub struct Summary {
     pub(crate) cost: Cost,
     /// The effective settings: the scene with every default filled in.
     pub settings: serde_json::Value,
-    /// Names of all files in the folder; filled in by [`super::folder::ResultsFolder`].
+    /// Names of all files in the folder; filled in as it is completed.
     pub files: Vec<String>,
 }
 

@@ -248,7 +248,7 @@ impl LoadedScene {
         self.as_written().to_json()
     }
 
-    /// [`settings_hash`] of the settings: the same for two scenes that differ in formatting, comments, folder, omitted
+    /// Hash of the settings: the same for two scenes that differ in formatting, comments, folder, omitted
     /// defaults, or in whether the tyre has its own file.
     ///
     /// # Errors

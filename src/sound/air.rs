@@ -14,7 +14,7 @@ const REFERENCE: (f64, f64) = (293.15, 343.2);
 /// Specific gas constant of dry air \[J/(kg K)\].
 const GAS_CONSTANT: f64 = 287.05;
 
-/// Air at rest, at [`STANDARD_PRESSURE`].
+/// Air at rest, at 101 325 Pa.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Air {
     /// Temperature \[degC\].

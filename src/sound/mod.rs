@@ -3,16 +3,16 @@
 //! Where the pressures come from is not known here: signals \[Pa\] and their spectra are given. In the order of the
 //! data's way:
 //!
-//! - [`air`]: sound speed and density by temperature;
-//! - [`frame`]: places and sides of a tyre; [`receivers`]: where the standards put their microphones;
-//! - [`power`]: the surfaces around a source that its sound power is taken from;
-//! - [`weighting`]: the A-weighting by frequency, [`weighting_filter`]: as a filter of a signal;
-//! - [`detector`]: what a sound level meter shows against time;
-//! - [`levels`]: third octaves and overall levels; [`covered`]: the bands of these and what is missing above them;
-//!   [`speed_coefficient`]: levels over a range of speeds; [`intensity`]: by a pair of microphones;
-//! - [`band_pass`]: a signal in a band of frequencies; [`resample`]: at the rate of a sound file;
-//! - [`pass_by`]: what a microphone beside the road hears of a tyre that rolls by;
-//! - [`wav`]: sound files that know their calibration.
+//! - `air`: sound speed and density by temperature;
+//! - `frame`: places and sides of a tyre; `receivers`: where the standards put their microphones;
+//! - `power`: the surfaces around a source that its sound power is taken from;
+//! - `weighting`: the A-weighting by frequency, `weighting_filter`: as a filter of a signal;
+//! - `detector`: what a sound level meter shows against time;
+//! - `levels`: third octaves and overall levels; `covered`: the bands of these and what is missing above them;
+//!   `speed_coefficient`: levels over a range of speeds; `intensity`: by a pair of microphones;
+//! - `band_pass`: a signal in a band of frequencies; `resample`: at the rate of a sound file;
+//! - `pass_by`: what a microphone beside the road hears of a tyre that rolls by;
+//! - `wav`: sound files that know their calibration.
 //!
 //! # Frame
 //! Origin on the road, below the axle's centre; x forward, in the direction of travel; y to the left; z up. Positions

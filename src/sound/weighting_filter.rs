@@ -60,7 +60,7 @@ impl WeightingFilter {
     /// At a sampling rate \[Hz\], at rest.
     ///
     /// # Errors
-    /// [`RateError`] outside [`LOWEST_RATE`] to [`HIGHEST_RATE`], for Z too.
+    /// [`RateError`] outside 4 to 192 kHz, for Z too.
     pub fn new(weighting: FrequencyWeighting, rate: f64) -> Result<Self, RateError> {
         if !(LOWEST_RATE..=HIGHEST_RATE).contains(&rate) {
             return Err(RateError { rate });

@@ -174,7 +174,7 @@ impl TimeRule {
         }
     }
 
-    /// delta(zeta) of a multistep rule; of a Runge-Kutta rule the first of the [`Self::rates`], of the first-order hold
+    /// delta(zeta) of a multistep rule; of a Runge-Kutta rule the first of the `Self::rates`, of the first-order hold
     /// the exact one.
     pub fn symbol(self, zeta: Complex64) -> Complex64 {
         self.rates(zeta).map_or_else(|| -zeta.ln(), |rates| rates.all()[0])

@@ -214,7 +214,7 @@ fn a_disturbance_decays_and_a_micrometre_of_road_is_not_heard() {
     assert!(worst < 0.05, "{worst} dB");
 }
 
-/// Long version: `cargo test --release --lib convergence -- --ignored --nocapture`.
+/// Long version: `cargo test --release suite::convergence -- --ignored --nocapture`.
 #[test]
 #[ignore = "half an hour: tables of successive differences on four roads at three speeds"]
 fn tables_of_convergence() {

@@ -1,7 +1,7 @@
 //! Names that users' scripts read: commands and options, keys of scenes, files of results, columns, JSON paths. A
 //! change of one is a change of `kept.txt`, a line in the CHANGELOG and an answer that names the new one.
 //!
-//! `TYREWAVE_KEPT=1 cargo test --lib names_that_scripts_read` writes `kept.txt` anew.
+//! `TYREWAVE_KEPT=1 cargo test names_that_scripts_read` writes `kept.txt` anew.
 
 use std::collections::BTreeSet;
 use std::fs;

@@ -1,6 +1,6 @@
 //! Twenty plausible mistakes in scenes, and what `tyrewave check` answers: each is known before anything is run.
 //!
-//! `TYREWAVE_MISTAKES=1 cargo test --lib twenty_plausible` writes `twenty_mistakes.txt` anew.
+//! `TYREWAVE_MISTAKES=1 cargo test twenty_plausible` writes `twenty_mistakes.txt` anew.
 
 use std::fmt::Write;
 use std::fs;

@@ -1,7 +1,7 @@
 //! The two couplings of the slice law: the paper's equation 4, and each slice's own spring in series with the coupled
 //! tread.
 //!
-//! `cargo test --release --lib slice_coupling -- --ignored --nocapture`
+//! `cargo test --release suite::slice_coupling -- --ignored --nocapture`
 
 use std::fs;
 

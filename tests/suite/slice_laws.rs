@@ -1,7 +1,7 @@
 //! The paper: "no significant difference" between slices as independent springs and as an elastic half-space. Shown
 //! with numbers: third-octave levels of the contact force at equal load on dense asphalt, chip seal and cobbles.
 //!
-//! `cargo test --release --lib slice_laws -- --ignored --nocapture`
+//! `cargo test --release suite::slice_laws -- --ignored --nocapture`
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;

@@ -1,7 +1,7 @@
 //! The paper's figure 6: the tread laws at equal static contact stiffness on a rough road at 80 km/h, as levels of the
 //! contact force.
 //!
-//! `cargo test --release --lib tread_laws -- --ignored --nocapture`; with `TYREWAVE_PICTURE` set to a file, the
+//! `cargo test --release suite::tread_laws -- --ignored --nocapture`; with `TYREWAVE_PICTURE` set to a file, the
 //! default tread is drawn there.
 
 use std::fs;

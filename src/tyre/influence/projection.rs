@@ -44,7 +44,7 @@ impl Projection {
         shape * shape / self.waves.circumference
     }
 
-    /// [`Waves::lateral_weight`] of the contact's strip.
+    /// Weight of a lateral wave on the contact's strip.
     pub fn lateral_weight(&self, m: usize) -> f64 {
         self.waves.lateral_weight(m, self.contact_width)
     }

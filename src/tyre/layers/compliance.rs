@@ -51,7 +51,7 @@ pub struct NormalCompliance<T = Complex64> {
 }
 
 /// Real additions, multiplications, divisions and square roots of one evaluation for normal traction, both faces, of a
-/// stack of so many layers, where k h is so large that the layers' waves are taken ([`thick`](Way::Thick)); exp as 34,
+/// stack of so many layers, where k h is so large that the layers' waves are taken (`thick`); exp as 34,
 /// sin and cos together as 40, a complex square root as 8. A test counts them.
 pub const fn operations(layers: u64) -> u64 {
     1260 + layers.saturating_sub(1) * 1160

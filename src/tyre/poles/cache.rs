@@ -46,7 +46,7 @@ pub(crate) fn key(tyre: &Tyre, options: &FitOptions) -> Result<[u8; 32], FitErro
 /// Trouble with the cache only ever gives warnings.
 ///
 /// # Errors
-/// As [`fit_timed`].
+/// As `fit_timed`.
 pub fn fetch(cache: &Cache, tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<Fetched, FitError> {
     let key = key(tyre, options)?;
     let mut warnings = Vec::new();

@@ -104,7 +104,7 @@ impl Cached for CellModel {
 /// Fits the waves of a list of rows, each row with n rising, in their order; looks at `stop` before every wave.
 ///
 /// # Errors
-/// [`FitError`]: the first wave in the order of the list that is refused, with its n; [`FitError::Stopped`].
+/// `FitError`: the first wave in the order of the list that is refused, with its n; `FitError::Stopped`.
 pub fn fit_cells(
     sums: &CellSums,
     rows: &[CellRow],

@@ -15,7 +15,7 @@ const HEAD: &str = "\
 # Hard cases
 
 The hard cases by their numbers, each with the test that asserts its bound and what it measured last.
-Made by `TYREWAVE_HARD_CASES=1 cargo test --lib hard_case -- --include-ignored`, on two threads or more.
+Made by `TYREWAVE_HARD_CASES=1 cargo test hard_case -- --include-ignored`, on two threads or more.
 
 | case | test | what | bound | measured |
 |---|---|---|---|---|

@@ -43,7 +43,7 @@ fn no_sentence_hides_its_subject() {
             found.insert(format!("{}:{}: {word}", path.strip_prefix(root).unwrap().display(), number + 1));
         }
     };
-    for path in ["src", "tests", "benches"].into_iter().flat_map(|folder| rust_files(&root.join(folder))) {
+    for path in ["src", "tests", "benches", "examples"].into_iter().flat_map(|folder| rust_files(&root.join(folder))) {
         for (number, line) in fs::read_to_string(&path).unwrap().lines().enumerate() {
             documentation(line).into_iter().for_each(|text| look(&path, number, text));
         }

@@ -1,5 +1,5 @@
-//! A tyre built in code: a belt under tension and a tread. It rolls on a smooth road, held at two heights; the difference
-//! of the forces is its vertical stiffness.
+//! A tyre built in code: a belt under tension and a tread. It rolls on a smooth road, held at two heights; the
+//! difference of the forces is its vertical stiffness.
 //!
 //! `cargo run --release --example tyre_in_code`
 #![allow(clippy::print_stdout, reason = "an example shows what it found")]

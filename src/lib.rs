@@ -53,9 +53,9 @@
 //!
 //! [`run::run()`] does the same into a folder of results, [`run::resume`] goes on with one that was stopped; [`report`]
 //! makes a page of it. Parts stand by themselves: [`tyre::Stack`] and [`tyre::wave_compliance`] give compliances,
-//! [`tyre::InfluenceSum`] influence functions, [`road::RoadSurface`] heights, [`road::SliceBuilder`] slices and how they
-//! take a tread, [`half_space::indent`] the contact of a rough body, [`response`] spectra, [`sound`] levels and sound
-//! files. The folder `examples` has programs against all of these.
+//! [`tyre::InfluenceSum`] influence functions, [`road::RoadSurface`] heights, [`road::SliceBuilder`] slices and how
+//! they take a tread, [`half_space::indent`] the contact of a rough body, [`response`] spectra, [`sound`] levels and
+//! sound files. The folder `examples` has programs against all of these.
 //!
 //! The data's way is also the order of the modules, public and private ones; each knows only those before it:
 //! `scene` -> `tyre` and `road` -> `contact` -> `response` -> `sound` -> `results` -> `plan` -> `effects` -> `planning`
@@ -64,9 +64,9 @@
 //! `numeric`, `counters` and `storage`, which keeps states and caches in files, know no physics and serve all of them;
 //! `half_space`, the contact of rough surfaces on an elastic half-space, knows no tyre and serves the road's slices;
 //! `radiation` knows bodies and air alone; `sidewall` knows inflated arcs alone, whose statics a scene asks for, and
-//! whose impedance the tyre; `time_rule` is how a run goes from one step to the next, a choice that a scene names. `cli`
-//! is the command line, all of the program but its allocator; `python`, there with the feature of that name, is the
-//! Python package's extension module. `test_models` has tyres and scenes for tests and benchmarks; `internals` hands
+//! whose impedance the tyre; `time_rule` is how a run goes from one step to the next, a choice that a scene names.
+//! `cli` is the command line, all of the program but its allocator; `python`, there with the feature of that name, is
+//! the Python package's extension module. `test_models` has tyres and scenes for tests and benchmarks; `internals` hands
 //! parts on to benchmarks and to tests in programs of their own, and is no part of the interface; `suite` has the tests
 //! of the whole, from the folder `tests`.
 //!
@@ -110,6 +110,6 @@ pub mod tyre;
 pub use cli::command_line;
 pub use effects::channel::{Channel, RowShape, When};
 pub use effects::observer::{Observer, Step};
-pub use plan::{Choice, Plan};
+pub use plan::Plan;
 pub use run::{Progress, Results, RunError as Error, Simulation};
 pub use scene::{LoadedScene, Scene, SceneError};

@@ -1,7 +1,7 @@
 //! The command line: one file per command, a folder for `paper`.
 //!
-//! [`command_line`] is all of the program: it reads the arguments, listens for Ctrl-C, starts the threads, has the command
-//! executed on them, and turns its error into a message on standard error and an exit code.
+//! [`command_line`] is all of the program: it reads the arguments, listens for Ctrl-C, starts the threads, has the
+//! command executed on them, and turns its error into a message on standard error and an exit code.
 
 mod cache;
 mod check;

@@ -47,7 +47,7 @@ use crate::tyre::poles::cache::key;
 use crate::tyre::poles::{FitOptions, RationalModel};
 pub(crate) use models::fit_options;
 use resolution::{Need, Resolution};
-pub use settle::Choice;
+pub(crate) use settle::Choice;
 pub(crate) use smooth_contact::Expected;
 
 /// Segments of the averaged spectrum \[s\].
@@ -65,7 +65,7 @@ pub struct Plan {
     /// Decisions on the physics and the effects.
     pub(crate) decisions: Decisions,
     /// Settings that the scene left open, and what the sidewalls of its tyre give beside what is used.
-    pub choices: Vec<Choice>,
+    pub(crate) choices: Vec<Choice>,
     /// Speed V \[m/s\].
     pub speed: f64,
     /// Rolling radius R = L/(2 pi) \[m\].

@@ -9,7 +9,7 @@ use crate::scene::{Axle, History, LoadedScene, Numerics, OF_SLICES, Road, Scene,
 
 /// A setting that the scene left open or that has another source than the scene, and why it is what it is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Choice {
+pub(crate) struct Choice {
     /// The key in the scene.
     pub key: &'static str,
     /// Its value.

@@ -42,7 +42,7 @@ pub use levels::{
     REFERENCE_PRESSURE, SoundLevels, energetic_mean, energetic_sum, level, mean_square, spectrum_of_density,
 };
 pub(crate) use pass_by::PassBy;
-pub use power::{Hemisphere, Iso3744, REFERENCE_POWER, power_level};
+pub use power::Iso3744;
 pub use receivers::circle::circle;
 pub use receivers::coast_by::CoastByLine;
 pub use receivers::cpx::close_proximity;

@@ -1,23 +1,18 @@
 //! Sound power from the pressures on a hemisphere about the tyre, over the rigid road.
 //!
 //! W = Int p_rms^2/(rho c) dS: far from the source, several tyre diameters and wavelengths, where the sound runs
-//! outwards. Two surfaces:
-//!
-//! - [`Iso3744`]: the microphones of the standard, all of equal areas;
-//! - [`Hemisphere`]: Gauss and Legendre's nodes in height, even steps around; exact for whatever directivity the grid
-//!   can follow, for comparisons with the power through the tyre's own surface.
+//! outwards. [`Iso3744`] has the microphones of the standard, all of equal areas.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 use super::air::Air;
 use super::frame::Position;
-use crate::numeric::legendre;
 
 /// Reference power of levels \[W\] (ISO 1683).
-pub const REFERENCE_POWER: f64 = 1e-12;
+pub(crate) const REFERENCE_POWER: f64 = 1e-12;
 
 /// Level of a sound power \[dB re 1 pW\].
-pub fn power_level(power: f64) -> f64 {
+pub(crate) fn power_level(power: f64) -> f64 {
     10.0 * (power / REFERENCE_POWER).log10()
 }
 
@@ -101,41 +96,45 @@ impl Iso3744 {
     }
 }
 
-/// A grid over a hemisphere about the origin.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Hemisphere {
-    /// Positions \[m\], ring by ring from the top, each from straight ahead by the left.
-    pub positions: Vec<Position>,
-    /// The area that each stands for \[m^2\].
-    pub areas: Vec<f64>,
-}
-
-impl Hemisphere {
-    /// So many rings of so many positions on a radius \[m\].
-    pub fn new(radius: f64, rings: usize, around: usize) -> Self {
-        let mut grid = Self { positions: Vec::new(), areas: Vec::new() };
-        for [node, weight] in legendre::gauss(rings) {
-            // Equal heights have equal areas (Archimedes): the rule on (-1, 1) goes to (0, 1).
-            let height = 0.5 * (node + 1.0);
-            let across = (1.0 - height * height).sqrt();
-            for index in 0..around {
-                let (sin, cos) = (TAU * index as f64 / around as f64).sin_cos();
-                grid.positions.push([radius * across * cos, radius * across * sin, radius * height]);
-                grid.areas.push(PI * radius * radius * weight / around as f64);
-            }
-        }
-        grid
-    }
-
-    /// Sound power \[W\] from the mean squares \[Pa^2\] at the positions.
-    pub fn power(&self, mean_squares: &[f64], air: &Air) -> f64 {
-        self.areas.iter().zip(mean_squares).map(|(area, square)| area * square).sum::<f64>() / air.impedance()
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use super::*;
+    use crate::numeric::legendre;
+
+    /// A grid over a hemisphere about the origin: Gauss and Legendre's nodes in height, even steps around; exact for
+    /// whatever directivity it can follow.
+    #[derive(Clone, Debug, PartialEq)]
+    struct Hemisphere {
+        /// Positions \[m\], ring by ring from the top, each from straight ahead by the left.
+        positions: Vec<Position>,
+        /// The area that each stands for \[m^2\].
+        areas: Vec<f64>,
+    }
+
+    impl Hemisphere {
+        /// So many rings of so many positions on a radius \[m\].
+        fn new(radius: f64, rings: usize, around: usize) -> Self {
+            let mut grid = Self { positions: Vec::new(), areas: Vec::new() };
+            for [node, weight] in legendre::gauss(rings) {
+                // Equal heights have equal areas (Archimedes): the rule on (-1, 1) goes to (0, 1).
+                let height = 0.5 * (node + 1.0);
+                let across = (1.0 - height * height).sqrt();
+                for index in 0..around {
+                    let (sin, cos) = (TAU * index as f64 / around as f64).sin_cos();
+                    grid.positions.push([radius * across * cos, radius * across * sin, radius * height]);
+                    grid.areas.push(PI * radius * radius * weight / around as f64);
+                }
+            }
+            grid
+        }
+
+        /// Sound power \[W\] from the mean squares \[Pa^2\] at the positions.
+        fn power(&self, mean_squares: &[f64], air: &Air) -> f64 {
+            self.areas.iter().zip(mean_squares).map(|(area, square)| area * square).sum::<f64>() / air.impedance()
+        }
+    }
 
     #[test]
     fn tables_are_whole_and_lie_on_the_hemisphere() {

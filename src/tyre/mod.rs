@@ -19,7 +19,6 @@ pub(crate) mod slowest_wave;
 pub(crate) mod views;
 
 pub use influence::lane_sum::FaceValues;
-pub use influence::mobility::{Mobility, driving_point};
 pub use influence::wave_compliance::wave_compliance;
 pub use influence::{Field, InfluenceSum, InfluenceValue, Projection, SumAt, Truncation};
 pub use layers::compliance::{NormalCompliance, Stack, StackAt};

@@ -25,7 +25,7 @@ const TOLERANCE: f64 = 1e-6;
 
 /// Mobility of several patches over frequency.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Mobility {
+pub(crate) struct Mobility {
     /// Side lengths a \[m\].
     pub patches: Vec<f64>,
     /// Frequencies \[Hz\].
@@ -60,7 +60,7 @@ pub(crate) fn frequencies(from: f64, to: f64, points: u32) -> Vec<f64> {
 
 /// Computes the mobility of square patches. A tread under tension has no half-space limit; then every term up to the
 /// last lobe is evaluated.
-pub fn driving_point(tyre: &Tyre, patches: &[f64], frequencies: &[f64]) -> Mobility {
+pub(crate) fn driving_point(tyre: &Tyre, patches: &[f64], frequencies: &[f64]) -> Mobility {
     let waves = Waves::new(tyre);
     let highest = patches.iter().fold(0.0_f64, |k, &a| k.max(2.0 * PI * LOBES / a));
     let weights: Vec<PatchWeights> = patches.iter().map(|&a| patch_weights(a, highest, waves)).collect();

@@ -23,7 +23,7 @@ const SHORT: [&str; 8] = [
 /// Commands that take minutes and have tests of their own.
 const LONG: [&str; 2] = ["fit-tyre", "effects"];
 
-/// Follows the tutorial in a folder that has the project's roads; with short runs and without [`LONG`], or as it stands.
+/// Follows the tutorial in a folder that has the project's roads: with short runs and without [`LONG`], or as it is.
 fn follow(short: bool) {
     let folder = tempfile::tempdir().unwrap();
     let roads = folder.path().join("tests/reference/roads");

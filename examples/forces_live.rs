@@ -19,7 +19,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut loaded = Scene::from_str(PLATE, "plate")?;
     let scene = &mut loaded.scene;
     (scene.numerics.elements, scene.numerics.pole_tolerance) = (128, 1e-3);
-    (scene.rolling.warm_up, scene.rolling.duration) = (0.0, 0.2);
+    (scene.rolling.warm_up, scene.rolling.duration) = (0.5, 0.2);
     let plan = Plan::of(&loaded)?;
     plan.check(&loaded)?;
 
@@ -27,8 +27,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let steps_a_line = (EVERY / run.time_step()).ceil() as u64;
     while let Some(step) = run.step()? {
         let done = run.next_step();
-        if done.is_multiple_of(steps_a_line) {
-            let time = done as f64 * run.time_step();
+        let time = done as f64 * run.time_step();
+        // The tyre has come to rolling by then.
+        if time >= loaded.scene.rolling.warm_up && done.is_multiple_of(steps_a_line) {
             let bar = "#".repeat((step.total_force / NEWTONS) as usize);
             println!("{time:7.4} s {:6.0} N {bar}", step.total_force);
         }

@@ -66,9 +66,9 @@
 //! `radiation` knows bodies and air alone; `sidewall` knows inflated arcs alone, whose statics a scene asks for, and
 //! whose impedance the tyre; `time_rule` is how a run goes from one step to the next, a choice that a scene names.
 //! `cli` is the command line, all of the program but its allocator; `python`, there with the feature of that name, is
-//! the Python package's extension module. `test_models` has tyres and scenes for tests and benchmarks; `internals` hands
-//! parts on to benchmarks and to tests in programs of their own, and is no part of the interface; `suite` has the tests
-//! of the whole, from the folder `tests`.
+//! the Python package's extension module. `test_models` has tyres and scenes for tests and benchmarks; `internals`
+//! hands parts on to benchmarks and to tests in programs of their own, and is no part of the interface; `suite` has the
+//! tests of the whole, from the folder `tests`.
 //!
 //! SI units throughout; the time factor is exp(+s t); a contact force F >= 0 pushes the tread inwards and a
 //! displacement u > 0 is inwards.

@@ -108,7 +108,7 @@ mod time_rule;
 pub mod tyre;
 
 pub use cli::command_line;
-pub use effects::channel::{Channel, RowShape, When};
+pub use effects::channel::{Channel, RowShape, RowTimes};
 pub use effects::observer::{Observer, Step};
 pub use plan::Plan;
 pub use run::{Progress, Results, RunError as Error, Simulation};

@@ -193,8 +193,8 @@ impl Command {
     }
 }
 
-/// The program: what `main` returns. The command is carried out on threads of its own pool; `allocations` says what the
-/// program's allocator has counted, if it counts.
+/// Carries out the command line of this process on threads of its own, and returns the exit code for `main`.
+/// `allocations` tells the counts of the program's allocator, if it counts.
 pub fn command_line(allocations: Option<AllocationProbe>) -> ExitCode {
     interrupt::outlive_file_limits();
     let line = match CommandLine::try_parse() {

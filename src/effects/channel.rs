@@ -20,7 +20,7 @@ pub struct Channel {
     /// Numbers of a row.
     pub row: RowShape,
     /// Steps that have a row.
-    pub when: When,
+    pub when: RowTimes,
     /// Tells whether a plan calls for it.
     pub wanted: fn(&Plan) -> bool,
     /// Reads a row.
@@ -34,7 +34,7 @@ impl Channel {
         unit: "",
         meaning: "",
         row: RowShape::One,
-        when: When::EveryStep,
+        when: RowTimes::EveryStep,
         wanted: |_| true,
         read: Read::Written,
     };
@@ -60,7 +60,7 @@ pub enum RowShape {
 
 /// Steps that have a row.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]
-pub enum When {
+pub enum RowTimes {
     /// Every step.
     EveryStep,
     /// Those at `outputs.cells_every`.
@@ -85,7 +85,7 @@ pub(crate) enum Read {
 
 /// Numbers of an array that a run keeps in memory.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Numbers {
+pub enum ArrayNumbers {
     /// In double precision.
     Double(Vec<f64>),
     /// Whole numbers.
@@ -102,7 +102,7 @@ pub struct KeptArray {
     /// Numbers of a row; `None` where that is one.
     pub columns: Option<usize>,
     /// Row after row.
-    pub numbers: Numbers,
+    pub numbers: ArrayNumbers,
 }
 
 /// Destination of an array's rows.
@@ -182,7 +182,7 @@ impl Arrays {
                 RowShape::Points => columns * across,
             };
             let steps = match channel.when {
-                When::CellsEvery => plan.steps.div_ceil(arrays.every),
+                RowTimes::CellsEvery => plan.steps.div_ceil(arrays.every),
                 _ => plan.steps,
             };
             let rows = match channel.read {
@@ -214,7 +214,7 @@ impl Arrays {
     pub(crate) fn push(&mut self, step: &Step<'_>) -> Result<(), RunError> {
         let Self { open, every, filled, singles } = self;
         for Open { channel, rows, length } in open {
-            if channel.when == When::CellsEvery && !step.number.is_multiple_of(*every) {
+            if channel.when == RowTimes::CellsEvery && !step.number.is_multiple_of(*every) {
                 continue;
             }
             match (rows, &channel.read) {
@@ -262,9 +262,9 @@ impl Arrays {
             let columns = (channel.row != RowShape::One).then_some(length);
             let keep = |numbers| KeptArray { name: channel.name, columns, numbers };
             match rows {
-                Rows::Double(Sink::Memory(numbers)) => kept.push(keep(Numbers::Double(numbers))),
-                Rows::Whole(Sink::Memory(numbers)) => kept.push(keep(Numbers::Whole(numbers))),
-                Rows::Single(Sink::Memory(numbers)) => kept.push(keep(Numbers::Single(numbers))),
+                Rows::Double(Sink::Memory(numbers)) => kept.push(keep(ArrayNumbers::Double(numbers))),
+                Rows::Whole(Sink::Memory(numbers)) => kept.push(keep(ArrayNumbers::Whole(numbers))),
+                Rows::Single(Sink::Memory(numbers)) => kept.push(keep(ArrayNumbers::Single(numbers))),
                 rows => for_each_type!(rows, sink => if let Sink::File(writer) = sink {
                     bytes += writer.bytes();
                     writer.finish()?;

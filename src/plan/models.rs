@@ -6,9 +6,8 @@ use thiserror::Error;
 
 use super::Plan;
 use crate::counters::{Counter, Meter, Stage, Work};
-use crate::scene::{LoadedScene, Numerics, Scene, SceneError, Tyre};
+use crate::scene::{LoadedScene, SceneError, Tyre};
 use crate::storage::Cache;
-use crate::tyre::influence::Field;
 use crate::tyre::layers::operations;
 use crate::tyre::poles::cache::{self, Fetched};
 use crate::tyre::poles::{FitError, FitOptions, FitTimes, RationalModel, fit_timed};
@@ -36,18 +35,6 @@ pub fn fetch(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Result<Fet
             let warnings = vec![format!("no cache of influence models: {error}")];
             Ok(Fetched { model, warm: false, times: Some(times), warnings })
         }
-    }
-}
-
-/// The options of a model of a scene's tyre under forces on a field.
-pub fn fit_options(scene: &Scene, field: Field) -> FitOptions {
-    let Numerics { elements, substeps, pole_tolerance, influence_tolerance, .. } = scene.numerics;
-    FitOptions {
-        driven: field,
-        tolerance: pole_tolerance,
-        // The sums must be exacter than the fit to them.
-        influence_tolerance: influence_tolerance.min(0.01 * pole_tolerance),
-        ..FitOptions::new(&scene.tyre, elements, scene.rolling.speed() * substeps as f64)
     }
 }
 

@@ -10,7 +10,7 @@ use super::error::Failure;
 use super::scene::Scene;
 use super::work::{carried_out, of_shape};
 use crate::counters::Watch;
-use crate::effects::channel::{KeptArray, Numbers, RowShape, When};
+use crate::effects::channel::{ArrayNumbers, KeptArray, RowShape, RowTimes};
 use crate::effects::{self};
 use crate::plan::process_memory;
 use crate::report::plan_record;
@@ -89,9 +89,9 @@ pub(super) fn run_in_memory<'py>(
     found.set_item("files", contents)?;
     for KeptArray { name, columns, numbers } in arrays {
         let array = match numbers {
-            Numbers::Double(numbers) => handed(py, numbers, columns)?,
-            Numbers::Whole(numbers) => handed(py, numbers, columns)?,
-            Numbers::Single(numbers) => handed(py, numbers, columns)?,
+            ArrayNumbers::Double(numbers) => handed(py, numbers, columns)?,
+            ArrayNumbers::Whole(numbers) => handed(py, numbers, columns)?,
+            ArrayNumbers::Single(numbers) => handed(py, numbers, columns)?,
         };
         found.set_item(name, array)?;
     }
@@ -116,7 +116,7 @@ pub(super) fn channels() -> Vec<(&'static str, &'static str, &'static str, &'sta
             RowShape::Across => "row",
             RowShape::Points => "point",
         };
-        (channel.name, channel.unit, channel.meaning, row, channel.when == When::EveryStep)
+        (channel.name, channel.unit, channel.meaning, row, channel.when == RowTimes::EveryStep)
     });
     all.collect()
 }

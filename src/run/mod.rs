@@ -27,7 +27,7 @@ pub use crate::contact::geometry::Geometry;
 pub use crate::contact::march::StepResult;
 pub use crate::counters::{Progress, Unwatched};
 pub use crate::effects::RunError;
-pub use crate::effects::channel::{KeptArray, Numbers};
+pub use crate::effects::channel::{ArrayNumbers, KeptArray};
 pub use crate::effects::sound::HeardSound;
 pub use crate::effects::vibration::results::HeardVibration;
 pub use crate::storage::state::StateError;

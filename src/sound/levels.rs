@@ -26,7 +26,7 @@ pub fn mean_square(level: f64) -> f64 {
 /// receiver position ([`crate::scene::Vehicle::seen_from_tyres`]): 10 lg sum 10^(L/10). Minus infinity for none.
 ///
 /// ```
-/// use tyrewave::sound::levels::energetic_sum;
+/// use tyrewave::sound::energetic_sum;
 ///
 /// assert!((energetic_sum([60.0; 4]) - 66.02).abs() < 0.01);
 /// ```

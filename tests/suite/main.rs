@@ -1,6 +1,7 @@
-//! The integration tests: one program, so that the library is linked once.
+//! Tests of the whole: a module of the library, since they look at parts that are not public. Some run the program,
+//! which `cargo test` builds beside.
 //!
-//! Tests that count allocations have programs of their own beside this one: whatever ran with them would be counted.
+//! Tests that count allocations have programs of their own: whatever ran with them would be counted.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
 #![allow(clippy::print_stdout, reason = "what was measured, and what was skipped, is printed")]
 

@@ -3,7 +3,7 @@
 
 use ndarray::{Array2, ArrayView2};
 
-use super::channel::{Channel, Read, RowShape, When};
+use super::channel::{Channel, Read, RowShape, RowTimes};
 use super::effect::{Begin, Effect};
 use super::error::RunError;
 use super::observer::{EffectObserver, End, Found, Observer, Step};
@@ -56,7 +56,7 @@ static CHANNELS: [Channel; 5] = [
         unit: "N",
         meaning: "contact force of each cell in the window, at chosen instants",
         row: RowShape::Points,
-        when: When::CellsEvery,
+        when: RowTimes::CellsEvery,
         wanted: has_frames,
         read: Read::Single(|step, frame| {
             frame.iter_mut().zip(step.footprint.mean()).for_each(|(frame, &force)| *frame = force as f32);
@@ -66,7 +66,7 @@ static CHANNELS: [Channel; 5] = [
         name: "cells_time",
         unit: "s",
         meaning: "time of those instants",
-        when: When::CellsEvery,
+        when: RowTimes::CellsEvery,
         wanted: has_frames,
         read: Read::Number(|step| step.time),
         ..Channel::BASE

@@ -7,9 +7,7 @@
 use std::error::Error;
 use std::sync::atomic::AtomicBool;
 
-use tyrewave::scene::{
-    Axle, Contact, Effects, Foundation, Law, Layer, Material, Numerics, Outputs, Radiation, Road, Rolling, Sides, Tyre,
-};
+use tyrewave::scene::{Axle, Foundation, Law, Layer, Material, PLATE, Road, Rolling, Sides, Tyre};
 use tyrewave::{LoadedScene, Plan, Scene, Simulation};
 
 /// A rubber whose modulus is given at 1 kHz \[Pa\].
@@ -42,23 +40,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         ],
         angular_velocity: 0.0,
     };
-    let mut forces = Vec::new();
-    let indentations = [0.010, 0.012];
+    // The rest is that of a shipped scene, on a smooth road and coarser.
+    let mut scene = Scene::from_str(PLATE, "plate")?.scene;
+    (scene.tyre, scene.road) = (tyre, Road::Smooth);
+    (scene.numerics.elements, scene.numerics.pole_tolerance) = (128, 1e-3);
+    let (indentations, mut forces) = ([0.010, 0.012], Vec::new());
     for indentation in indentations {
         let axle = Axle::Indentation { indentation, ramp: 0.02 };
-        let scene = Scene {
-            title: "A tyre in code".to_owned(),
-            allow_implausible: false,
-            tyre: tyre.clone(),
-            road: Road::Smooth,
-            rolling: Rolling { speed_kmh: 50.0, duration: 0.1, warm_up: 0.2, start: None, axle },
-            contact: Contact::default(),
-            effects: Effects::default(),
-            numerics: Numerics { elements: 128, pole_tolerance: 1e-3, ..Numerics::default() },
-            outputs: Outputs::default(),
-            receivers: Vec::new(),
-            radiation: Radiation::default(),
-        };
+        scene.rolling = Rolling { speed_kmh: 50.0, duration: 0.1, warm_up: 0.2, start: None, axle };
         // What a file would be refused for, a scene in code is refused for, too.
         let loaded = LoadedScene::from_scene(&scene, "code")?;
         let plan = Plan::of(&loaded)?;

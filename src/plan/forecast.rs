@@ -73,11 +73,10 @@ impl Plan {
             loaded.complain("numerics.time_rule", wrong, "history = \"modal\", or a multistep rule such as \"bdf2\"")
         } else if memory / 1e9 > numerics.memory_limit {
             // Without a word on cells they are as wide as elements are long.
-            let (key, fewer) = if has_cells && loaded.gives("contact.cells_across") {
-                ("contact.cells_across", "fewer cells across")
-            } else {
-                ("numerics.elements", "fewer elements")
-            };
+            let (key, fewer) = [("contact.cells_across", "fewer cells across"), ("contact.cell", "larger cells")]
+                .into_iter()
+                .find(|(key, _)| has_cells && loaded.gives(key))
+                .unwrap_or(("numerics.elements", "fewer elements"));
             loaded.complain(
                 key,
                 format!(

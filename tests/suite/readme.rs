@@ -91,6 +91,38 @@ fn pages_are_narrow_and_the_readme_is_short() {
     }
 }
 
+/// Name by which a page's heading is linked to.
+fn anchor(heading: &str) -> String {
+    let kept = heading.trim_start_matches('#').trim().chars().filter(|c| c.is_alphanumeric() || " -_".contains(*c));
+    kept.collect::<String>().to_lowercase().replace(' ', "-")
+}
+
+#[test]
+fn links_between_pages_lead_somewhere() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut all = pages();
+    for (folder, name) in [("profiles", "README.md"), ("profiles", "GALLERY.md"), ("python", "README.md")] {
+        all.push((root.join(folder), fs::read_to_string(root.join(folder).join(name)).unwrap()));
+    }
+    all.push((root.join("tests"), LONGER.to_owned()));
+    let mut found = 0;
+    for (folder, page) in all {
+        let targets = page.split("](").skip(1).filter_map(|rest| rest.split_once(')')).map(|(target, _)| target);
+        for target in targets.filter(|target| !target.contains("://")) {
+            let (file, heading) = target.split_once('#').map_or((target, None), |(file, name)| (file, Some(name)));
+            let path = folder.join(file);
+            assert!(path.exists(), "{}: there is no {target}", folder.display());
+            if let Some(heading) = heading {
+                let text = if file.is_empty() { page.clone() } else { fs::read_to_string(&path).unwrap() };
+                let held = text.lines().any(|line| line.starts_with('#') && anchor(line) == heading);
+                assert!(held, "{}: {target} is no heading", folder.display());
+            }
+            found += 1;
+        }
+    }
+    assert!(found > 60, "{found}");
+}
+
 #[test]
 fn ignored_tests_named_exist_and_every_ignored_test_is_named() {
     let mut ignored = 0;

@@ -3,7 +3,7 @@
 use super::row::{Decided, Row, given};
 use super::values::Decisions;
 use crate::road::Lattice;
-use crate::scene::{Road, Scene, SliceCoupling, Slices, Switch, Tread, Zone};
+use crate::scene::{Road, Scene, SliceCoupling, Slices, Switch, Tread, Tyre, Zone};
 
 pub(super) const ZONE: Row = Row {
     title: "contact in three dimensions",
@@ -83,8 +83,13 @@ fn zone(scene: &Scene, _: &mut Decisions) -> Decided {
 /// Cells across the strip: as they are given, or about as wide as they are long.
 pub(crate) fn cells_across(scene: &Scene) -> usize {
     let Scene { contact, tyre, numerics, .. } = scene;
-    let size = contact.cell.unwrap_or(tyre.circumference / numerics.elements as f64);
-    contact.cells_across.unwrap_or_else(|| Lattice::across(tyre.contact_width, size))
+    let given = contact.cell.map(|size| Lattice::across(tyre.contact_width, size));
+    contact.cells_across.or(given).unwrap_or_else(|| square_cells(tyre, numerics.elements))
+}
+
+/// Returns how many cells stand across the strip where they are about as wide as elements are long.
+pub(crate) fn square_cells(tyre: &Tyre, elements: usize) -> usize {
+    Lattice::across(tyre.contact_width, tyre.circumference / elements as f64)
 }
 
 fn texture(scene: &Scene, decisions: &mut Decisions) -> Decided {

@@ -10,7 +10,7 @@ mod row;
 mod values;
 
 use crate::scene::{History, Road, Scene, Zone};
-pub(crate) use contact::cells_across;
+pub(crate) use contact::{cells_across, square_cells};
 pub(crate) use row::{Decided, Row, given};
 pub(crate) use values::{Decision, Decisions};
 

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::contact::local_compliance::{DOUBTS, formula_for};
+use crate::plan::decisions::square_cells;
 use crate::plan::front::cell_for;
 use crate::road::Lattice;
 use crate::scene::{History, Numerics, Scene, SliceCoupling, Slices, Switch, TimeRule, Tread, Zone};
@@ -100,7 +101,7 @@ pub(crate) fn reference(scene: &Scene, options: &StudyOptions) -> Settings {
     if contact.zone == Zone::Cells {
         numerics.pole_tolerance = FINEST_POLES_OF_CELLS;
         numerics.contact_tolerance = numerics.contact_tolerance.min(FINEST_TOLERANCE_OF_CELLS);
-        let square = Lattice::across(scene.tyre.contact_width, scene.tyre.circumference / elements as f64);
+        let square = square_cells(&scene.tyre, elements);
         contact.cells_across = contact.cells_across.map(|across| square.max(2 * across));
         return settings;
     }

@@ -1,8 +1,8 @@
 //! The rows of the table behind `preset` and `accuracy` as settings of a scene.
 
+use crate::plan::decisions::square_cells;
 use crate::plan::front::FrontRow;
 use crate::plan::resolution::{Need, Resolution};
-use crate::road::Lattice;
 use crate::scene::{History, Road, Scene, Zone};
 use crate::study::accuracy::knobs::{Kind, Knob};
 use crate::study::accuracy::settings::Settings;
@@ -23,7 +23,7 @@ pub(crate) fn settings(scene: &Scene, row: &'static FrontRow, highest: f64) -> S
     let width = scene.tyre.contact_width;
     if contact.zone == Zone::Cells {
         numerics.contact_tolerance = row.cell_tolerance;
-        contact.cells_across = Some(Lattice::across(width, length / elements as f64));
+        contact.cells_across = Some(square_cells(&scene.tyre, elements));
         return settings;
     }
     *cell_length = row.cell_for(scene, highest);

@@ -43,7 +43,7 @@ pub(crate) struct SliceArguments {
     /// Width of the cells across the road, in m.
     #[arg(long, value_name = "M", value_parser = positive)]
     dy: f64,
-    /// How the slice deforms the tread.
+    /// Model of the tread that the slice is pressed into.
     #[arg(long)]
     law: SliceLaw,
     /// Poisson's ratio; it scales the pressures only.

@@ -23,9 +23,9 @@ use super::sweep_tables::{check_tables, told_missed, write_tables};
 /// Job files beside the tasks.
 const SLURM: &str = "job.slurm";
 const HYPERQUEUE: &str = "job.hq";
-/// So many missing or failed tasks are named one by one.
+/// Largest number of missing or failed tasks that are named one by one.
 const NAMED: usize = 5;
-/// Pictures of more variants show nothing.
+/// Largest number of variants in the pictures, which are illegible with more.
 const MOST_DRAWN: usize = 1000;
 
 #[derive(Clone, Debug, Args)]

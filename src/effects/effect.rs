@@ -72,7 +72,7 @@ pub struct Begin<'a> {
     pub contact: &'a ContactFacts,
     /// Models of the tyre.
     pub models: &'a mut TyreModels,
-    /// True for a run whose results stay in memory: it draws nothing.
+    /// Flag of a run whose results stay in memory; such a run makes no pictures.
     pub in_memory: bool,
     /// Tells the memory that a plan needs on one thread \[bytes\].
     pub planned_memory: fn(&Plan) -> f64,

@@ -55,7 +55,8 @@ pub struct DraftErrors {
 pub(crate) const MOST_ELEVATION: f64 = 25.0;
 /// Least distance of a place from the contact, in radii of the tyre.
 pub(crate) const LEAST_DISTANCE: f64 = 1.0;
-/// Width of a tyre with its shoulders over its radius: from, up to where it is like the fitted one, and to.
+/// Limits of a tyre's width, shoulders included, over its radius: the least width with a stated error, the largest one
+/// with the errors of the fitted tyre, and the largest one with a stated error.
 pub(crate) const WIDTHS: [f64; 3] = [0.5, 0.65, 0.8];
 /// k R of the highest frequency: where the fit ends. The highest third octave below it, 2 kHz with a radius of 0.31 m,
 /// is the highest in which errors were measured.

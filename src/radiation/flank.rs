@@ -19,12 +19,12 @@ pub struct Flank {
     shoulder: Shoulder,
 }
 
-/// A ring of it.
+/// Ring of the flank.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ring {
     /// Shoulder or side.
     pub chart: Chart,
-    /// Its place there.
+    /// Meridian coordinate of the ring on this chart.
     pub meridian: f64,
     /// Area that it stands for, per radian \[m^2\].
     pub area: f64,
@@ -42,12 +42,12 @@ struct Shoulder {
 }
 
 impl Shoulder {
-    /// Area from the tread's edge to an angle, per radian \[m^2\].
+    /// Returns the area from the tread's edge to an angle, per radian \[m^2\].
     fn area(&self, angle: f64) -> f64 {
         self.radius * (self.inner * angle + self.radius * angle.sin())
     }
 
-    /// The angle up to which there is so much area.
+    /// Returns the angle at which the area from the tread's edge reaches `area`.
     fn angle(&self, area: f64) -> f64 {
         let mut angle = self.end * area / self.area(self.end);
         for _ in 0..NEWTON_STEPS {
@@ -62,7 +62,8 @@ impl Shoulder {
 const NEWTON_STEPS: usize = 6;
 
 impl Flank {
-    /// The flank down to a bead \[m\]; `None` for a body that is no tyre, or whose bead is not below the tread.
+    /// Makes the flank down to the radius of a bead \[m\]; `None` for a body that is no tyre, or whose bead is not
+    /// below the tread.
     pub fn new(body: &Body, bead: f64) -> Option<Self> {
         let Shape::Tyre { radius, shoulder, .. } = body.shape() else { return None };
         if !(bead > 0.0 && bead < radius) {
@@ -77,7 +78,7 @@ impl Flank {
         Some(Self { bead, rule: SplitRule::new(round / (round + flat)), shoulder })
     }
 
-    /// Its rings, from the tread on.
+    /// Returns the rings of the flank, from the tread to the bead.
     pub fn rings(&self) -> [Ring; SplitRule::POINTS] {
         let Shoulder { charts: [round, side], inner, end, .. } = self.shoulder;
         let shoulder = self.shoulder.area(end);
@@ -94,7 +95,7 @@ impl Flank {
     }
 }
 
-/// Area of a flat side between two radii, per radian; none where it would be negative \[m^2\].
+/// Returns the area of a flat side between two radii, per radian; 0 if the inner radius is the larger one \[m^2\].
 fn flat(outer: f64, inner: f64) -> f64 {
     0.5 * (outer * outer - inner * inner).max(0.0)
 }

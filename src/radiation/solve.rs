@@ -187,7 +187,7 @@ impl Problem {
         Ok(Solution { problem: self, drives, pressures: rights, report })
     }
 
-    /// f of all drives at targets, by block.
+    /// Returns the right sides f of all drives at the targets, by block.
     fn right_sides(&self, drives: &[Drive<'_>], targets: &Targets, report: &mut SolveReport) -> Vec<Mat<Complex64>> {
         let mut rights: Vec<_> = self.blocks.iter().map(|_| Mat::zeros(targets.len(), drives.len())).collect();
         for (block, right) in self.blocks.iter().zip(&mut rights) {
@@ -206,7 +206,7 @@ impl Problem {
         rights
     }
 
-    /// The prescribed velocities at the nodes, by block.
+    /// Returns the prescribed velocities at the nodes, by block.
     fn velocity_parts(&self, drives: &[Drive<'_>]) -> Vec<Mat<Complex64>> {
         let nodes = self.mesh.nodes_per_patch();
         let part = |block: &Block| {
@@ -221,7 +221,7 @@ impl Problem {
         self.blocks.iter().map(part).collect()
     }
 
-    /// Adds an operator's product with values at the nodes.
+    /// Adds to `sums` the product of a layer operator with the values at the nodes, by block.
     fn apply(
         &self,
         layer: Layer,
@@ -247,14 +247,14 @@ impl Problem {
         }
     }
 
-    /// The field of a point source and of its image in the road, without the body.
+    /// Returns the field of a point source and of its image in the road, without the body.
     pub fn incident(&self, point: Vector, source: Vector) -> Complex64 {
         let direct = green(distance(point, source), self.wavenumber);
         if self.body.on_road() { direct + green(distance(point, mirrored(source, 4)), self.wavenumber) } else { direct }
     }
 }
 
-/// exp(-ikR)/(4 pi R).
+/// Returns exp(-ikR)/(4 pi R), the Green's function of free space.
 fn green(distance: f64, wavenumber: f64) -> Complex64 {
     Complex64::from_polar(1.0 / (4.0 * std::f64::consts::PI * distance), -wavenumber * distance)
 }
@@ -265,7 +265,7 @@ impl Solution<'_> {
         self.report
     }
 
-    /// The field at points by drive, then point; `on_surface`: all of the points lie on the body, else none.
+    /// Returns the field at points, by drive, then point; `on_surface`: all of the points lie on the body, else none.
     pub fn field(&mut self, points: &[Vector], on_surface: bool) -> Vec<Vec<Complex64>> {
         let begin = Instant::now();
         let Self { problem, drives, pressures, report } = self;
@@ -279,8 +279,8 @@ impl Solution<'_> {
         fields
     }
 
-    /// The field's parts by parity at points of the surface in the quarter, each a chart and its two parameters: by
-    /// block, rows are points, columns are drives.
+    /// Returns the field's parts by parity at points of the surface in the quarter, each a chart and its two
+    /// parameters: by block, rows are points, columns are drives.
     pub fn surface_parts(&mut self, points: &[(Chart, [f64; 2])]) -> Vec<Mat<Complex64>> {
         let begin = Instant::now();
         let Self { problem, drives, pressures, report } = self;
@@ -294,12 +294,12 @@ impl Solution<'_> {
         sums
     }
 
-    /// Pressure of a drive at the mesh's nodes in the quarter, by block.
+    /// Returns the pressure of a drive at the mesh's nodes in the quarter, by block.
     pub fn node_pressure(&self, block: usize, node: usize, drive: usize) -> Complex64 {
         self.pressures[block][(node, drive)]
     }
 
-    /// int p conj(u) dS over the whole surface, u = i w rho v the values of a velocity drive.
+    /// Returns int p conj(u) dS over the whole surface, with u = i w rho v the values of a velocity drive.
     fn product(&self, drive: usize) -> Complex64 {
         let parts = self.problem.velocity_parts(self.drives);
         let unknowns = self.problem.mesh.unknowns();
@@ -313,8 +313,8 @@ impl Solution<'_> {
         sum
     }
 
-    /// Radiated power \[W\] of a velocity drive, 1/2 Re int p conj(v) dS; `impedance` is the w rho \[kg/(m^3 s)\] by
-    /// which the drive's values i w rho v were made.
+    /// Returns the radiated power \[W\] of a velocity drive, 1/2 Re int p conj(v) dS; `impedance` is the w rho
+    /// \[kg/(m^3 s)\] by which the drive's values i w rho v were made.
     pub fn power(&self, drive: usize, impedance: f64) -> f64 {
         // conj(i w rho v) = -i w rho conj(v).
         0.5 * (self.product(drive) * Complex64::I / impedance).re

@@ -22,7 +22,7 @@ pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
     Some(scene)
 }
 
-/// Part of a tyre's radius that is section, not rim, at most.
+/// Largest section height of a tyre, from rim to tread, over its radius.
 const SECTION: f64 = 0.3;
 
 /// Complains about an indentation that is deeper than the tyre is high above its rim; `None` then.

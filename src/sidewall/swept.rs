@@ -8,8 +8,9 @@
 //! Q_k = int l_k u R dz = -int l_k (R/ka) t' dz        [m^3 per radian and motion of the edge]
 //! ```
 //!
-//! with t between the ends of the steps the cubic through t and t' there: sums over t and u of these ends, whatever the
-//! wave. At rest R/ka = C/p is constant, and the pieces together are exactly the -R_b N_b cos(a_b) w/p of the whole.
+//! Within a step t is approximated by the cubic Hermite polynomial, which has the values of t and t' at both ends of
+//! the step. So Q_k is a sum over t and u at the ends of the steps, with weights that are equal for all waves. At rest
+//! R/ka = C/p is constant, and the pieces together are exactly the -R_b N_b cos(a_b) w/p of the whole.
 
 use super::meridian::{Meridian, Point};
 use crate::numeric::{SplitRule, legendre};

@@ -17,15 +17,16 @@ pub(crate) const FILE_RATE: f64 = 48_000.0;
 
 /// The interpolation kernel of signals.
 static KERNEL: LazyLock<WindowedSinc> = LazyLock::new(|| WindowedSinc::new(0.45, 0.55, 100.0));
-/// The same for rates that are not lowered. Linear between the places, which is exact to 2e-7 of the peak.
+/// Interpolation kernel for rates that are not lowered, as a table. Linear interpolation between its places is exact to
+/// 2e-7 of the peak.
 static PHASES: LazyLock<Phases<f64>> = LazyLock::new(|| Phases::new(&KERNEL, 2048, |weight| weight));
 
-/// Half the kernel's width in samples of the lower rate.
+/// Returns half the kernel's width in samples of the lower rate.
 pub(super) fn half_width() -> f64 {
     KERNEL.half_width()
 }
 
-/// The signal with `new_rate` samples a second in place of `rate` (both > 0), from the same first instant on and not
+/// Resamples a signal from `rate` to `new_rate` samples a second (both > 0), from the same first instant on and not
 /// beyond its last sample. Before its first and after its last sample the signal counts as 0: half the kernel's width,
 /// 33 samples of the lower rate, fades in and out there.
 pub(crate) fn resample(signal: &[f64], rate: f64, new_rate: f64) -> Vec<f64> {
@@ -39,8 +40,8 @@ pub(crate) fn resample(signal: &[f64], rate: f64, new_rate: f64) -> Vec<f64> {
     (0..count).map(|n| weighted(signal, 0, n as f64 * step, step, &mut weights)).collect()
 }
 
-/// The signal between its samples at `position`, its first sample being number `first`; 0 where there is none. `ratio`:
-/// its rate over the one it is brought to.
+/// Interpolates a signal at `position`, counted in samples, where the first sample of `signal` has the number `first`;
+/// outside its samples the signal is 0. `ratio` is the rate of the signal over the new rate.
 pub(super) fn weighted(signal: &[f64], first: i64, position: f64, ratio: f64, weights: &mut Vec<f64>) -> f64 {
     let from = if ratio > 1.0 {
         KERNEL.weights(position, ratio, weights)
@@ -54,7 +55,8 @@ pub(super) fn weighted(signal: &[f64], first: i64, position: f64, ratio: f64, we
     dot(&weights[skipped..], &signal[begin..])
 }
 
-/// The sum of products, as far as both go: eight sums side by side, so that no addition waits for the one before.
+/// Returns the sum of products over the shorter of both lengths, as eight sums side by side, so that no addition waits
+/// for the previous one.
 fn dot(weights: &[f64], signal: &[f64]) -> f64 {
     let count = weights.len().min(signal.len());
     let (by_eight, rest) = weights[..count].as_chunks::<8>();

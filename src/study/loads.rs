@@ -18,7 +18,7 @@ use crate::tyre::influence::{Field, InfluenceSum};
 
 /// Time that a rolling patch is averaged over \[s\]: a good revolution at 80 km/h.
 const AVERAGED: f64 = 0.1;
-/// The curve ends this far beyond the largest load.
+/// Largest indentation of the curve over that of the load.
 const BEYOND: f64 = 1.2;
 
 /// A tyre that stands on a smooth road.
@@ -30,7 +30,7 @@ pub(crate) struct Standing {
 }
 
 impl Standing {
-    /// The tyre of a scene with the scene's elements, all its settings decided.
+    /// Makes the standing tyre of a scene with the scene's elements; all settings of the scene must be decided.
     pub(crate) fn new(scene: &Scene) -> Self {
         let Scene { tyre, rolling, numerics, .. } = scene;
         let time_step = tyre.circumference / (numerics.elements as f64 * numerics.substeps as f64 * rolling.speed());
@@ -42,7 +42,7 @@ impl Standing {
         StaticTyre { influence: &self.row, circumference: self.circumference }
     }
 
-    /// Contact under a load \[N\].
+    /// Computes the contact under a load \[N\].
     ///
     /// # Errors
     /// [`ContactError::LoadNotReached`], or of the search.
@@ -50,7 +50,7 @@ impl Standing {
         self.held_by(&Axle::Load { load, tolerance: Axle::LOAD_TOLERANCE })
     }
 
-    /// Contact as an axle holds it.
+    /// Computes the contact under an axle that holds a height or a load.
     ///
     /// # Errors
     /// As [`Self::under`].
@@ -58,7 +58,7 @@ impl Standing {
         self.tyre().under(axle)
     }
 
-    /// Contacts at evenly spaced indentations, so many, to a little beyond that of a load \[N\].
+    /// Computes the contact at `points` evenly spaced indentations, up to a little beyond that of a load \[N\].
     ///
     /// # Errors
     /// As [`Self::under`].
@@ -68,7 +68,8 @@ impl Standing {
     }
 }
 
-/// Mean length of the rolling patch under each load \[N\], at the scene's speed on a smooth road \[m\].
+/// Computes the mean length of the contact patch under each load \[N\], rolling at the scene's speed on a smooth road
+/// \[m\].
 ///
 /// # Errors
 /// Errors of any of the runs; [`RunError::Interrupted`].

@@ -19,30 +19,31 @@ pub(crate) const HIGHEST: f64 = 200.0;
 pub(crate) struct RollingWave {
     /// Periods round the tyre.
     pub n: usize,
-    /// Frequency of the standing tyre.
+    /// Frequency on the tyre that does not rotate.
     pub standing: Option<f64>,
-    /// Running with the rotation.
+    /// Frequency of the wave that runs with the rotation.
     pub forwards: Option<f64>,
-    /// Running against it.
+    /// Frequency of the wave that runs against the rotation.
     pub backwards: Option<f64>,
 }
 
 /// Waves and critical speeds.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RollingWaves {
-    /// Speed at which it rolls \[m/s\].
+    /// Rolling speed \[m/s\].
     pub speed: f64,
     /// Growth of the radius \[m\].
     pub growth: f64,
-    /// By n, from 0 on.
+    /// Waves by n, from 0 on.
     pub waves: Vec<RollingWave>,
-    /// Slowest wave of the belt, of the tyre that turns as it rolls; `None`: none up to [`HIGHEST`] or the limit.
+    /// Slowest wave of the belt on the rolling tyre, which rotates; `None` if no wave is slower than [`HIGHEST`] and
+    /// the limit.
     pub belt: Option<SlowestWave>,
-    /// The same of a tyre that does not turn.
+    /// Slowest wave of the belt on the tyre that does not rotate; `None` if none is slower than [`HIGHEST`].
     pub belt_held: Option<SlowestWave>,
     /// Wave of the tread's surface.
     pub tread: Option<TreadWave>,
-    /// Speed up to which the turning tyre is stable \[m/s\].
+    /// Speed up to which the rotating tyre is stable \[m/s\].
     pub limit: Option<f64>,
 }
 
@@ -75,7 +76,7 @@ pub(crate) fn rolling_waves(scene: &Scene, largest_n: usize, highest: f64) -> Re
     })
 }
 
-/// The lowest radial mode of n periods, of one direction where modes have one \[Hz\].
+/// Returns the frequency of the lowest radial mode of n periods, of the given direction where modes have one \[Hz\].
 fn lowest(modes: &Modes, n: usize, direction: Option<Direction>) -> Option<f64> {
     let mut of_wave = modes.confirmed.iter().filter(|mode| mode.n == n && mode.motion == Motion::Radial);
     of_wave.find(|mode| mode.direction.is_none() || mode.direction == direction).map(|mode| mode.frequency())

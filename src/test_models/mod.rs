@@ -77,26 +77,26 @@ pub fn scene_text(elements: usize, road: &str, rolling: &str, numerics: &str, mo
     )
 }
 
-/// The text, with leave for numbers that nothing has.
+/// Allows implausible numbers in a scene's text.
 #[cfg(test)]
 pub(crate) fn implausible(text: &str) -> String {
     format!("allow_implausible = true\n{text}")
 }
 
-/// A text of [`scene_text`] with all terms of its sums.
+/// Restores all terms of the sums in a text of [`scene_text`].
 #[cfg(test)]
 pub(crate) fn with_all_terms(text: &str) -> String {
     without(text, &["numerics.lateral_terms", "numerics.wavenumber_aliases"])
 }
 
-/// The tables `[tyre]` and `[[tyre.layers]]` of the shipped scene.
+/// Returns the tables `[tyre]` and `[[tyre.layers]]` of the shipped scene.
 fn tyre_tables() -> String {
     let mut tables = table(PLATE);
     tables.retain(|name, _| name == "tyre");
     tables.to_string()
 }
 
-/// The keys of a road from a grid at the run's own lattice: used as it is.
+/// Returns the keys of a road from a grid with the run's own lattice, which is used without change.
 #[cfg(test)]
 pub(crate) fn grid_road(path: &Path, elements: usize, columns: usize) -> String {
     format!(
@@ -107,8 +107,8 @@ pub(crate) fn grid_road(path: &Path, elements: usize, columns: usize) -> String 
     )
 }
 
-/// The text with the values of keys exchanged, as `("rolling.speed_kmh", "110.0")`; a layer goes by its number, as in
-/// `"tyre.layers.1.material.modulus"`.
+/// Replaces the values of keys in a scene's text, as `("rolling.speed_kmh", "110.0")`; a layer goes by its number, as
+/// in `"tyre.layers.1.material.modulus"`.
 ///
 /// # Panics
 ///
@@ -123,17 +123,17 @@ pub fn edit(text: &str, changes: &[(&str, &str)]) -> String {
     })
 }
 
-/// The text without some keys or tables.
+/// Removes keys or tables from a scene's text.
 ///
 /// # Panics
 ///
-/// If one is not there.
+/// If a key or table is not there.
 #[cfg(test)]
 pub(crate) fn without(text: &str, paths: &[&str]) -> String {
     paths.iter().fold(text.to_owned(), |text, path| changed(&text, path, |inside, key| inside.remove(key).is_some()))
 }
 
-/// The text with further keys in a table.
+/// Adds keys to a table of a scene's text.
 ///
 /// # Panics
 ///
@@ -145,28 +145,29 @@ pub fn add(text: &str, name: &str, keys: &str) -> String {
     })
 }
 
-/// The text with another road: the keys of its table.
+/// Replaces the road of a scene's text; `keys` are those of the table `[road]`.
 ///
 /// # Panics
 ///
-/// If it has none.
+/// If the text has no road.
 #[cfg(test)]
 pub(crate) fn with_road(text: &str, keys: &str) -> String {
     changed(text, "road", |inside, road| inside.insert(road.to_owned(), table(keys).into()).is_some())
 }
 
-/// The text with the car tyre on springs in place of sidewalls, the default one of earlier versions.
+/// Replaces the tyre of a scene's text by the car tyre with springs in place of sidewalls, the default of earlier
+/// versions.
 ///
 /// # Panics
 ///
-/// If it has no tyre.
+/// If the text has no tyre.
 #[cfg(test)]
 pub(crate) fn on_springs(text: &str) -> String {
     let springs = table(include_str!("../../scenes/tyres/spring_sides.toml"));
     changed(text, "tyre", |inside, tyre| inside.insert(tyre.to_owned(), springs.into()).is_some())
 }
 
-/// Any text with passages exchanged, also where it is then no scene.
+/// Replaces passages in any text; the result need not be a scene.
 ///
 /// # Panics
 ///
@@ -179,7 +180,8 @@ pub(crate) fn replaced(text: &str, changes: &[(&str, &str)]) -> String {
     })
 }
 
-/// The text after a change to the table in which the path's last key stands; the change says whether it was one.
+/// Changes the table that holds the last key of a path, and returns the new text; `change` returns false if it found
+/// nothing to change.
 fn changed(text: &str, path: &str, change: impl FnOnce(&mut Table, &str) -> bool) -> String {
     let mut scene = Value::Table(table(text));
     let (way, key) = path.rsplit_once('.').unwrap_or(("", path));

@@ -194,7 +194,7 @@ impl Seeking<'_> {
     }
 }
 
-/// Turns a set of transfers into G on the tread.
+/// Converts a set of transfers into the Green's function G over the tread, one for each receiver point.
 fn surface_greens(set: TransferSet, body: &Body, sound: &Sound) -> Vec<SurfaceGreen> {
     let mut by_receiver = vec![Vec::new(); sound.points()];
     for found in set.into_frequencies() {

@@ -50,7 +50,8 @@ pub(super) struct Progress {
 pub(super) enum Boundary {
     /// The bare half-space.
     Free,
-    /// The same again and again; the mean pressure displaces nothing. Both numbers of cells are even, at least 2.
+    /// Periodic continuation of the grid in both directions; the mean pressure causes no displacement. Both numbers of
+    /// cells are even, at least 2.
     Periodic,
 }
 

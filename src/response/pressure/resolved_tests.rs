@@ -21,7 +21,7 @@ use crate::tyre::influence::{CellGrid, SurfaceWaves};
 const ELEMENTS: usize = 32;
 const COLUMNS: usize = 5;
 const ACROSS: usize = 4;
-/// Lateral numbers that are followed.
+/// Count of the lateral numbers m in the model.
 const COMPONENTS: usize = 5;
 
 fn layout() -> SegmentLayout {

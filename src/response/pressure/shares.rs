@@ -28,13 +28,14 @@ pub(crate) const ENOUGH: f64 = 0.1;
 /// The pressure at a receiver for a unit force at the contact's centre, and what it is the sum of \[Pa/N\].
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PressureShares {
-    /// All together; delayed by nothing but the way from the contact.
+    /// Pressure, the sum of all contributions; its only delay is the sound's travel time from the contact.
     pub pressure: Complex64,
-    /// By wavenumber n, from -[`Self::most`] on. Positive n run against the rolling direction.
+    /// Contributions by wavenumber n, from -[`Self::most`] on. Positive n run against the rolling direction.
     pub waves: Vec<Complex64>,
-    /// By cell round the tyre; the first begins under the axle, they follow each other in the rolling direction.
+    /// Contributions by cell round the tyre; the first cell begins under the axle, the others follow in the rolling
+    /// direction.
     pub cells: Vec<Complex64>,
-    /// By part of the tyre, [`Self::PARTS`].
+    /// Contributions by part of the tyre, [`Self::PARTS`].
     pub parts: [Complex64; 3],
 }
 
@@ -42,7 +43,7 @@ impl PressureShares {
     /// Parts of the tyre; shoulders and sides are 0 where they are not heard.
     pub(crate) const PARTS: [&'static str; 3] = ["tread", "shoulders", "sides"];
 
-    /// At one of G's frequencies; `model` gives the tyre, not the frequency.
+    /// Computes the pressures at one of G's frequencies; `model` gives the tyre, not the frequency.
     pub(crate) fn at(model: &PressureModel, green: &SurfaceGreen, index: usize) -> Self {
         let frequency = green.frequencies[index];
         let (weights, shapes) = (model.weights(), model.shapes());

@@ -1,8 +1,9 @@
-//! Findings of a sweep of settings: means over seeds with their 95 % confidence, for every combination of the rest.
+//! Findings of a sweep of settings: means over seeds with their 95 % confidence intervals, for every combination of the
+//! other settings.
 //!
 //! With n values x_i of mean m, s^2 = sum (x_i - m)^2/(n - 1) and t the two-sided 95 % quantile of Student's
-//! distribution for n - 1 degrees of freedom, the mean of endless draws lies within m +- t s/sqrt(n) in 19 of 20 cases.
-//! Levels are averaged as levels.
+//! distribution for n - 1 degrees of freedom, the expected value lies within m +- t s/sqrt(n) in 95 % of cases. Levels
+//! are averaged in dB.
 
 use std::collections::BTreeMap;
 
@@ -24,7 +25,7 @@ const SOUND_UNIT: &str = "dB(A)";
 /// A mean over seeds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Mean {
-    /// How many values there are.
+    /// Number of values.
     pub runs: usize,
     /// Their mean.
     pub mean: f64,

@@ -108,17 +108,17 @@ impl Errors {
     }
 }
 
-/// Rungs of the real axis that fits may use.
+/// Returns the rungs of the real axis that fits may use.
 fn fitted_real() -> impl Iterator<Item = usize> {
     REAL.skip(1).step_by(2)
 }
 
-/// The larger one of |E + i O|^2 and |E - i O|^2.
+/// Returns the larger one of |E + i O|^2 and |E - i O|^2.
 fn largest_square(even: Complex64, odd: Complex64) -> f64 {
     even.norm_sqr() + odd.norm_sqr() + 2.0 * (even * odd.conj()).im.abs()
 }
 
-/// Residue of a pole in a face, the larger one of both waves.
+/// Returns the magnitude of a pole's residue in a face, the larger one of the waves n and -n.
 pub(super) fn largest_residue(models: &[PartialFractions], face: usize, index: usize) -> f64 {
     let even = models[face].residues[index];
     match models.get(face + 2) {

@@ -1,10 +1,12 @@
 //! A sweep as tasks in a folder, for systems that start processes on many machines: batch systems, a loop in a shell.
 //!
-//! 1. [`task`]: one scene with all that doing it takes, named by its content;
+//! 1. [`task`]: one scene with all that is needed to run it, named by its content;
 //! 2. [`folder`]: the tasks on disk, many to a file, and the manifest that says that they are all there;
-//! 3. [`outcomes`]: what tasks have found, a small file each until all of a shard are done, then one for the shard;
-//! 4. [`work`]: does some of the tasks, in spite of kills, other machines and having been done before;
-//! 5. [`collect`]: what is there for the sweep's tables, and what is missing;
+//! 3. [`outcomes`]: results of tasks, a small file for each until all tasks of a shard are done, then one file for the
+//!    shard;
+//! 4. [`work`]: runs some of the tasks; leaves out those that are done or under way elsewhere, and resumes interrupted
+//!    ones;
+//! 5. [`collect`]: outcomes for the sweep's tables, and numbers of the missing tasks;
 //! 6. [`numbers`]: lists of task numbers as batch systems read them; [`jobs`]: files to submit.
 //!
 //! ```text

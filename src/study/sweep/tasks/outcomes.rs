@@ -18,18 +18,18 @@ use crate::study::sweep::tasks::error::TaskError;
 use crate::study::sweep::tasks::folder::{TaskFolder, write_sealed};
 use crate::study::sweep::tasks::task::Task;
 
-/// Outcomes of one process that become one file.
+/// Number of outcomes of one process that are joined into one file.
 pub(super) const TOGETHER: usize = 64;
-/// Name of all outcomes of a shard; of some of them it is longer by their count and digest.
+/// Name of the file with all outcomes of a shard; a file with only some of them adds their count and digest to it.
 const OUTCOMES: &str = "outcomes";
-/// Name of one outcome, before the task's number.
+/// Prefix of the name of a file with one outcome; the task's number follows.
 const OUTCOME: &str = "outcome-";
 const FORMAT: Format = Format { magic: b"TWAVEOUT", version: 1, name: "outcomes of tasks" };
-/// Name of the reason why a task has failed, before the task's number.
+/// Prefix of the name of a file with the reason why a task failed; the task's number follows.
 const FAILED: &str = "failed-";
 /// Name of the folder that runs are in.
 const RESULTS: &str = "results";
-/// How often files are looked for anew that have become one meanwhile.
+/// Largest number of attempts to read all files, since another process may join some of them meanwhile.
 const ATTEMPTS: usize = 100;
 
 /// An outcome in a file: the task's place in its shard, its id, what it has found.

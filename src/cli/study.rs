@@ -1,5 +1,6 @@
 //! `tyrewave study`: accuracy against time of every knob of a scene.
 
+use crate::plan::front::STATED_TO;
 use crate::results::plots::{Axis, WorkPrecisionPanel, WorkPrecisionPlot};
 use crate::results::sound::BodySummary;
 use crate::results::table::{self, Report, Table, aligned, optional, row, words};
@@ -92,6 +93,10 @@ impl StudyArguments {
             elements: self.elements.map(|elements| (elements as usize).div_ceil(16) * 16),
             substeps: self.substeps.map(usize::from),
         };
+        let [.., stated_to] = STATED_TO;
+        if self.check_presets && options.highest > stated_to {
+            return Err(CliError::Usage(format!("presets state no error above {stated_to} Hz: --fmax {stated_to}")));
+        }
         let mut progress = context.progress();
         let found = study(loaded, &options, context.interrupt.flag(), &mut progress)?;
         drop(progress);

@@ -1,9 +1,10 @@
 //! The joint front of accuracy against time as a table: what `preset` and `accuracy` choose from.
 //!
 //! A stated error is the largest difference of a third octave of the contact force, [`STATED_FROM`] to fmax, from the
-//! limit for small time steps, elements and cells, with the axle at the same height. The rows of slices were set from
-//! made dense asphalt at 80 km/h, those of cells from four roads at three speeds, and hold on others (docs/accuracy.md;
-//! an ignored test, tests/suite/presets.rs). Cells have to be finer: a stone that is a cell or two wide is too hard.
+//! limit for small time steps, elements and cells, with the axle at the same height, for fmax up to each frequency of
+//! [`STATED_TO`]. The rows of slices were set from made dense asphalt at 80 km/h up to 1 kHz and on a chip seal, too, up
+//! to 2 kHz, those of cells from four roads at three speeds, and hold on others (docs/accuracy.md; an ignored test,
+//! tests/suite/presets.rs). Cells have to be finer: a stone that is a cell or two wide is too hard.
 //! `tyrewave study SCENE --check-presets` measures them on any scene.
 
 use super::decisions::cells_across;
@@ -11,6 +12,8 @@ use crate::scene::{Preset, Road, Scene, TimeRule, Zone};
 
 /// Lowest third octave that a stated error is about \[Hz\].
 pub(crate) const STATED_FROM: f64 = 100.0;
+/// Highest fmax up to which each stated error of a row holds \[Hz\].
+pub(crate) const STATED_TO: [f64; 2] = [1000.0, 2000.0];
 /// Cells in the shortest wave that is asked for: dense asphalt at 30 km/h, up to 1 kHz, is 5 dB wrong with four.
 const CELLS_IN_A_WAVE: f64 = 11.0;
 
@@ -45,8 +48,8 @@ pub(crate) struct FrontRow {
     pub cell: f64,
     /// Tolerance of the slices' curves \[m\].
     pub slice_tolerance: f64,
-    /// Stated error \[dB\].
-    pub error: f64,
+    /// Stated errors \[dB\], one for each fmax of [`STATED_TO`].
+    pub errors: [f64; 2],
     /// Work relative to the standard preset, on the default scene.
     pub cost: f64,
 }
@@ -64,7 +67,7 @@ impl FrontRow {
             cell_tolerance: 1e-4,
             cell: 2.6e-3,
             slice_tolerance: 1e-6,
-            error: 3.0,
+            errors: [3.0, XX3.0],
             cost: 0.5,
         },
         Self {
@@ -77,7 +80,7 @@ impl FrontRow {
             cell_tolerance: 1e-5,
             cell: 2e-3,
             slice_tolerance: 3e-7,
-            error: 1.0,
+            errors: [1.0, XX1.0],
             cost: 1.0,
         },
         Self {
@@ -90,22 +93,27 @@ impl FrontRow {
             cell_tolerance: 1e-6,
             cell: 1e-3,
             slice_tolerance: 1e-7,
-            error: 0.3,
+            errors: [0.3, XX0.3],
             cost: 2.5,
         },
     ];
 
     /// The table of cells.
     pub(crate) const OF_CELLS: [Self; 3] = [
-        Self::OF_SLICES[0].over_cells(5.0, 0.19),
-        Self::OF_SLICES[1].over_cells(3.0, 1.0),
-        Self::OF_SLICES[2].over_cells(1.5, 7.5),
+        Self::OF_SLICES[0].over_cells([5.0, XX], 0.19),
+        Self::OF_SLICES[1].over_cells([3.0, XX], 1.0),
+        Self::OF_SLICES[2].over_cells([1.5, XX], 7.5),
     ];
 
-    /// Half as long elements over cells, with an error \[dB\] and a cost of their own.
-    const fn over_cells(self, error: f64, cost: f64) -> Self {
+    /// Returns the row over cells: elements half as long, errors \[dB\] and a cost of their own.
+    const fn over_cells(self, errors: [f64; 2], cost: f64) -> Self {
         let (per_wavelength, longest_element) = (2.0 * self.per_wavelength, 0.5 * self.longest_element);
-        Self { per_wavelength, longest_element, error, cost, ..self }
+        Self { per_wavelength, longest_element, errors, cost, ..self }
+    }
+
+    /// Returns the error that is stated for an fmax \[dB\]; `None` beyond the last of [`STATED_TO`].
+    pub(crate) fn error(&self, fmax: f64) -> Option<f64> {
+        STATED_TO.iter().position(|&to| fmax <= to).map(|range| self.errors[range])
     }
 
     /// Returns the table of a zone.
@@ -123,8 +131,8 @@ impl FrontRow {
 
     /// Finds the row that a scene's `preset` or `accuracy` chooses.
     pub(crate) fn asked_for(scene: &Scene) -> Option<&'static Self> {
-        let zone = scene.contact.zone;
-        let accuracy = |accuracy| Self::within(accuracy, zone);
+        let (zone, fmax) = (scene.contact.zone, scene.numerics.fmax?);
+        let accuracy = |accuracy| Self::within(accuracy, fmax, zone);
         scene
             .numerics
             .preset
@@ -134,26 +142,28 @@ impl FrontRow {
 
     /// Finds the error of force levels that a scene's `preset` or `accuracy` states: from which frequency on \[Hz\],
     /// and the error \[dB\]. `None`, too, where the scene's own elements or cells are longer or wider than those of the
-    /// row.
+    /// row, and beyond the last of [`STATED_TO`].
     pub(crate) fn stated_error(scene: &Scene) -> Option<(f64, f64)> {
         let Scene { tyre, contact, numerics, rolling, .. } = scene;
         let row = Self::asked_for(scene)?;
-        let longest = row.longest_element.min(rolling.speed() / (numerics.fmax? * row.per_wavelength));
+        let fmax = numerics.fmax?;
+        let longest = row.longest_element.min(rolling.speed() / (fmax * row.per_wavelength));
         let element = tyre.circumference / numerics.elements as f64;
         // Cells that are as wide as they are long fit into the width by rounding.
         let is_wide =
             contact.zone == Zone::Cells && tyre.contact_width > ROUNDED * longest * cells_across(scene) as f64;
-        (element <= longest * (1.0 + 1e-9) && !is_wide).then_some((STATED_FROM, row.error))
+        (element <= longest * (1.0 + 1e-9) && !is_wide).then(|| Some((STATED_FROM, row.error(fmax)?)))?
     }
 
-    /// Finds the cheapest row whose stated error is not above an accuracy \[dB\]; `None` where no row is as accurate.
-    pub(crate) fn within(accuracy: f64, zone: Zone) -> Option<&'static Self> {
-        Self::all(zone).iter().find(|row| row.error <= accuracy)
+    /// Finds the cheapest row whose stated error for an fmax is not above an accuracy \[dB\]; `None` where no row is as
+    /// accurate.
+    pub(crate) fn within(accuracy: f64, fmax: f64, zone: Zone) -> Option<&'static Self> {
+        Self::all(zone).iter().find(|row| row.error(fmax).is_some_and(|error| error <= accuracy))
     }
 
-    /// Returns the smallest stated error \[dB\].
-    pub(crate) fn finest_error(zone: Zone) -> f64 {
-        Self::all(zone).iter().map(|row| row.error).fold(f64::INFINITY, f64::min)
+    /// Returns the smallest error that is stated for an fmax \[dB\]; `None` beyond the last of [`STATED_TO`].
+    pub(crate) fn finest_error(fmax: f64, zone: Zone) -> Option<f64> {
+        Self::all(zone).iter().filter_map(|row| row.error(fmax)).reduce(f64::min)
     }
 
     /// Widest and longest cell of a scene's road for levels up to `highest` \[Hz\], in m.
@@ -182,7 +192,9 @@ mod tests {
                 assert_eq!((FrontRow::of(preset, zone), row.preset), (row, preset));
             }
             let pairs = all.windows(2);
-            assert!(pairs.clone().all(|pair| pair[0].cost < pair[1].cost && pair[0].error > pair[1].error));
+            assert!(pairs.clone().all(|pair| pair[0].cost < pair[1].cost));
+            assert!(pairs.clone().all(|pair| (0..2).all(|range| pair[0].errors[range] > pair[1].errors[range])));
+            assert!(all.iter().all(|row| row.errors[0] <= row.errors[1]));
             assert!((FrontRow::of(Preset::Standard, zone).cost - 1.0).abs() < 1e-12);
         }
     }
@@ -191,12 +203,18 @@ mod tests {
     fn an_accuracy_gets_the_cheapest_row_that_keeps_it() {
         for zone in [Zone::Slices, Zone::Cells] {
             let all = FrontRow::all(zone);
-            for row in all {
-                assert_eq!(FrontRow::within(row.error, zone), Some(row));
-                assert_ne!(FrontRow::within(0.99 * row.error, zone), Some(row));
+            for fmax in STATED_TO {
+                for row in all {
+                    let error = row.error(fmax).unwrap();
+                    assert_eq!(FrontRow::within(error, fmax, zone), Some(row));
+                    assert_ne!(FrontRow::within(0.99 * error, fmax, zone), Some(row));
+                }
+                let finest = FrontRow::finest_error(fmax, zone).unwrap();
+                assert_eq!(FrontRow::within(0.99 * finest, fmax, zone), None);
+                assert_eq!(FrontRow::within(100.0, fmax, zone), Some(&all[0]));
             }
-            assert_eq!(FrontRow::within(0.99 * FrontRow::finest_error(zone), zone), None);
-            assert_eq!(FrontRow::within(100.0, zone), Some(&all[0]));
+            let beyond = 1.01 * STATED_TO[1];
+            assert_eq!((FrontRow::within(100.0, beyond, zone), FrontRow::finest_error(beyond, zone)), (None, None));
         }
     }
 

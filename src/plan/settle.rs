@@ -3,9 +3,9 @@
 
 use serde::Serialize;
 
-use super::front::FrontRow;
+use super::front::{FrontRow, STATED_TO};
 use super::resolution::{Need, Resolution};
-use crate::scene::{Axle, History, LoadedScene, Numerics, OF_SLICES, Road, Scene, SceneError, Switch, Zone, short};
+use crate::scene::{Axle, Diagnostic, History, LoadedScene, Numerics, OF_SLICES, Road, Scene, SceneError, Switch, Zone, short};
 
 /// A setting that the scene left open or that has another source than the scene, and why it is what it is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -31,12 +31,10 @@ pub(crate) fn decide(loaded: &LoadedScene) -> Result<(Scene, Vec<Choice>), Scene
     let zone = settling.scene.contact.zone;
     let row = match (preset, accuracy) {
         (Some(preset), _) => Some(FrontRow::of(preset, zone)),
-        (None, Some(accuracy)) => Some(FrontRow::within(accuracy, zone).ok_or_else(|| {
-            let wrong = format!("{} dB is finer than any row of the table states", short(accuracy));
-            let slices = if zone == Zone::Cells { ", contact.zone = \"slices\"" } else { "" };
-            let right = format!("at least {} dB{slices}, or settings of your own", short(FrontRow::finest_error(zone)));
-            loaded.complain("numerics.accuracy", wrong, right)
-        })?),
+        (None, Some(accuracy)) => {
+            let fmax = fmax.unwrap_or_default();
+            Some(FrontRow::within(accuracy, fmax, zone).ok_or_else(|| not_stated(loaded, accuracy, fmax, zone))?)
+        }
         (None, None) => None,
     };
     // The reader asks for it beside a preset and an accuracy.
@@ -54,6 +52,19 @@ pub(crate) fn decide(loaded: &LoadedScene) -> Result<(Scene, Vec<Choice>), Scene
         }
     }
     Ok((settling.scene, settling.choices))
+}
+
+/// Complains of an accuracy \[dB\] that no row of the table states.
+fn not_stated(loaded: &LoadedScene, accuracy: f64, fmax: f64, zone: Zone) -> Diagnostic {
+    let Some(finest) = FrontRow::finest_error(fmax, zone) else {
+        let wrong = format!("no error is stated for fmax = {} Hz", short(fmax));
+        let right = format!("fmax up to {} Hz, a preset, or settings of your own", short(STATED_TO[1]));
+        return loaded.complain("numerics.accuracy", wrong, right);
+    };
+    let wrong = format!("{} dB is finer than any row of the table states", short(accuracy));
+    let slices = if zone == Zone::Cells { ", contact.zone = \"slices\"" } else { "" };
+    let right = format!("at least {} dB{slices}, or settings of your own", short(finest));
+    loaded.complain("numerics.accuracy", wrong, right)
 }
 
 /// A scene on the way to one without open settings.
@@ -82,13 +93,13 @@ impl Settling<'_> {
 
     /// Takes the settings of a row of the table beside elements and steps.
     fn take_row(&mut self, row: &FrontRow, highest: f64) {
-        let (name, error) = (row.preset.name(), row.error);
+        let name = row.preset.name();
         let why = format!("preset \"{name}\"");
-        let worth = format!(
-            "third octaves within {} dB up to fmax at {} times the work of \"standard\"",
-            short(error),
-            short(row.cost)
+        let error = row.error(highest).map_or_else(
+            || format!("no error is stated above {} Hz,", short(STATED_TO[1])),
+            |error| format!("third octaves within {} dB up to fmax", short(error)),
         );
+        let worth = format!("{error} at {} times the work of \"standard\"", short(row.cost));
         if self.scene.numerics.preset.is_some() {
             self.choose("numerics.preset", name.to_owned(), format!("given: {worth}"));
         } else {

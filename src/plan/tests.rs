@@ -29,9 +29,11 @@ fn what_cannot_reach_the_highest_frequency_is_refused() {
     for keys in ["fmax = 2e3", "fmax = 2e3\nelements = 512"] {
         assert!(planned(&edited(from, keys)).is_ok(), "{keys}");
     }
-    let finest = format!("at least {} dB", FrontRow::finest_error(Zone::Slices));
+    let finest = format!("at least {} dB", FrontRow::finest_error(1000.0, Zone::Slices).unwrap());
     let keys = "fmax = 1000\naccuracy = \"0.06 dB\"";
     refused(from, keys, 26, "numerics.accuracy", "finer than any row", &finest);
+    let keys = "fmax = 2500\naccuracy = \"3 dB\"";
+    refused(from, keys, 26, "numerics.accuracy", "no error is stated for fmax = 2500 Hz", "fmax up to 2000 Hz");
 }
 
 #[test]
@@ -53,7 +55,7 @@ fn open(keys: &str) -> String {
 #[test]
 fn what_is_not_given_follows_from_preset_and_accuracy_and_says_why() {
     for row in FrontRow::all(Zone::Slices) {
-        let (name, error) = (row.preset.name(), row.error);
+        let (name, error) = (row.preset.name(), row.error(1000.0).unwrap());
         let load = |wish: &str| planned(&open(wish)).unwrap_or_else(|error| panic!("{}", error.render(false)));
         let (preset, accuracy) = (load(&format!("preset = \"{name}\"")), load(&format!("accuracy = \"{error} dB\"")));
         let mut same = accuracy.scene.clone();

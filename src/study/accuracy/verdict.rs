@@ -42,7 +42,7 @@ pub(crate) fn verdicts(study: &Study) -> Vec<Verdict> {
     let points: Vec<(f64, f64)> = study.points().map(Point::coordinates).collect();
     let verdict = |row: &FrontRow| {
         let point: &Point = study.named.iter().find(|point| point.label == row.preset.name())?;
-        let (found, stated) = (point.difference.worst, row.error);
+        let (found, stated) = (point.difference.worst, row.error(study.options.highest)?);
         Some(Verdict { preset: row.preset, stated, found, excess: excess(point.coordinates(), &points) })
     };
     FrontRow::all(study.reference.settings.contact.zone).iter().filter_map(verdict).collect()

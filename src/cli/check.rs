@@ -12,10 +12,10 @@ use super::error::CliError;
 use super::scene_file::SceneFile;
 
 const EXAMPLES: &str = "\
-Everything that can be known without running: keys and values, the tyre's file, what fits together, memory and time \
-against their limits, the road's file and its length. A warning says what the run would not give: it is too short for \
-sound, or too fast for its tyre. The file of a tyre may stand among the scenes: it is checked under the default \
-scene. Nothing is written. The exit code is 2 if a scene has a mistake.
+Checks everything that can be checked without a run: keys and values, the tyre's file, keys that exclude each other, \
+memory and time against their limits, the road's file and its length. A warning is given if the run would be too short \
+for sound or too fast for its tyre. The files may also be tyres: a tyre is checked in the default scene. Nothing is \
+written. The exit code is 2 if a scene has a mistake.
 
 Examples:
   tyrewave check scenes/default.toml
@@ -26,10 +26,10 @@ Examples:
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct CheckArguments {
-    /// The scenes, TOML files.
+    /// The scenes: TOML files.
     #[arg(required = true, value_name = "SCENE")]
     scenes: Vec<std::path::PathBuf>,
-    /// A setting in place of the scenes' own, see tyrewave help run; may be given again.
+    /// A key in place of the scenes' own, see tyrewave help run; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
     settings: Vec<Setting>,
 }

@@ -17,14 +17,14 @@ use super::options::positive;
 use super::side::Place;
 
 const EXAMPLES: &str = "\
-Rolls the scene without any effect that can be taken away, with all of them, with each one alone, and with all but \
-one; then tabulates what each effect changes: third-octave levels of the contact force, mean force, length of the \
-patch, rolling resistance, time of the steps, planned memory; where the scene has receivers, radiation is one of the \
-effects, and the levels that are heard with all effects but one stand beside those with all. For slices it tells what \
-contact over cells instead would take. The largest change and \
-the plots are of bands that the scene's settings vouch for.
+Rolls the scene without any effect that can be taken away, with all of these effects, with each one alone, and with \
+all but one. The tables show the changes by each effect: third-octave levels of the contact force, mean force, length \
+of the patch, rolling resistance, time of the steps, planned memory. If the scene has receivers, radiation is one of \
+the effects, and the levels at the receivers with all effects but one are listed beside those with all effects. For a \
+scene of slices the time and memory of contact over cells are given, too. The largest change and the plots include \
+only valid bands.
 
-Results: effects.csv, effects.txt, and the changes of the levels as plots, effects_added.svg and \
+Results: effects.csv, effects.txt, and plots of the changes of the levels, effects_added.svg and \
 effects_taken_away.svg.
 
 Examples:
@@ -36,7 +36,7 @@ Examples:
 pub(crate) struct EffectsArguments {
     #[command(flatten)]
     place: Place,
-    /// Time rolled after the warm-up for each variant, in s; default: the scene's, at most 3.
+    /// Duration of each variant after the warm-up, in s; default: the scene's, at most 3.
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     duration: Option<f64>,
 }

@@ -26,20 +26,20 @@ MOBILITY.csv has a header and one line for each measured value, several patches 
   re, im        mobility in m/(N s), time factor exp(+i w t); or
   level_db      its level, dB re 1 m/(N s), and
   phase_deg     its phase
-Or, without patch_m, the columns re_20mm and im_20mm for a patch of 20 mm, and so on: what `tyrewave mobility` and \
-`tyrewave tyre` write. Other columns are not looked at; lines that begin with # are left out.
+Or, without patch_m, the columns re_20mm and im_20mm for a patch of 20 mm, and so on, as `tyrewave mobility` and \
+`tyrewave tyre` write them. Other columns and lines that begin with # are ignored.
 
-The scene's tyre is the start, and gives what is not fitted. Names of parameters: tread-modulus, tread-loss, \
-tread-thickness, tread-density, belt-modulus, belt-loss, cord-stiffness, cord-angle, tension-along, tension-across, \
-foundation-normal, foundation-tangential, foundation-loss, sidewall-radius, sidewall-angle, sidewall-mass, \
-sidewall-shear, sidewall-loss. Thickness and density of the tread stand still unless they are named with --free: weigh \
-and measure them. So do the angle of the belt's cords, the mass of the sidewalls, and the loss factors of foundation \
-and sidewalls. Tension that the scene leaves to inflation and sidewalls follows the sidewalls. Every parameter stays \
-within a factor 4 of the start.
+The fit starts from the scene's tyre, and takes from it all parameters that are not fitted. Names of parameters: \
+tread-modulus, tread-loss, tread-thickness, tread-density, belt-modulus, belt-loss, cord-stiffness, cord-angle, \
+tension-along, tension-across, foundation-normal, foundation-tangential, foundation-loss, sidewall-radius, \
+sidewall-angle, sidewall-mass, sidewall-shear, sidewall-loss. Some parameters are fitted only if --free names them: \
+thickness and density of the tread (better weighed and measured), the angle of the belt's cords, the mass of the \
+sidewalls, and the loss factors of foundation and sidewalls. If the scene's tension follows from inflation and \
+sidewalls, it changes with the fitted sidewalls. Every parameter stays within a factor 4 of the start.
 
 Results: tyre.toml, to be named in a scene as tyre = \"tyre.toml\"; fit.txt, fit.json; mobility.csv, measured and \
-fitted; mobility.svg and residuals.svg. An interval holds its parameter at 95 %, if the uncertainties are right and \
-the model is; it grows by sqrt(chi^2/N) where that is above 1.
+fitted; mobility.svg and residuals.svg. Intervals are 95 % confidence intervals, if the uncertainties and the model \
+are right; they are wider by sqrt(chi^2/N) if this is above 1.
 
 Examples:
   tyrewave fit-tyre mobility.csv scenes/default.toml
@@ -54,15 +54,15 @@ const WORST: f64 = 10.0;
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct FitTyreArguments {
-    /// Measured mobilities, see below.
+    /// File of measured mobilities, see below.
     #[arg(value_name = "MOBILITY.csv")]
     mobility: PathBuf,
     #[command(flatten)]
     place: Place,
-    /// Parameters to leave as they are.
+    /// Parameters that are not fitted.
     #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = by_name(Parameter::ALL, Parameter::name))]
     fix: Vec<Parameter>,
-    /// Parameters to fit beside the usual ones.
+    /// Parameters that are fitted in addition to the usual ones.
     #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = by_name(Parameter::ALL, Parameter::name))]
     free: Vec<Parameter>,
     /// Standard deviation of the measured levels, in dB.

@@ -12,9 +12,9 @@ use super::context::{Context, print};
 use super::error::CliError;
 
 const EXAMPLES: &str = "\
-Written: scene.toml, the default scene with its comments; tyre.toml, a car tyre; scene.schema.json, with which editors \
-that know JSON Schemas of TOML files (taplo, Even Better TOML) complete and check both. Files that are there already \
-are left alone, and refused.
+Writes scene.toml, the default scene with comments; tyre.toml, a car tyre; and scene.schema.json, a JSON Schema by \
+which editors (taplo, Even Better TOML) complete and check the scene. If one of these files exists already, nothing is \
+written.
 
 Examples:
   tyrewave init
@@ -30,7 +30,7 @@ const TYRE_TO: &str = "# An endless random texture";
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct InitArguments {
-    /// The folder; made if it is not there.
+    /// The folder; it is made if it does not exist.
     #[arg(default_value = ".")]
     folder: PathBuf,
 }

@@ -14,13 +14,13 @@ use super::error::CliError;
 use super::scene_file::SceneFile;
 
 const EXAMPLES: &str = "\
-Nothing is simulated; the road is opened and must reach far enough. The plan says which effects the scene calls for \
-and why, what was chosen for it, the work of each stage, the largest memory, and the time on this machine. \
-`tyrewave run` follows exactly this plan. Where a tyre's inflation has the arcs of its sidewalls, tension and \
-foundation that they give stand beside those that are used: what the scene gives wins.
+Nothing is simulated; the road is opened and must be long enough. The plan shows the effects that the scene needs and \
+why, the settings that were chosen, the work of each stage, the largest memory, and the time on this machine. \
+`tyrewave run` follows exactly this plan. If an inflated tyre has arcs as sidewalls, the plan shows the tension and \
+foundation that follow from them beside those that are used; values in the scene have priority.
 
-The first time, costs of units of work are measured on this machine by short runs (two or three seconds) and kept \
-beside the fitted models; --calibrate measures them anew.
+The first time, the time per unit of work is measured on this machine by short runs (two or three seconds) and kept \
+beside the fitted models; --calibrate repeats the measurement.
 
 Examples:
   tyrewave plan scenes/default.toml
@@ -33,7 +33,7 @@ Examples:
 pub(crate) struct PlanArguments {
     #[command(flatten)]
     pub scene: SceneFile,
-    /// Measure this machine again.
+    /// Repeat the measurement of this machine's speed.
     #[arg(long)]
     pub calibrate: bool,
 }

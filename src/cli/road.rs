@@ -18,13 +18,14 @@ use super::scene_file::SceneFile;
 use super::side::{Place, Side};
 
 const EXAMPLES: &str = "\
-In place of a scene, a road file (.dat, .csv, .crg) may be named: the default scene sees it. Of a scene its road, \
-contact width and speed count. A CSV file does not state its units: --distance-unit and --height-unit do.
+In place of a scene, a road file (.dat, .csv, .crg) may be given: the default scene is then used on this road. The \
+answer depends only on the scene's road, contact width and speed. A CSV file does not state its units: give \
+--distance-unit and --height-unit for it.
 
-Printed: extent, resolution, dropped points, mean profile depth (ISO 13473-1) with its valid segments and whether it \
-is that of the reference surface of ISO 10844, third-octave texture levels (ISO 13473-4), those of macrotexture and \
-megatexture, and the highest frequency that the road can excite at the scene's speed. Drawn: its heights, in colours, \
-and its texture spectrum, grey where the road is too short for a level.
+Printed: extent, resolution, dropped points, mean profile depth (ISO 13473-1) with its valid segments and a comparison \
+with the reference surface of ISO 10844, third-octave texture levels (ISO 13473-4), levels of macrotexture and \
+megatexture, and the highest frequency that the road can excite at the scene's speed. Drawn: the heights of the road, \
+in colours, and its texture spectrum, grey where the road is too short for a level.
 
 Examples:
   tyrewave road scenes/default.toml
@@ -37,7 +38,7 @@ Examples:
 pub(crate) struct RoadArguments {
     #[command(flatten)]
     place: Place,
-    /// Unit of the distances in a CSV file; as --set road.distance_unit=mm.
+    /// Unit of the distances in a CSV file; equal to --set road.distance_unit=UNIT.
     #[arg(long, value_name = "UNIT", value_parser = UNITS)]
     distance_unit: Option<String>,
     /// Unit of the heights in a CSV file.

@@ -15,30 +15,30 @@ use super::report::{beside, check_page, write_page};
 use super::scene_file::SceneFile;
 
 const EXAMPLES: &str = "\
-Results: summary.json (what was run, how it went, what it cost), time.npy, total_force.npy, patch_force.npy, \
+Results: summary.json (settings, outcome and cost of the run), time.npy, total_force.npy, patch_force.npy, \
 patch_element.npy (plain NumPy arrays, warm-up included), spectra.csv (third-octave levels) and plots in SVG.
 
-An existing results folder is replaced when the run is complete, not before; a folder that holds anything else is left \
-alone. A run that was interrupted or killed goes on with `tyrewave resume RESULTS`.
+An existing results folder is replaced only when the run is complete; a folder with any other files is not touched. \
+`tyrewave resume RESULTS` continues a run that was interrupted or killed.
 
 Examples:
   tyrewave run scenes/default.toml                    results in results/default
   tyrewave run scenes/default.toml --out trial        results in trial
   tyrewave run scenes/default.toml --set rolling.speed_kmh=110 --set numerics.preset=draft
                                                       as if the scene said so
-  tyrewave run scenes/default.toml --profile          and a table of what took how long
+  tyrewave run scenes/default.toml --profile          and a table of the time of each stage
   tyrewave run scenes/default.toml --trace trace.json --folded stacks.txt
-                                                      and when: for Perfetto, and for flame graphs";
+                                                      and a time line: for Perfetto, and for flame graphs";
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct RunArguments {
     #[command(flatten)]
     scene: SceneFile,
-    /// Results folder; default: results/NAME, NAME being the scene's.
+    /// Results folder; default: results/NAME, with the name of the scene's file.
     #[arg(long, short, value_name = "FOLDER")]
     out: Option<PathBuf>,
-    /// Make a page of the results, beside their folder: see tyrewave help report.
+    /// Make an HTML page of the results beside their folder: see tyrewave help report.
     #[arg(long)]
     report: bool,
     #[command(flatten)]

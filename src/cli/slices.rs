@@ -21,13 +21,13 @@ use super::side::Place;
 
 const EXAMPLES: &str = "\
 Drawn, as in the paper's figure 4: the profile of the slice's highest line of cells with the indentation levels, the \
-pressure under them on an elastic half-space, and the displacement S(y) and stiffness s(y) by both laws. Printed: the \
-spread of S over the road, and the share of the area in contact; also in slices.json. Of the scene its road, contact \
-width and elements count.
+pressure at these levels on an elastic half-space, and the displacement S(y) and stiffness s(y) by both laws. Printed: \
+the spread of S over the road, and the share of the area in contact; slices.json has these values, too. They depend \
+only on the scene's road, contact width and elements.
 
-With --calibrate, patches of the road are pressed into a half-space of the tread's modulus, and the local contact \
-law's one parameter, the tread's yielding to the texture under a mean pressure, is fitted: by the approach of road and \
-tread, and by the pressures of elements. The line to put into a scene is printed last.
+With --calibrate, patches of the road are pressed into a half-space of the tread's modulus, and the only parameter of \
+the local contact law is fitted: kappa, the displacement of the tread under the texture per mean pressure. One fit is \
+to the approach of road and tread, another to the pressures of elements. The last line is the key for a scene.
 
 Examples:
   tyrewave slices scenes/default.toml
@@ -39,16 +39,16 @@ Examples:
 pub(crate) struct SlicesArguments {
     #[command(flatten)]
     place: Place,
-    /// Road coordinate of the slice that is drawn, in m.
+    /// Road coordinate of the slice in the pictures, in m.
     #[arg(long, value_name = "X", default_value_t = 0.5, allow_negative_numbers = true)]
     at: f64,
-    /// Number of slices that the statistics cover, from the drawn one on.
+    /// Number of slices in the statistics, beginning with the slice in the pictures.
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     slices: u32,
     /// Fit the compliance of the local contact law to patches of the road pressed into a half-space.
     #[arg(long)]
     calibrate: bool,
-    /// Most patches that are pressed; a road that ends may hold fewer.
+    /// Largest number of patches that are pressed; a road of finite length may have fewer.
     #[arg(long, value_name = "N", default_value_t = 8, requires = "calibrate", value_parser = patch_count())]
     patches: u32,
 }

@@ -20,25 +20,26 @@ use super::options::positive;
 use super::side::Place;
 
 const EXAMPLES: &str = "\
-Every knob that trades accuracy for time is swept with the others at a fine reference: elements, steps, time rules, \
-poles, cells across, curves. Errors are differences of third-octave levels of the contact force from 100 Hz to fmax, \
-of the force itself, and of its mean, the patch's length and the rolling resistance. Errors below the doubt about the \
-reference are marked. The front is by exact work; times stand beside it.
+Varies each numerical setting that trades accuracy for time, with all other settings at a fine reference: elements, \
+steps, time rules, poles, cells across, curves. Errors are differences of third-octave levels of the contact force \
+from 100 Hz to fmax, of the force itself, of the mean force, of the patch's length and of the rolling resistance. \
+Errors below the uncertainty of the reference (its doubt) are marked. The front has the settings of least work for \
+their error; work is counted exactly, and times are listed, too.
 
-An outline is rolled unless --whole is given: the scene's own settings and every other setting of each knob, against a \
-reference of twice the scene's elements, 24 steps in a period of fmax and poles to 1e-5; the doubt is all of the \
-reference's difference from one that is half as fine.
+Without --whole the study is an outline: the scene's own settings and every second value of each setting are compared \
+with a reference of twice the scene's elements, 24 steps in a period of fmax and poles to 1e-5. The doubt is the whole \
+difference between this reference and one that is half as fine.
 
-The whole study (--whole) has 48 steps in a period and poles to 1e-6, rolls all settings of each knob and what only \
-the direct history has, and takes the doubt from references half and twice as fine. It rolls the presets, and laws of \
-tread and slices, listed apart: they are models. Then combinations are chosen by what the single knobs let expect, \
-rolled, and the expectation is corrected (--runs). Where the scene has receivers, the forces of one run are heard by \
-ways that are solved more and less finely: errors in dB(A) and of third octaves against nodes per wavelength, \
-frequencies and lateral waves.
+The whole study (--whole) has 48 steps in a period and poles to 1e-6, rolls all values of each setting, also those \
+that only the direct history has, and takes the doubt from references half and twice as fine. It also rolls the \
+presets, and other laws of tread and slices; these laws are listed apart, since they are other models. Then \
+combinations of settings are chosen by their expected error and rolled, and the expectation is corrected (--runs). If \
+the scene has receivers, the sound of one run's forces is computed with finer and coarser radiation: errors in dB(A) \
+and of third octaves against nodes per wavelength, frequencies and lateral waves.
 
-A study that is interrupted keeps what it has rolled, in FOLDER.partial.
+An interrupted study keeps the results of its completed runs in FOLDER.partial.
 
-Results: study.txt, study.csv, study.json, study.svg; study_sound.csv where there are receivers and all is studied.
+Results: study.txt, study.csv, study.json, study.svg; with receivers and --whole also study_sound.csv.
 
 Examples:
   tyrewave study scenes/default.toml
@@ -54,24 +55,24 @@ pub(crate) struct StudyArguments {
     /// Highest frequency compared, in Hz; default: the scene's fmax, or 1000.
     #[arg(long, value_name = "HZ", value_parser = positive)]
     fmax: Option<f64>,
-    /// Time compared, in s; default: the scene's, at most 1.
+    /// Duration that is compared, in s; default: the scene's, at most 1.
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     duration: Option<f64>,
-    /// Study everything: presets, all settings of each knob, laws, combinations, ways of the sound.
+    /// Study everything: presets, all values of each setting, laws, combinations, and the radiation of sound.
     #[arg(long, conflicts_with = "check_presets")]
     whole: bool,
-    /// Combinations of settings that are rolled; default: 12 of a whole study, else none.
+    /// Number of combinations of settings that are rolled; default: 12 with --whole, otherwise 0.
     #[arg(long, value_name = "N")]
     runs: Option<u16>,
-    /// Check the presets instead: they, and settings close to them, against the reference; exit code 1 if one does not
-    /// keep its stated error, or is not on the front.
+    /// Check only the presets, and settings close to them, against the reference; exit code 1 if a preset exceeds its
+    /// stated error, or is not on the front.
     #[arg(long)]
     check_presets: bool,
-    /// Elements of the reference; default: twice the scene's, or a quarter more than the finest preset's where those
-    /// are rolled.
+    /// Elements of the reference; default: twice the scene's, or, if presets are rolled, a quarter more than those of
+    /// the finest preset.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(32..))]
     elements: Option<u32>,
-    /// Steps per element of the reference; default: so many that a period of fmax has 24, in a whole study 48.
+    /// Steps per element of the reference; default: as many as give 24 steps in a period of fmax, with --whole 48.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(2..))]
     substeps: Option<u16>,
 }

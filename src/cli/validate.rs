@@ -14,18 +14,19 @@ use super::scene_file::SceneFile;
 use super::side::Side;
 
 const EXAMPLES: &str = "\
-Without a scene the default car tyre is held against published values, with numerics good up to 2 kHz. Of a scene all \
-counts but its road, receivers, speed and duration: it rolls 165 m on each named road (road.texture) at each speed, \
-heard by a coast-by microphone and close to the tyre, and stands on a smooth road. Seeds are fixed: the same program \
-gives the same numbers. A first run also fits the tyre at each speed, and solves its radiation (minutes).
+Without a scene the default car tyre is compared with published values, with numerical settings for up to 2 kHz. A \
+scene is used without its road, receivers, speed and duration: its tyre rolls 165 m on each named road (road.texture) \
+at each speed, with microphones at the coast-by position and close to the tyre, and stands on a smooth road. Seeds are \
+fixed: the same program gives the same numbers. A first run also fits the tyre at each speed, and solves its radiation \
+(minutes).
 
 Compared: stiffness, patch and modes; third octaves relative to the energy sum of 200 to 2000 Hz and their growth; \
 levels, cpx less coast-by; differences of roads; rolling resistance. A row has the computed value, the published \
-range, the number of sets, how far outside the value is, and what could explain it. Ranges follow from the published \
-values alone (src/study/validation/data). What needs a road or a speed that is left out is not computed.
+range, the number of sets, how far outside the value is, and possible explanations. Ranges follow from the published \
+values alone (src/study/validation/data). Rows that need a road or a speed that is left out are not computed.
 
 Results: validate.txt (the table), validate.json (all numbers, with sources), validate.md (a section for a README), \
-validate.html (a page with all of it and the pictures); shape_50.svg, shape_80.svg, shape_110.svg, growth.svg, \
+validate.html (a page with the table and the pictures); shape_50.svg, shape_80.svg, shape_110.svg, growth.svg, \
 roads.svg, textures.svg.
 
 Examples:
@@ -46,21 +47,21 @@ const ROADS: [&str; 4] = [
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct ValidateArguments {
-    /// The scene, a TOML file; default: the default car tyre.
+    /// The scene, a TOML file; without it the default car tyre is validated.
     scene: Option<PathBuf>,
-    /// A setting in place of the scene's, such as contact.zone=cells; may be given again.
+    /// A key in place of the scene's own, such as contact.zone=cells; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
     settings: Vec<Setting>,
-    /// Results folder; default: results/NAME-validate, NAME being the scene's.
+    /// Results folder; default: results/NAME-validate, with the name of the scene's file.
     #[arg(long, short, value_name = "FOLDER")]
     out: Option<PathBuf>,
-    /// Speeds in km/h, of those with published values: 50, 80, 110.
+    /// Speeds in km/h; published values exist for 50, 80, 110.
     #[arg(long, value_name = "SPEEDS", value_delimiter = ',', default_value = "50,80,110", value_parser = speed)]
     speeds: Vec<f64>,
-    /// Roads by name.
+    /// Roads by name of their texture.
     #[arg(long, value_name = "ROADS", value_delimiter = ',', default_values = ROADS, value_parser = ROADS)]
     roads: Vec<String>,
-    /// Print the section for a README alone.
+    /// Print only the section for a README.
     #[arg(long)]
     markdown: bool,
 }

@@ -84,7 +84,7 @@ fn each_tyre_says_what_is_published_and_what_is_inferred() {
             let told = layer[0].lines().rev().take_while(|line| line.starts_with('#'));
             assert!(told.clone().any(|line| line.contains("nferred")), "{name}: {:?}", told.collect::<Vec<_>>());
         }
-        assert!(PAGE.contains(&format!("tyres/{name}.toml")), "{name} is not in docs/tyres.md");
+        assert!(PAGE.contains(&format!("`{name}.toml`")), "{name} is not in docs/tyres.md");
         // Sources are numbered, and stand in the page.
         for source in text.split('[').skip(1).filter_map(|rest| rest.split([']', ',']).next()) {
             if source.len() == 1 && source.chars().all(|digit| digit.is_ascii_digit()) {

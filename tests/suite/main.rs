@@ -9,6 +9,7 @@ mod arrays;
 mod axle;
 mod axle_mass;
 mod bad_input;
+mod catalogue;
 mod cell_motion;
 mod cell_sound;
 mod cells;

@@ -63,10 +63,14 @@ fn every_shipped_tyre_loads() {
     };
     let mut names: Vec<_> = fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().file_name()).collect();
     names.sort();
-    assert_eq!(
-        names,
-        ["car.toml", "isotropic.toml", "plate.toml", "spring_sides.toml", "stiff_tread.toml", "wide.toml"]
-    );
+    let by_size = ["175_65r14.toml", "205_55r16.toml", "225_45r17.toml", "srtt_225_60r16.toml"];
+    let others = ["car.toml", "isotropic.toml", "plate.toml", "spring_sides.toml", "stiff_tread.toml", "wide.toml"];
+    let mut expected = [&by_size[..], &others].concat();
+    expected.sort_unstable();
+    assert_eq!(names, expected);
+    for name in by_size {
+        assert!(tyre(name).sidewall.is_some(), "{name}");
+    }
     let (car, isotropic) = (tyre("car.toml"), tyre("isotropic.toml"));
     assert!(car.sidewall.is_some() && car.layers.iter().any(|layer| layer.tension[0] > 4e4));
     let (springs, wide, plate) = (tyre("spring_sides.toml"), tyre("wide.toml"), tyre("plate.toml"));

@@ -30,7 +30,7 @@ Without --whole the study is an outline: the scene's own settings and every seco
 with a reference of twice the scene's elements, 24 steps in a period of fmax and poles to 1e-5. The doubt is the whole \
 difference between this reference and one that is half as fine.
 
-The whole study (--whole) has 48 steps in a period and poles to 1e-6, rolls all values of each setting, also those \
+The whole study (--whole) has 48 steps in a period and poles to 5e-6, rolls all values of each setting, also those \
 that only the direct history has, and takes the doubt from references half and twice as fine. It also rolls the \
 presets, and other laws of tread and slices; these laws are listed apart, since they are other models. Then \
 combinations of settings are chosen by their expected error and rolled, and the expectation is corrected (--runs). If \

@@ -67,7 +67,7 @@ impl FrontRow {
             cell_tolerance: 1e-4,
             cell: 2.6e-3,
             slice_tolerance: 1e-6,
-            errors: [3.0, XX3.0],
+            errors: [3.0, 5.0],
             cost: 0.5,
         },
         Self {
@@ -80,7 +80,7 @@ impl FrontRow {
             cell_tolerance: 1e-5,
             cell: 2e-3,
             slice_tolerance: 3e-7,
-            errors: [1.0, XX1.0],
+            errors: [1.0, 2.5],
             cost: 1.0,
         },
         Self {
@@ -93,16 +93,16 @@ impl FrontRow {
             cell_tolerance: 1e-6,
             cell: 1e-3,
             slice_tolerance: 1e-7,
-            errors: [0.3, XX0.3],
+            errors: [0.3, 0.5],
             cost: 2.5,
         },
     ];
 
     /// The table of cells.
     pub(crate) const OF_CELLS: [Self; 3] = [
-        Self::OF_SLICES[0].over_cells([5.0, XX], 0.19),
-        Self::OF_SLICES[1].over_cells([3.0, XX], 1.0),
-        Self::OF_SLICES[2].over_cells([1.5, XX], 7.5),
+        Self::OF_SLICES[0].over_cells([5.0, 6.5], 0.19),
+        Self::OF_SLICES[1].over_cells([3.0, 3.5], 1.0),
+        Self::OF_SLICES[2].over_cells([1.5, 2.0], 7.5),
     ];
 
     /// Returns the row over cells: elements half as long, errors \[dB\] and a cost of their own.

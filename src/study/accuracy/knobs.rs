@@ -50,7 +50,7 @@ const OTHER_SUBSTEPS: [usize; 3] = [1, 2, 4];
 /// Tolerances of the poles.
 const POLES: [f64; 3] = [1e-3, 1e-4, 1e-5];
 /// The reference's.
-const FINEST_POLES: f64 = 1e-6;
+const FINEST_POLES: f64 = 5e-6;
 /// The same for contact over cells, which has poles for each pair of wavenumbers; its contact tolerance, unless the
 /// scene's is finer; and parts of its cells across.
 const FINEST_POLES_OF_CELLS: f64 = 1e-5;

@@ -21,6 +21,7 @@ mod convergence;
 mod cords;
 mod curved;
 mod determinism;
+mod emission;
 mod export;
 mod faults;
 mod first_run;

@@ -8,6 +8,7 @@ mod check;
 mod compliance;
 mod context;
 mod effects;
+mod emission;
 mod error;
 mod export;
 mod fit_tyre;
@@ -109,6 +110,8 @@ pub(crate) enum Command {
     Resume(resume::ResumeArguments),
     /// Run a scene at many speeds, loads and roads: levels in one table, and how they grow with the speed.
     Sweep(sweep::SweepArguments),
+    /// Fit a sweep's sound by the speed, for models of traffic noise: CNOSSOS-EU, Nord2000, UN R117.
+    Emission(emission::EmissionArguments),
     /// Make one HTML page of results: pictures, tables, sound.
     Report(report::ReportArguments),
     /// Hold results against each other: settings, figures, third octaves.
@@ -168,6 +171,7 @@ impl Command {
             Self::Study(arguments) => arguments.execute(context),
             Self::Resume(arguments) => arguments.execute(context),
             Self::Sweep(arguments) => arguments.execute(context),
+            Self::Emission(arguments) => arguments.execute(context),
             Self::Report(arguments) => arguments.execute(context),
             Self::Compare(arguments) => arguments.execute(context),
             Self::Validate(arguments) => arguments.execute(context),
@@ -245,7 +249,7 @@ mod tests {
     fn every_command_teaches_by_example() {
         let mut command = CommandLine::command();
         let names: Vec<String> = command.get_subcommands().map(|command| command.get_name().to_owned()).collect();
-        assert_eq!(names.len(), 30);
+        assert_eq!(names.len(), 31);
         for name in names {
             let help = command.find_subcommand_mut(&name).unwrap().render_long_help().to_string();
             assert!(help.contains("Examples:") && help.contains(&format!("tyrewave {name} ")), "{help}");

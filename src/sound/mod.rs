@@ -5,7 +5,8 @@
 //!
 //! - `air`: sound speed and density by temperature;
 //! - `frame`: places and sides of a tyre; `receivers`: where the standards put their microphones;
-//! - `power`: the surfaces around a source that its sound power is taken from;
+//! - `power`: the surfaces around a source that its sound power is taken from; `point_source`: the power of the point
+//!   sources that models of traffic noise put in a tyre's place;
 //! - `weighting`: the A-weighting by frequency, `weighting_filter`: as a filter of a signal;
 //! - `detector`: what a sound level meter shows against time;
 //! - `levels`: third octaves and overall levels; `covered`: the bands of these and what is missing above them;
@@ -26,6 +27,7 @@ pub(crate) mod frame;
 pub(crate) mod intensity;
 pub(crate) mod levels;
 pub(crate) mod pass_by;
+pub(crate) mod point_source;
 pub(crate) mod power;
 pub(crate) mod receivers;
 pub(crate) mod resample;

@@ -2,6 +2,7 @@
 //!
 //! - [`accuracy`]: accuracy against time of every knob, and whether the presets keep what they state;
 //! - [`effects`]: what each effect is worth; [`rules`]: time rules side by side;
+//! - [`emission`]: a sweep's sound as models of traffic noise take it;
 //! - [`fit_tyre`]: a tyre identified from measured mobilities;
 //! - [`sweep`]: a scene at many speeds, loads and roads;
 //! - [`loads`]: a tyre under given loads, standing and rolling; [`rolling_waves`]: its waves and critical speeds as it
@@ -16,6 +17,7 @@
 pub(crate) mod accuracy;
 pub(crate) mod calibration;
 pub(crate) mod effects;
+pub(crate) mod emission;
 pub(crate) mod fit_tyre;
 pub(crate) mod loads;
 pub(crate) mod radiation;

@@ -22,6 +22,7 @@ mod convergence;
 mod cords;
 mod curved;
 mod determinism;
+mod emission;
 mod export;
 mod faults;
 mod first_run;

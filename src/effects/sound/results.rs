@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::planned::{Heard, SOUND_FADE, SOUND_SEGMENT};
+use super::planned::{Heard, SOUND_FADE, SOUND_SEGMENT, Sound};
 use crate::effects::error::RunError;
 use crate::effects::sound::SoundObserver;
 use crate::effects::sound::passing::{HeardPassing, Passing};
@@ -72,13 +72,11 @@ impl SoundObserver {
         in_parallel::map(&self.spectra, finished).into_iter().collect()
     }
 
-    /// By receiver the mean over its points, times the tyres that it hears: lines of points have as many each. Points
-    /// in which the detector settles before a passage do not count.
+    /// By receiver the mean over its points that count, times the tyres that it hears: lines of points have as many
+    /// each.
     pub(super) fn receiver_spectra(&self, points: &[PowerSpectrum]) -> Vec<ReceiverSpectrum> {
         let one = |heard: &Heard| {
-            let rear = self.sound.positions.get(heard.points.end - 1)?[0];
-            let counts = |point: &usize| !heard.is_passed() || self.sound.positions[*point][0] <= 1e-9 - rear;
-            let mut spectrum = mean(heard.points.clone().filter(counts).map(|point| &points[point]))?;
+            let mut spectrum = mean(self.sound.counted(heard).map(|point| &points[point]))?;
             let tyres = heard.tyres() as f64;
             spectrum.power.iter_mut().for_each(|power| *power *= tyres);
             Some(ReceiverSpectrum { name: heard.name.clone(), spectrum, error: self.sound.error_at(heard) })
@@ -237,6 +235,16 @@ impl SoundObserver {
         let (signal, rate): (Vec<f64>, f64) =
             (self.signals[point].excerpt(0).collect(), 1.0 / self.sound.layout.time_step);
         resample(&band_pass(&signal, rate, &self.band()), rate, FILE_RATE)
+    }
+}
+
+impl Sound {
+    /// Points of a receiver that its spectrum is the mean over: all but those in which the detector settles before a
+    /// passage.
+    pub(crate) fn counted(&self, heard: &Heard) -> impl Iterator<Item = usize> {
+        let rear = self.positions[heard.points.clone()].last().map_or(0.0, |last| last[0]);
+        let counts = move |point: &usize| !heard.is_passed() || self.positions[*point][0] <= 1e-9 - rear;
+        heard.points.clone().filter(counts)
     }
 }
 

@@ -1,0 +1,215 @@
+//! Regressions of the emission.
+
+use serde::Serialize;
+
+use super::{Heard, octaves};
+use crate::response::BandLevel;
+use crate::scene::Vehicle;
+use crate::sound::SpeedCoefficient;
+
+/// Speeds at which UN R117 lets car tyres pass \[km/h\].
+const R117_SPEEDS: std::ops::RangeInclusive<f64> = 70.0..=90.0;
+/// Third octaves of Nord2000, 25 Hz to 10 kHz.
+const NORD2000_BANDS: std::ops::RangeInclusive<i32> = -16..=10;
+
+/// Models of traffic noise, and the regulation of tyres, that rows are made for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum EmissionModel {
+    /// Octaves of the sound power by CNOSSOS-EU: A_R and B_R.
+    CnossosEu,
+    /// Third octaves of the sound power by Nord2000: a_R and b_R.
+    Nord2000,
+    /// Maximum of the coast-by, by UN R117 for tyres of classes C1 and C2.
+    UnR117,
+}
+
+impl EmissionModel {
+    /// All, in the order of the table.
+    pub(crate) const ALL: [Self; 3] = [Self::CnossosEu, Self::Nord2000, Self::UnR117];
+
+    /// Name in tables for scripts.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::CnossosEu => "cnossos-eu",
+            Self::Nord2000 => "nord2000",
+            Self::UnR117 => "un-r117",
+        }
+    }
+
+    /// Reference speed v_ref \[km/h\].
+    pub(crate) fn reference_speed(self) -> f64 {
+        match self {
+            Self::CnossosEu | Self::Nord2000 => 70.0,
+            Self::UnR117 => 80.0,
+        }
+    }
+}
+
+/// Line L = A + B lg(v/v_ref) through the levels of a band.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct EmissionRow {
+    /// Group of runs: road, load and settings, as far as they are varied.
+    pub group: String,
+    /// Name of the receiver.
+    pub receiver: String,
+    /// Model.
+    pub model: EmissionModel,
+    /// Nominal mid-frequency of the band \[Hz\]; `None` of an overall level.
+    pub nominal_hz: Option<f64>,
+    /// Tyres that the level is of.
+    pub tyres: usize,
+    /// The line: A its level at v_ref, B its slope.
+    pub line: SpeedCoefficient,
+    /// Runs that it goes through, and how many of them are slower and faster than v_ref.
+    pub runs: [usize; 3],
+    /// Lowest and highest speed \[km/h\].
+    pub speeds: [f64; 2],
+    /// True if every run vouches for the band.
+    pub valid: bool,
+}
+
+/// Level of a run at a speed.
+#[derive(Clone, Copy, Debug)]
+struct Point {
+    /// Speed \[km/h\].
+    speed: f64,
+    level: f64,
+    valid: bool,
+}
+
+/// The rows of one group at one receiver, from its runs.
+pub(super) fn rows(heard: &[&Heard]) -> Vec<EmissionRow> {
+    let row = |model: EmissionModel, nominal_hz, tyres, points: Vec<Point>| {
+        let points: Vec<Point> = points.into_iter().filter(|point| point.level.is_finite()).collect();
+        let reference = model.reference_speed();
+        let line = SpeedCoefficient::fit(points.iter().map(|point| (point.speed, point.level)), reference)?;
+        let speeds = || points.iter().map(|point| point.speed);
+        Some(EmissionRow {
+            group: heard[0].group.clone(),
+            receiver: heard[0].receiver.clone(),
+            model,
+            nominal_hz,
+            tyres,
+            line,
+            runs: [
+                points.len(),
+                speeds().filter(|v| *v < reference).count(),
+                speeds().filter(|v| *v > reference).count(),
+            ],
+            speeds: [speeds().fold(f64::INFINITY, f64::min), speeds().fold(0.0, f64::max)],
+            valid: points.iter().all(|point| point.valid),
+        })
+    };
+    // All bands of all runs, each band's points together, bands rising.
+    let banded = |model: EmissionModel, bands: &dyn Fn(&Heard) -> Vec<BandLevel>| -> Vec<EmissionRow> {
+        let spectra: Vec<(f64, Vec<BandLevel>)> = heard.iter().map(|of| (of.speed, bands(of))).collect();
+        let mut numbers: Vec<_> = spectra.iter().flat_map(|(_, bands)| bands).map(|of| of.band).collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        let points = |band| -> Vec<Point> {
+            let of_run = |(speed, bands): &(f64, Vec<BandLevel>)| {
+                let of = bands.iter().find(|of| of.band == band)?;
+                Some(Point { speed: *speed, level: of.level, valid: of.valid })
+            };
+            spectra.iter().filter_map(of_run).collect()
+        };
+        let one = |band: crate::response::ThirdOctaveBand| {
+            row(model, Some(band.nominal_frequency()), Vehicle::TYRES, points(band))
+        };
+        numbers.into_iter().filter_map(one).collect()
+    };
+    let mut all = banded(EmissionModel::CnossosEu, &|of| octaves(&of.power[0]));
+    let in_nord2000 = |of: &BandLevel| NORD2000_BANDS.contains(&of.band.0);
+    all.extend(banded(EmissionModel::Nord2000, &|of| of.power[1].iter().copied().filter(in_nord2000).collect()));
+    let passed = heard.iter().filter(|of| R117_SPEEDS.contains(&of.speed));
+    let passed = passed.filter_map(|of| of.maximum.map(|(level, valid)| Point { speed: of.speed, level, valid }));
+    all.extend(row(EmissionModel::UnR117, None, heard[0].tyres, passed.collect()));
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::bands;
+    use super::*;
+
+    /// Runs whose power levels lie on lines of A and B about 70 km/h, by band, and off them as given.
+    fn runs(speeds: &[f64], off: &[f64]) -> Vec<Heard> {
+        let run = |(&speed, off): (&f64, &f64)| {
+            let x = (speed / 70.0).log10();
+            let level = |band: i32| 90.0 + f64::from(band) + (30.0 + f64::from(band)) * x + off;
+            let power = bands(&(-16..=4).map(|band| (band, level(band))).collect::<Vec<_>>());
+            Heard {
+                group: "rough".to_owned(),
+                receiver: "coast-by".to_owned(),
+                tyres: 1,
+                speed,
+                power: [power.clone(), power],
+                maximum: Some((70.5 + 31.0 * (speed / 80.0).log10() + off, speed < 85.0)),
+            }
+        };
+        speeds.iter().zip(off).map(run).collect()
+    }
+
+    fn of(heard: &[Heard]) -> Vec<EmissionRow> {
+        rows(&heard.iter().collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn exact_lines_are_found_with_their_a_and_b_and_the_speeds_of_each() {
+        let found = of(&runs(&[50.0, 70.0, 80.0, 90.0, 110.0], &[0.0; 5]));
+        let model = |model| found.iter().filter(move |row| row.model == model).collect::<Vec<_>>();
+        let nord = model(EmissionModel::Nord2000);
+        assert_eq!(nord.len(), 21);
+        for (row, band) in nord.iter().zip(-16..) {
+            let band = f64::from(band);
+            let off = [row.line.reference_level - 90.0 - band, row.line.slope.decibels_per_decade - 30.0 - band];
+            assert!(off.iter().all(|off| off.abs() < 1e-9), "{row:?}");
+            assert!(row.line.slope.residual < 1e-9 && row.valid == (band < 3.0) && row.tyres == 4);
+            assert_eq!((row.runs, row.speeds), ([5, 1, 3], [50.0, 110.0]));
+        }
+        // Octaves end where a third octave is missing: the run goes up to 2.5 kHz.
+        let cnossos = model(EmissionModel::CnossosEu);
+        assert_eq!(
+            cnossos.iter().filter_map(|row| row.nominal_hz).collect::<Vec<_>>(),
+            [63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0]
+        );
+        assert_eq!(cnossos.iter().map(|row| row.valid).collect::<Vec<_>>(), [true, true, true, true, true, false]);
+        // At v_ref an octave is the sum of its three lines.
+        let exact = 10.0 * [89.0, 90.0, 91.0].map(|level: f64| 10.0_f64.powf(0.1 * level)).iter().sum::<f64>().log10();
+        assert!((cnossos[4].line.reference_level - exact).abs() < 0.02, "{:?}", cnossos[4]);
+        // UN R117 has runs at 70 to 90 km/h alone; the one at 90 km/h is not vouched for.
+        let [r117] = model(EmissionModel::UnR117)[..] else { panic!("one row") };
+        assert!((r117.line.reference_level - 70.5).abs() < 1e-9);
+        assert!((r117.line.slope.decibels_per_decade - 31.0).abs() < 1e-8);
+        assert_eq!((r117.runs, r117.speeds, r117.tyres, r117.valid), ([3, 1, 1], [70.0, 90.0], 1, false));
+    }
+
+    #[test]
+    fn scatter_gives_the_intervals_of_the_closed_form() {
+        // Off the line by +e at the middle and by -e/2 at the ends, which are as far from it in the logarithm: slope
+        // and sum of these are 0, s = e sqrt(3/2), S = 2 d^2, t = 12.706.
+        let (e, d) = (0.4, 0.1);
+        let speeds = [-d, 0.0, d].map(|x| 70.0 * 10.0_f64.powf(x));
+        let found = of(&runs(&speeds, &[-0.5 * e, e, -0.5 * e]));
+        let row = found.iter().find(|row| row.nominal_hz == Some(1000.0) && row.model == EmissionModel::Nord2000);
+        let line = row.unwrap().line;
+        assert!((line.slope.decibels_per_decade - 30.0).abs() < 1e-9 && (line.reference_level - 90.0).abs() < 1e-9);
+        let s = e * 1.5_f64.sqrt();
+        assert!((line.slope_interval.unwrap() - 12.7062 * s / (2.0_f64.sqrt() * d)).abs() < 1e-3, "{line:?}");
+        assert!((line.reference_interval.unwrap() - 12.7062 * s / 3.0_f64.sqrt()).abs() < 1e-3, "{line:?}");
+        assert!((line.slope.residual - e * 0.5_f64.sqrt()).abs() < 1e-9, "{line:?}");
+    }
+
+    #[test]
+    fn a_band_of_one_speed_and_silence_have_no_row() {
+        let mut heard = runs(&[50.0, 60.0], &[0.0; 2]);
+        heard[0].power[1].retain(|of| of.band.0 != -16);
+        heard[1].power[1][1].level = f64::NEG_INFINITY;
+        let found = of(&heard);
+        let nord: Vec<f64> =
+            found.iter().filter(|row| row.model == EmissionModel::Nord2000).filter_map(|row| row.nominal_hz).collect();
+        assert_eq!(nord[0].to_bits(), 40.0_f64.to_bits(), "{nord:?}");
+        assert!(found.iter().all(|row| row.line.slope_interval.is_none() && row.model != EmissionModel::UnR117));
+    }
+}

@@ -1,0 +1,214 @@
+//! Emission as CSV, as JSON and for the terminal.
+
+use serde_json::{Value, json};
+
+use super::Emission;
+use super::rows::{EmissionModel, EmissionRow};
+use crate::results::table::{Report, csv, numbers, optional, row};
+
+/// Columns of `emission.csv`, by which an earlier one is known.
+pub(crate) const EMISSION_HEAD: &str = "group,receiver,model,nominal_hz,reference_kmh,tyres,a_db,b_db_per_decade,\
+                                        a_error_db,b_error_db_per_decade,residual_rms_db,runs,lowest_kmh,highest_kmh,\
+                                        valid";
+
+/// Runs that UN R117 asks for on either side of its reference speed.
+const R117_RUNS: usize = 4;
+
+impl Emission {
+    /// All rows, numbers written so that reading gives the same bits. Errors are half of the 95 % interval, empty for
+    /// two runs.
+    pub(crate) fn csv(&self) -> String {
+        let rows = self.rows.iter().map(|of| {
+            let (model, reference, line) = (of.model.name(), of.model.reference_speed(), &of.line);
+            let [band, a_error, b_error] = [of.nominal_hz, line.reference_interval, line.slope_interval].map(optional);
+            let [lowest, highest] = &of.speeds;
+            let (a, slope, valid) = (&line.reference_level, &line.slope, u8::from(of.valid));
+            let (b, rms) = (&slope.decibels_per_decade, &slope.residual);
+            row([
+                &of.group,
+                &of.receiver,
+                &model,
+                &band,
+                &reference,
+                &of.tyres,
+                a,
+                b,
+                &a_error,
+                &b_error,
+                rms,
+                &of.runs[0],
+                lowest,
+                highest,
+                &valid,
+            ])
+        });
+        csv(EMISSION_HEAD.split(','), rows)
+    }
+
+    /// All rows, and what they assume.
+    pub(crate) fn to_json(&self) -> Value {
+        let row = |of: &EmissionRow| {
+            json!({
+                "group": of.group,
+                "receiver": of.receiver,
+                "model": of.model,
+                "nominal_hz": of.nominal_hz,
+                "reference_kmh": of.model.reference_speed(),
+                "tyres": of.tyres,
+                "a_db": of.line.reference_level,
+                "b_db_per_decade": of.line.slope.decibels_per_decade,
+                "a_error_db": of.line.reference_interval,
+                "b_error_db_per_decade": of.line.slope_interval,
+                "residual_rms_db": of.line.slope.residual,
+                "runs": of.runs[0],
+                "lowest_kmh": of.speeds[0],
+                "highest_kmh": of.speeds[1],
+                "valid": of.valid,
+            })
+        };
+        json!({
+            "rows": self.rows.iter().map(row).collect::<Vec<_>>(),
+            "notes": EmissionModel::ALL.map(EmissionModel::note),
+        })
+    }
+
+    /// Tables by group and receiver, for people.
+    pub(crate) fn report(&self) -> Report {
+        let mut report = Report::default();
+        let apart = |one: &EmissionRow, other: &EmissionRow| {
+            (&one.group, &one.receiver, one.model) == (&other.group, &other.receiver, other.model)
+        };
+        for (index, rows) in self.rows.chunk_by(apart).enumerate() {
+            let first = &rows[0];
+            if index > 0 {
+                report.text("\n");
+            }
+            let place = [first.group.as_str(), first.receiver.as_str()].map(str::to_owned);
+            let place: Vec<String> = place.into_iter().filter(|text| !text.is_empty()).collect();
+            report.text(format!("{}: {}\n", place.join(", "), first.model.title()));
+            let header = ["Hz", "A dB", "+-", "B dB/decade", "+-", "rms dB", "runs", "km/h"];
+            report.table(numbers(header, rows.iter().map(cells)));
+            report.text(first.note());
+        }
+        report.text("\n+-: half of the 95 % interval; in brackets: not vouched for by every run\n");
+        EmissionModel::ALL.map(EmissionModel::note).iter().for_each(|note| report.text(format!("{note}\n")));
+        report
+    }
+}
+
+/// Cells of a row, in brackets where it is not valid.
+fn cells(of: &EmissionRow) -> Vec<String> {
+    let line = &of.line;
+    let number = |value: Option<f64>| match value {
+        None => "-".to_owned(),
+        Some(value) if of.valid => format!("{value:.1}"),
+        Some(value) => format!("({value:.1})"),
+    };
+    let values = [
+        Some(line.reference_level),
+        line.reference_interval,
+        Some(line.slope.decibels_per_decade),
+        line.slope_interval,
+        Some(line.slope.residual),
+    ];
+    let band = of.nominal_hz.map_or_else(|| "all".to_owned(), |hertz| hertz.to_string());
+    let speeds = format!("{} - {}", of.speeds[0], of.speeds[1]);
+    [band].into_iter().chain(values.map(number)).chain([of.runs[0].to_string(), speeds]).collect()
+}
+
+impl EmissionModel {
+    /// Title of its table.
+    fn title(self) -> &'static str {
+        match self {
+            Self::CnossosEu => "CNOSSOS-EU, sound power of four tyres re 1 pW, L_W = A + B lg(v/70 km/h)",
+            Self::Nord2000 => "Nord2000, sound power of four tyres re 1 pW, L_W = A + B lg(v/70 km/h)",
+            Self::UnR117 => "UN R117, maximum F of the coast-by re 20 uPa, A-weighted, L = A + B lg(v/80 km/h)",
+        }
+    }
+
+    /// Assumptions of its rows.
+    fn note(self) -> &'static str {
+        match self {
+            Self::CnossosEu => {
+                "CNOSSOS-EU: rolling noise of category 1 (A_R, B_R), on the scene's road, not on the reference road; \
+                 one source at 0.05 m, its power in the half space over the road"
+            }
+            Self::Nord2000 => {
+                "Nord2000: rolling noise of category 1 (a_R, b_R), on the scene's road; 80 % of the power at 0.01 m, \
+                 20 % at 0.3 m, in the free field"
+            }
+            Self::UnR117 => {
+                "UN R117: no correction to 20 degrees Celsius, since the tyre of a scene has no temperature; no \
+                 deduction of 1 dB(A) and no rounding"
+            }
+        }
+    }
+}
+
+impl EmissionRow {
+    /// Difference of a row from the regulation that it follows.
+    fn note(&self) -> String {
+        if self.model != EmissionModel::UnR117 {
+            return String::new();
+        }
+        let [_, slower, faster] = self.runs;
+        let mut note = String::new();
+        if self.tyres == 1 {
+            note.push_str("of one tyre: a vehicle (vehicle = {} of the receiver) has four\n");
+        }
+        if slower.min(faster) < R117_RUNS {
+            note.push_str(&format!(
+                "{slower} runs below and {faster} above 80 km/h: R117 asks for {R117_RUNS} each, from 70 to 90 km/h\n"
+            ));
+        }
+        note
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sound::SpeedCoefficient;
+
+    fn row(model: EmissionModel, nominal_hz: Option<f64>, valid: bool) -> EmissionRow {
+        let levels = [(60.0, 69.0), (70.0, 70.0), (90.0, 72.0)];
+        EmissionRow {
+            group: "rough, stone".to_owned(),
+            receiver: "beside".to_owned(),
+            model,
+            nominal_hz,
+            tyres: 4,
+            line: SpeedCoefficient::fit(levels, model.reference_speed()).unwrap(),
+            runs: [3, 2, 1],
+            speeds: [60.0, 90.0],
+            valid,
+        }
+    }
+
+    #[test]
+    fn rows_stand_in_csv_json_and_table_with_brackets_for_doubt() {
+        let rows = vec![
+            row(EmissionModel::CnossosEu, Some(63.0), true),
+            row(EmissionModel::CnossosEu, Some(125.0), false),
+            row(EmissionModel::UnR117, None, true),
+        ];
+        let emission = Emission { rows };
+        let text = emission.csv();
+        let mut reader = csv::Reader::from_reader(text.as_bytes());
+        assert_eq!(reader.headers().unwrap().len(), 15);
+        let read: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+        assert_eq!(read.len(), 3);
+        let line = emission.rows[0].line;
+        assert_eq!((&read[0][0], &read[0][2], &read[0][3], &read[0][14]), ("rough, stone", "cnossos-eu", "63", "1"));
+        assert_eq!(read[0][6].parse::<f64>().unwrap().to_bits(), line.reference_level.to_bits());
+        assert_eq!(read[0][9].parse::<f64>().unwrap().to_bits(), line.slope_interval.unwrap().to_bits());
+        assert_eq!((&read[1][14], &read[2][3], &read[2][4]), ("0", "", "80"));
+        let told = emission.report().to_string();
+        assert!(told.contains("rough, stone, beside: CNOSSOS-EU") && told.contains("lg(v/80 km/h)"), "{told}");
+        assert_eq!(told.matches(" (70.").count(), 1, "{told}");
+        assert!(told.contains("2 runs below and 1 above 80 km/h"), "{told}");
+        let json = emission.to_json();
+        assert_eq!((&json["rows"][0]["model"], &json["rows"][2]["nominal_hz"]), (&json!("cnossos-eu"), &Value::Null));
+        assert_eq!(json["rows"][0]["a_db"].as_f64().unwrap().to_bits(), line.reference_level.to_bits());
+    }
+}

@@ -1,6 +1,6 @@
 //! `tyrewave study`: accuracy against time of every knob of a scene.
 
-use crate::plan::front::STATED_TO;
+use crate::plan::front::FrontRow;
 use crate::results::plots::{Axis, WorkPrecisionPanel, WorkPrecisionPlot};
 use crate::results::sound::BodySummary;
 use crate::results::table::{self, Report, Table, aligned, optional, row, words};
@@ -94,9 +94,9 @@ impl StudyArguments {
             elements: self.elements.map(|elements| (elements as usize).div_ceil(16) * 16),
             substeps: self.substeps.map(usize::from),
         };
-        let [.., stated_to] = STATED_TO;
-        if self.check_presets && options.highest > stated_to {
-            return Err(CliError::Usage(format!("presets state no error above {stated_to} Hz: --fmax {stated_to}")));
+        if self.check_presets && FrontRow::finest_error(scene, options.highest).is_none() {
+            let wrong = format!("presets state no error up to {} Hz on this road", options.highest);
+            return Err(CliError::Usage(format!("{wrong}: take a lower --fmax, 1000 at most on every road")));
         }
         let mut progress = context.progress();
         let found = study(loaded, &options, context.interrupt.flag(), &mut progress)?;

@@ -116,6 +116,13 @@ impl FrontRow {
         STATED_TO.iter().position(|&to| fmax <= to).map(|range| self.errors[range])
     }
 
+    /// Returns the error that is stated for a scene \[dB\]. `None`, too, beyond the first of [`STATED_TO`] where cells
+    /// belong to the law: elements get shorter than they are, and the law has no limit for short cells.
+    pub(crate) fn error_for(&self, scene: &Scene, fmax: f64) -> Option<f64> {
+        let has_limit = scene.contact.cell_of_law(&scene.road).is_none();
+        self.error(fmax).filter(|_| has_limit || fmax <= STATED_TO[0])
+    }
+
     /// Returns the table of a zone.
     pub(crate) const fn all(zone: Zone) -> &'static [Self; 3] {
         match zone {
@@ -131,8 +138,8 @@ impl FrontRow {
 
     /// Finds the row that a scene's `preset` or `accuracy` chooses.
     pub(crate) fn asked_for(scene: &Scene) -> Option<&'static Self> {
-        let (zone, fmax) = (scene.contact.zone, scene.numerics.fmax?);
-        let accuracy = |accuracy| Self::within(accuracy, fmax, zone);
+        let zone = scene.contact.zone;
+        let accuracy = |accuracy| Self::within(accuracy, scene);
         scene
             .numerics
             .preset
@@ -142,7 +149,7 @@ impl FrontRow {
 
     /// Finds the error of force levels that a scene's `preset` or `accuracy` states: from which frequency on \[Hz\],
     /// and the error \[dB\]. `None`, too, where the scene's own elements or cells are longer or wider than those of the
-    /// row, and beyond the last of [`STATED_TO`].
+    /// row, and beyond the frequencies that an error is stated for.
     pub(crate) fn stated_error(scene: &Scene) -> Option<(f64, f64)> {
         let Scene { tyre, contact, numerics, rolling, .. } = scene;
         let row = Self::asked_for(scene)?;
@@ -152,18 +159,20 @@ impl FrontRow {
         // Cells that are as wide as they are long fit into the width by rounding.
         let is_wide =
             contact.zone == Zone::Cells && tyre.contact_width > ROUNDED * longest * cells_across(scene) as f64;
-        (element <= longest * (1.0 + 1e-9) && !is_wide).then(|| Some((STATED_FROM, row.error(fmax)?)))?
+        (element <= longest * (1.0 + 1e-9) && !is_wide).then(|| Some((STATED_FROM, row.error_for(scene, fmax)?)))?
     }
 
-    /// Finds the cheapest row whose stated error for an fmax is not above an accuracy \[dB\]; `None` where no row is as
-    /// accurate.
-    pub(crate) fn within(accuracy: f64, fmax: f64, zone: Zone) -> Option<&'static Self> {
-        Self::all(zone).iter().find(|row| row.error(fmax).is_some_and(|error| error <= accuracy))
+    /// Finds the cheapest row whose error stated for a scene with an fmax is not above an accuracy \[dB\]; `None` where no
+    /// row is as accurate.
+    pub(crate) fn within(accuracy: f64, scene: &Scene) -> Option<&'static Self> {
+        let fmax = scene.numerics.fmax?;
+        let keeps = |row: &&Self| row.error_for(scene, fmax).is_some_and(|error| error <= accuracy);
+        Self::all(scene.contact.zone).iter().find(keeps)
     }
 
-    /// Returns the smallest error that is stated for an fmax \[dB\]; `None` beyond the last of [`STATED_TO`].
-    pub(crate) fn finest_error(fmax: f64, zone: Zone) -> Option<f64> {
-        Self::all(zone).iter().filter_map(|row| row.error(fmax)).reduce(f64::min)
+    /// Returns the smallest error that is stated for a scene with an fmax \[dB\]; `None` where none is stated.
+    pub(crate) fn finest_error(scene: &Scene, fmax: f64) -> Option<f64> {
+        Self::all(scene.contact.zone).iter().filter_map(|row| row.error_for(scene, fmax)).reduce(f64::min)
     }
 
     /// Widest and longest cell of a scene's road for levels up to `highest` \[Hz\], in m.
@@ -183,6 +192,7 @@ impl FrontRow {
 mod tests {
     use super::*;
     use crate::scene::DEFAULT;
+    use crate::test_models::{scene as loaded, scene_text};
 
     #[test]
     fn the_tables_are_fronts_and_presets_are_their_rows() {
@@ -201,20 +211,24 @@ mod tests {
 
     #[test]
     fn an_accuracy_gets_the_cheapest_row_that_keeps_it() {
+        let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
         for zone in [Zone::Slices, Zone::Cells] {
+            scene.contact.zone = zone;
             let all = FrontRow::all(zone);
             for fmax in STATED_TO {
+                scene.numerics.fmax = Some(fmax);
                 for row in all {
                     let error = row.error(fmax).unwrap();
-                    assert_eq!(FrontRow::within(error, fmax, zone), Some(row));
-                    assert_ne!(FrontRow::within(0.99 * error, fmax, zone), Some(row));
+                    assert_eq!(FrontRow::within(error, &scene), Some(row));
+                    assert_ne!(FrontRow::within(0.99 * error, &scene), Some(row));
                 }
-                let finest = FrontRow::finest_error(fmax, zone).unwrap();
-                assert_eq!(FrontRow::within(0.99 * finest, fmax, zone), None);
-                assert_eq!(FrontRow::within(100.0, fmax, zone), Some(&all[0]));
+                let finest = FrontRow::finest_error(&scene, fmax).unwrap();
+                assert_eq!(FrontRow::within(0.99 * finest, &scene), None);
+                assert_eq!(FrontRow::within(100.0, &scene), Some(&all[0]));
             }
             let beyond = 1.01 * STATED_TO[1];
-            assert_eq!((FrontRow::within(100.0, beyond, zone), FrontRow::finest_error(beyond, zone)), (None, None));
+            scene.numerics.fmax = Some(beyond);
+            assert_eq!((FrontRow::within(100.0, &scene), FrontRow::finest_error(&scene, beyond)), (None, None));
         }
     }
 
@@ -229,5 +243,18 @@ mod tests {
         assert_eq!(stated(&scene), None);
         scene.numerics.elements *= 2;
         assert_eq!(stated(&scene), Some(3.0_f64.to_bits()));
+    }
+
+    #[test]
+    fn no_error_is_stated_where_elements_are_shorter_than_the_cells_of_a_law_without_a_limit() {
+        let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
+        let stated = |scene: &Scene, fmax: f64| FrontRow::finest_error(scene, fmax).map(f64::to_bits);
+        assert_eq!(STATED_TO.map(|fmax| stated(&scene, fmax)), [Some(0.3_f64.to_bits()), Some(0.5_f64.to_bits())]);
+        let road = "kind = \"profile\"\nfile = \"road.dat\"\nlateral = \"isotropic\"";
+        let rolling = "speed_kmh = 80.0\nduration = 1.0\naxle = { load = 3400.0 }";
+        scene.road = loaded(&scene_text(64, road, rolling, "", "")).scene.road;
+        assert_eq!(STATED_TO.map(|fmax| stated(&scene, fmax)), [Some(0.3_f64.to_bits()), None]);
+        scene.contact.zone = Zone::Cells;
+        assert!(stated(&scene, STATED_TO[1]).is_some());
     }
 }

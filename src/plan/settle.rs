@@ -32,8 +32,8 @@ pub(crate) fn decide(loaded: &LoadedScene) -> Result<(Scene, Vec<Choice>), Scene
     let row = match (preset, accuracy) {
         (Some(preset), _) => Some(FrontRow::of(preset, zone)),
         (None, Some(accuracy)) => {
-            let fmax = fmax.unwrap_or_default();
-            Some(FrontRow::within(accuracy, fmax, zone).ok_or_else(|| not_stated(loaded, accuracy, fmax, zone))?)
+            let scene = &settling.scene;
+            Some(FrontRow::within(accuracy, scene).ok_or_else(|| not_stated(loaded, scene, accuracy))?)
         }
         (None, None) => None,
     };
@@ -55,10 +55,12 @@ pub(crate) fn decide(loaded: &LoadedScene) -> Result<(Scene, Vec<Choice>), Scene
 }
 
 /// Complains of an accuracy \[dB\] that no row of the table states.
-fn not_stated(loaded: &LoadedScene, accuracy: f64, fmax: f64, zone: Zone) -> Diagnostic {
-    let Some(finest) = FrontRow::finest_error(fmax, zone) else {
-        let wrong = format!("no error is stated for fmax = {} Hz", short(fmax));
-        let right = format!("fmax up to {} Hz, a preset, or settings of your own", short(STATED_TO[1]));
+fn not_stated(loaded: &LoadedScene, scene: &Scene, accuracy: f64) -> Diagnostic {
+    let (zone, fmax) = (scene.contact.zone, scene.numerics.fmax.unwrap_or_default());
+    let Some(finest) = FrontRow::finest_error(scene, fmax) else {
+        let stated = STATED_TO.into_iter().rfind(|&to| FrontRow::finest_error(scene, to).is_some());
+        let wrong = format!("no error is stated for fmax = {} Hz on this road", short(fmax));
+        let right = format!("fmax up to {} Hz, a preset, or settings of your own", short(stated.unwrap_or_default()));
         return loaded.complain("numerics.accuracy", wrong, right);
     };
     let wrong = format!("{} dB is finer than any row of the table states", short(accuracy));
@@ -95,8 +97,8 @@ impl Settling<'_> {
     fn take_row(&mut self, row: &FrontRow, highest: f64) {
         let name = row.preset.name();
         let why = format!("preset \"{name}\"");
-        let error = row.error(highest).map_or_else(
-            || format!("no error is stated above {} Hz,", short(STATED_TO[1])),
+        let error = row.error_for(&self.scene, highest).map_or_else(
+            || "no error is stated for this fmax on this road,".to_owned(),
             |error| format!("third octaves within {} dB up to fmax", short(error)),
         );
         let worth = format!("{error} at {} times the work of \"standard\"", short(row.cost));

@@ -46,7 +46,7 @@ coast-by microphone beside the tyre.
 
 Results: radiation.json (all numbers, SI units), radiation.csv; horn.svg, transfer.svg, directivity.svg, cost.svg; \
 radiating_waves_*.svg and radiating_angles_*.svg, shares so far by receiver; radiating_parts_*.svg, levels of tread, \
-shoulders and sides.
+shoulders and sides; radiation.html, a page of all.
 
 Examples:
   tyrewave radiation scenes/default.toml
@@ -73,6 +73,25 @@ const PICTURES: [[&str; 3]; 3] = [
     ["radiating_waves_cpx_front.svg", "radiating_angles_cpx_front.svg", "radiating_parts_cpx_front.svg"],
     ["radiating_waves_coast_by.svg", "radiating_angles_coast_by.svg", "radiating_parts_coast_by.svg"],
 ];
+/// Pictures of a point's sound, with their captions.
+const POINT: [[&str; 2]; 4] = [
+    [
+        "horn.svg",
+        "Amplification in dB by the horn between tyre and road: over the same source and receiver without the tyre, \
+         the road's reflection included.",
+    ],
+    ["transfer.svg", "Level of the transfer from the volume acceleration of the point to each receiver, dB re 1/m."],
+    ["directivity.svg", "The same on a circle round the axle, over the angle from straight ahead."],
+    ["cost.svg", "Unknowns, operations and memory that a frequency takes, against the frequency in Hz."],
+];
+/// Captions of the pictures of a receiver.
+const SHARES: [&str; 3] = [
+    "Share of the pressure so far of the waves with up to n periods round the tyre; beyond the white line they are \
+     shorter than those in the air.",
+    "Share of the pressure so far of the circumference from the top by the rear.",
+    "Level of tread, shoulders and sides over that of the whole, dB.",
+];
+
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct RadiationArguments {
@@ -133,15 +152,25 @@ impl RadiationArguments {
         let answer = radiation_record(&title, &radiator, &found);
         side.json("radiation.json", &answer);
         side.settings = json!({ "scene": side.settings, "highest": highest, "points": points });
-        let mut report = Report::default();
-        report.text(format!("{title}\nPatch {:.1} mm long\n\n", 1e3 * radiator.patch_length()));
-        report.append(views.table());
-        report.text("\nEnough of the tread: waves round the tyre, degrees to either side of the contact\n\n");
-        report.append(views.enough());
+        let table = views.table();
+        let mut shares = Report::default();
+        shares.text("\nEnough of the tread: waves round the tyre, degrees to either side of the contact\n\n");
+        shares.append(views.enough());
         if radiator.hears_sides() {
-            report.text("\nParts that radiate: share of the pressure, level over that of the whole\n\n");
-            report.append(views.parts_table());
+            shares.text("\nParts that radiate: share of the pressure, level over that of the whole\n\n");
+            shares.append(views.parts_table());
         }
+        let patch = format!("Patch {:.1} mm long", 1e3 * radiator.patch_length());
+        let lead = format!("The tyre stands on a rigid road. {patch}.");
+        let parts: Vec<[&str; 2]> = PICTURES
+            .iter()
+            .flat_map(|files| files.iter().zip(SHARES).map(|(&file, caption)| [file, caption]))
+            .collect();
+        let sections = [("From a point of the tread", &POINT[..], &table), ("Parts that radiate", &parts, &shares)];
+        side.page("radiation.html", [&title, &lead], &sections);
+        let mut report = Report::default();
+        report.text(format!("{title}\n{patch}\n\n"));
+        sections.into_iter().for_each(|(_, _, of)| report.append(of.clone()));
         report.text("\n");
         side.finish(context, &report)
     }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::report::sweep::StoredSweep;
 use crate::report::{Comparison, PAGE_HEAD, ReportError, Stored, page};
 use clap::Args;
 
@@ -12,18 +13,20 @@ use super::output_file::{OutputFile, Replaces, check};
 const REPORT_EXAMPLES: &str = "\
 One HTML file that needs a browser and nothing else: the scene in words, the plan with its reasons, the road and its \
 texture, forces, spectra with their errors, vibration, sound to play, what it cost, and the whole scene. Values stand \
-beside the pointer. Several results are compared with the first one.
+beside the pointer. Several results are compared with the first one. The page of a sweep has levels against what is \
+varied, third octaves and sounds of its runs side by side, growth and tables.
 
 Examples:
   tyrewave report results/default                     results/default.html
   tyrewave report results/80 results/110 --out speeds.html
+  tyrewave report results/default-sweep               results/default-sweep.html
   tyrewave run scenes/default.toml --report           runs, then reports";
 
 /// Arguments of `tyrewave report`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = REPORT_EXAMPLES)]
 pub(crate) struct ReportArguments {
-    /// Results folders of `tyrewave run`.
+    /// Results folders of `tyrewave run`, or one of `tyrewave sweep`.
     #[arg(required = true, value_name = "RESULTS")]
     results: Vec<PathBuf>,
     /// The page; default: the first folder's name with .html, beside it.
@@ -81,6 +84,20 @@ fn stored(folders: &[PathBuf]) -> Result<Vec<Stored>, CliError> {
     folders.iter().map(open).collect()
 }
 
+/// The sweep in a folder, which has a page of its own; none where the folders are those of runs.
+fn sweep_of(folders: &[PathBuf]) -> Result<Option<StoredSweep>, CliError> {
+    let mut sweep = None;
+    for folder in folders {
+        let found = StoredSweep::open(folder).map_err(|error| CliError::Usage(error.to_string()))?;
+        if found.is_some() && folders.len() > 1 {
+            let told = "is the folder of a sweep, which has a page of its own: name it alone, or its runs";
+            return Err(CliError::Usage(format!("{} {told}", folder.display())));
+        }
+        sweep = found.or(sweep);
+    }
+    Ok(sweep)
+}
+
 /// Where what is made of a results folder goes: beside it, its name with an ending.
 pub(super) fn beside(folder: &Path, ending: &str) -> PathBuf {
     let mut name = folder.file_name().unwrap_or(folder.as_os_str()).to_owned();
@@ -102,8 +119,11 @@ pub(super) fn write_page(
     context: &Context,
 ) -> Result<(), CliError> {
     let file = OutputFile::begin(out, Replaces::Beginning(PAGE_HEAD))?;
-    let all: Vec<Stored> = stored(folders)?.into_iter().map(|stored| stored.with_road(road)).collect();
-    let text = page(&all).map_err(|error| match error {
+    let text = match sweep_of(folders)? {
+        Some(sweep) => sweep.page(),
+        None => page(&stored(folders)?.into_iter().map(|stored| stored.with_road(road)).collect::<Vec<_>>()),
+    };
+    let text = text.map_err(|error| match error {
         // The folder is not what it says: as in export.
         ReportError::Stored(error) => CliError::Usage(error.to_string()),
         other => CliError::Failed(other.to_string()),

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use crate::counters::Meter;
 use crate::planning::settled;
+use crate::report::html::{Chapter, chapters};
 use crate::results::summary::{Cost, Summary};
 use crate::results::table::Report;
 use crate::results::{PlotError, ResultFiles, ResultsFolder};
@@ -24,6 +25,9 @@ pub(super) struct Place {
     #[arg(long, short, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
 }
+
+/// Section of a page: heading, names of pictures with their captions, tables.
+pub(super) type PageSection<'a> = (&'static str, &'a [[&'static str; 2]], &'a Report);
 
 /// The work on a scene, and the files that it leaves.
 pub(super) struct Side {
@@ -79,6 +83,21 @@ impl Side {
     pub(super) fn picture(&mut self, name: &'static str, svg: Result<String, PlotError>) -> Result<(), CliError> {
         self.file(name, svg?);
         Ok(())
+    }
+
+    /// Keeps a page for the folder: sections of pictures that are kept already, each file with its caption, and tables;
+    /// a picture that is not there is left out.
+    pub(super) fn page(&mut self, name: &'static str, [title, lead]: [&str; 2], sections: &[PageSection<'_>]) {
+        let svg = |file: &str| self.files.iter().find(|(name, _)| *name == file).map(|(_, svg)| svg.as_str());
+        let pictures = |named: &[[&'static str; 2]]| {
+            named.iter().filter_map(|&[file, caption]| Some([svg(file)?, caption])).collect()
+        };
+        let all: Vec<Chapter<'_>> = sections
+            .iter()
+            .map(|&(heading, named, tables)| Chapter { heading, pictures: pictures(named), tables })
+            .collect();
+        let page = chapters(title, lead, &all);
+        self.file(name, page);
     }
 
     /// Keeps a JSON file for the folder, which is the answer where JSON is wanted.

@@ -39,7 +39,8 @@ and of third octaves against nodes per wavelength, frequencies and lateral waves
 
 An interrupted study keeps the results of its completed runs in FOLDER.partial.
 
-Results: study.txt, study.csv, study.json, study.svg; with receivers and --whole also study_sound.csv.
+Results: study.txt, study.csv, study.json, study.svg, study.html (a page of all); with receivers and --whole also \
+study_sound.csv.
 
 Examples:
   tyrewave study scenes/default.toml
@@ -119,8 +120,12 @@ impl StudyArguments {
             side.file("study_sound.csv", sound_csv(sound));
         }
         if let Some(picture) = picture {
-            side.picture("study.svg", picture)?;
+            side.picture(PICTURE[0], picture)?;
         }
+        let lead = "Every knob that trades accuracy for time, the others at a fine reference. Errors are differences \
+                    of the contact force from that of the reference; those below the doubt about it are marked ~.";
+        let title = format!("Study: {}", side.loaded.title());
+        side.page("study.html", [&title, lead], &[("Accuracy against time", &[PICTURE], &report)]);
         report.text("\n");
         if !found.complete {
             return side.keep(context, &report);
@@ -135,6 +140,14 @@ impl StudyArguments {
         Err(CliError::Failed(format!("{wrong}: {}", failed.join(", "))))
     }
 }
+
+/// Picture and its caption.
+const PICTURE: [&str; 2] = [
+    "study.svg",
+    "Largest error of a third octave in dB against the work and against the time of a second rolled. A line is a knob, \
+     its points are the settings. No setting has both less work and a smaller error than those on the front. Below the \
+     dashed line errors are smaller than the doubt about the reference.",
+];
 
 const HEADER: [&str; 11] = [
     "",

@@ -16,8 +16,9 @@ use super::context::{Context, print};
 use super::error::CliError;
 use super::messages::tell;
 use super::options::positive;
+use super::report::{beside, check_page, write_page};
 use super::side::Place;
-use super::sweep_tables::{check_tables, told_missed, write_tables};
+use super::sweep_tables::{check_tables, told_missed, write_record, write_tables};
 use super::sweep_tasks::TaskArguments;
 
 const EXAMPLES: &str = "\
@@ -27,8 +28,8 @@ those of a tyre that turns once for each speed. \
 Beside the folders: sweep.csv and sweep.txt, third-octave levels of the contact force by speed and, per band, how \
 they grow (dB per decade of speed, least squares over the logarithm of the speed) with the rms of what that line \
 misses, and the rolling resistance; growth.svg and levels.svg; where the scene has receivers, sweep_sound.csv: levels \
-in dB(A) there and how they grow. A variant that missed its load by more than the axle's \
-tolerance is marked with a star, and the exit code is 1.
+in dB(A) there and how they grow; sweep.json: the variants, for `tyrewave report`. A variant \
+that missed its load by more than the axle's tolerance is marked with a star, and the exit code is 1.
 
 The same command again goes on where it left off: finished variants are not run again, interrupted ones go on from \
 their checkpoint. A variant is another one when its scene, the version of tyrewave or its road file has changed.
@@ -52,6 +53,8 @@ if it is of the same kind; a .toml file holds the keys of a whole [road].
 
 Examples:
   tyrewave sweep scenes/default.toml --speed 50..130:10
+  tyrewave sweep scenes/default.toml --speed 50..130:10 --report
+                                                      and a page, results/default-sweep.html
   tyrewave sweep scenes/default.toml --speed 50,80,100 --load 3000,4000 --out trial
   tyrewave sweep scenes/default.toml --speed 50..100:25 --road smooth.toml --road stone.crg
   tyrewave sweep scenes/default.toml --set contact.tread=elastic,bedding --set road.seed=1..20
@@ -95,6 +98,9 @@ pub(crate) struct SweepArguments {
     /// Seed of the Latin hypercube's random numbers.
     #[arg(long, value_name = "SEED", default_value_t = 1, requires = "latin_hypercube")]
     design_seed: u64,
+    /// Make a page of the sweep, beside its folder: see tyrewave help report.
+    #[arg(long, conflicts_with_all = ["tasks", "task", "collect"])]
+    report: bool,
     #[command(flatten)]
     tasks: TaskArguments,
 }
@@ -192,6 +198,8 @@ impl SweepArguments {
         let roads = axes.roads.iter().map(PathBuf::as_path);
         let inputs: Vec<&Path> = [self.place.scene.scene.as_path()].into_iter().chain(base_road).chain(roads).collect();
         check_tables(&folder, &inputs)?;
+        let page = self.report.then(|| beside(&folder, ".html"));
+        page.as_deref().map_or(Ok(()), check_page)?;
         std::fs::create_dir_all(&folder).map_err(ResultsError::creating(&folder))?;
 
         let mut progress = context.progress();
@@ -205,9 +213,13 @@ impl SweepArguments {
         let folders: Vec<PathBuf> = variants.iter().map(|variant| folder.join(&variant.label.name)).collect();
         share_full_scale(&folders)?;
         let report = write_tables(&folder, (&base.title(), pictures), &runs)?;
+        write_record(&folder, base.title(), &runs)?;
         let ended = ended(&variants, &outcomes, context.colour);
         if matches!(ended, Err(CliError::SweepStopped)) {
             return ended;
+        }
+        if let Some(page) = page {
+            write_page(&[folder.clone()], None, &page, context)?;
         }
         context.print_report(&report)?;
         if !context.options.quiet && !context.options.json {

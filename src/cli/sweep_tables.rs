@@ -8,8 +8,9 @@ use crate::results::plots::ThirdOctavePlot;
 use crate::results::spectra::FORCE_LEVEL;
 use crate::results::table::Report;
 use crate::storage::PendingFile;
-use crate::study::sweep::table::{csv, growth_plot, sound_csv};
-use crate::study::sweep::{Done, Label, RepeatedTable, SweepBlock, blocks};
+use crate::study::sweep::record::{RECORD_FILE, Recorded, SweepRecord};
+use crate::study::sweep::table::{MOST_SPECTRA, csv, growth_plot, side_by_side, sound_csv};
+use crate::study::sweep::{Done, Label, RepeatedTable, blocks};
 
 use super::error::CliError;
 use super::output_file::{Replaces, check};
@@ -23,12 +24,9 @@ const LEVELS: &str = "levels.svg";
 const DESIGN: &str = "design.csv";
 const DESIGN_JSON: &str = "design.json";
 
-/// More spectra of a design in one picture cannot be told apart.
-const MOST_SPECTRA: usize = 12;
-
 /// Refuses to put a sweep's tables in the place of its inputs.
 pub(super) fn check_tables(folder: &Path, inputs: &[&Path]) -> Result<(), CliError> {
-    let names = [TEXT, TABLE, SOUND, GROWTH, LEVELS, DESIGN, DESIGN_JSON];
+    let names = [TEXT, TABLE, SOUND, GROWTH, LEVELS, DESIGN, DESIGN_JSON, RECORD_FILE];
     names.iter().try_for_each(|name| check(&folder.join(name), Replaces::AllBut(inputs)))
 }
 
@@ -41,11 +39,7 @@ pub(super) fn write_tables(
     let blocks = blocks(runs);
     let repeated = RepeatedTable::new(runs);
     let report = repeated.as_ref().map_or_else(|| side_by_side(&blocks), RepeatedTable::report);
-    let write = |name: &str, text: &str| {
-        let path = folder.join(name);
-        let file = PendingFile::create(&path).map_err(ResultsError::creating(&path))?;
-        file.complete(text).map_err(ResultsError::writing(&path))
-    };
+    let write = |name: &str, text: &str| write(folder, name, text);
     write(TEXT, &report.to_string())?;
     write(TABLE, &csv(&blocks))?;
     if let Some(sound) = sound_csv(&blocks) {
@@ -73,16 +67,17 @@ pub(super) fn write_tables(
     Ok(report)
 }
 
-/// The tables of all roads, loads and settings, speeds side by side.
-fn side_by_side(blocks: &[SweepBlock]) -> Report {
-    let mut report = Report::default();
-    for (index, block) in blocks.iter().enumerate() {
-        if index > 0 {
-            report.text("\n");
-        }
-        report.append(block.report());
-    }
-    report
+/// Writes which variants have left their results in folders here.
+pub(super) fn write_record(folder: &Path, title: String, runs: &[(Label, Option<Done>)]) -> Result<(), CliError> {
+    let recorded = |(label, done): &(Label, Option<Done>)| Recorded { label: label.clone(), done: done.is_some() };
+    let record = SweepRecord::new(title, runs.iter().map(recorded).collect());
+    Ok(write(folder, RECORD_FILE, &record.to_json())?)
+}
+
+fn write(folder: &Path, name: &str, text: &str) -> Result<(), ResultsError> {
+    let path = folder.join(name);
+    let file = PendingFile::create(&path).map_err(ResultsError::creating(&path))?;
+    file.complete(text).map_err(ResultsError::writing(&path))
 }
 
 /// Names and levels of the variants that have any.

@@ -40,8 +40,8 @@ may be named, on which the default scene rolls.
 
 Results: tyre.json (all numbers, SI units), modes.csv, loads.csv, mobility.csv; dispersion.svg (modes over n), \
 compliance.svg (radial compliance over n and frequency, modes in grey), load_deflection.svg, patch_length.svg, \
-mobility.svg, mobility_phase.svg; with --rolling rolling_waves.csv and rolling_waves.svg: a wave against the \
-rotation that lies on its line n V/L stands beside the axle.
+mobility.svg, mobility_phase.svg; tyre.html, a page of all; with --rolling rolling_waves.csv and \
+rolling_waves.svg: a wave against the rotation that lies on its line n V/L stands beside the axle.
 
 Examples:
   tyrewave tyre scenes/default.toml
@@ -60,6 +60,24 @@ const MOBILITY: (f64, f64) = (50.0, 3000.0);
 const TABLE: [f64; 7] = [63.0, 100.0, 200.0, 315.0, 500.0, 1000.0, 2000.0];
 /// Rows of the map of the compliance.
 const MAP_ROWS: u32 = 250;
+/// Pictures of the page's sections, with their captions.
+const MODES: [[&str; 2]; 2] = [
+    ["dispersion.svg", "Frequency in Hz of each mode over the number n of its periods round the tyre."],
+    ["compliance.svg", "Radial compliance of the tread surface over n and frequency in Hz; grey: the modes."],
+];
+const TURNING: [[&str; 2]; 1] = [[
+    "rolling_waves.svg",
+    "Frequency in Hz of the radial waves of the turning tyre, with its rotation and against it; a wave against it that \
+     lies on the line n V/L stands beside the axle.",
+]];
+const LOADS: [[&str; 2]; 2] = [
+    ["load_deflection.svg", "Load in N over the deflection in mm, the tyre standing on a smooth road."],
+    ["patch_length.svg", "Length of the contact patch in mm over the load in N, in steps of whole elements."],
+];
+const MOBILITIES: [[&str; 2]; 2] = [
+    ["mobility.svg", "Velocity of square patches of the tread for a unit force, dB re 1 m/(N s), by their side."],
+    ["mobility_phase.svg", "Phase of that velocity in degrees."],
+];
 
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
@@ -195,14 +213,20 @@ impl TyreArguments {
             "patch_mm": patch,
             "points": points,
         });
+        let [of_modes, of_loads, of_mobility] = [
+            views::modes_report(&found, largest_n),
+            views::loads_report(&under, element),
+            views::mobility_report(&in_table, &names),
+        ];
+        let turning = turning.as_ref().map(tyre_rolling::report);
+        let mut sections = vec![("Modes", &MODES[..], &of_modes)];
+        sections.extend(turning.as_ref().map(|report| ("As it turns", &TURNING[..], report)));
+        sections.extend([("Under a load", &LOADS[..], &of_loads), ("Mobility", &MOBILITIES[..], &of_mobility)]);
+        let lead = format!("A tyre of {:.3} m round and {:.0} mm across.", tyre.circumference, 1e3 * tyre.width);
+        side.page("tyre.html", [&title, &lead], &sections);
         let mut report = Report::default();
         report.text(format!("{title}\n\n"));
-        report.append(views::modes_report(&found, largest_n));
-        if let Some(turning) = &turning {
-            report.append(tyre_rolling::report(turning));
-        }
-        report.append(views::loads_report(&under, element));
-        report.append(views::mobility_report(&in_table, &names));
+        sections.into_iter().for_each(|(_, _, of)| report.append(of.clone()));
         report.text("\n");
         side.finish(context, &report)
     }

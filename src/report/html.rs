@@ -5,6 +5,33 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 use super::picture::harmless;
 use crate::results::table::{Part, Report, Table};
 
+/// Section of a page: its heading, pictures with their captions, and tables.
+pub(crate) struct Chapter<'a> {
+    /// Heading.
+    pub heading: &'a str,
+    /// Pictures as SVG, each with its caption.
+    pub pictures: Vec<[&'a str; 2]>,
+    /// Text and tables below them.
+    pub tables: &'a Report,
+}
+
+/// Makes a whole page of sections, after a few words on it.
+pub(crate) fn chapters(title: &str, lead: &str, all: &[Chapter<'_>]) -> String {
+    let content = html! {
+        article {
+            header { h1 { (title) } p { (lead) } }
+            @for Chapter { heading, pictures, tables } in all {
+                section {
+                    h2 { (heading) }
+                    @for [svg, caption] in pictures { (figure(svg, caption)) }
+                    (report(tables))
+                }
+            }
+        }
+    };
+    document(title, &content)
+}
+
 /// Makes a whole page: styles, what tells values to a pointer, and the content; nothing is fetched.
 pub(crate) fn document(title: &str, content: &Markup) -> String {
     let page = html! {
@@ -69,7 +96,7 @@ pub(crate) fn figure(svg: &str, caption: &str) -> Markup {
     html! {
         figure {
             @match harmless(svg) {
-                Some(svg) => div.picture { (PreEscaped(svg)) },
+                Some(svg) => div.picture role="img" aria-label=(caption) { (PreEscaped(svg)) },
                 None => p.warning { "This picture is not one of tyrewave's and is left out." },
             }
             figcaption { (caption) }

@@ -16,6 +16,7 @@ pub(crate) mod road;
 mod sections;
 pub(crate) mod slices;
 mod stored;
+pub(crate) mod sweep;
 pub(crate) mod tyre;
 pub(crate) mod validation;
 

@@ -89,7 +89,11 @@ fn comparison(all: &[Stored], of: &Comparison) -> Result<Markup, ReportError> {
 }
 
 /// Levels of all results over each other, and their differences from the first; grey where a level is not vouched for.
-fn curves(all: &[Stored], of: &Comparison, spectrum: &SpectrumComparison) -> Result<Vec<(String, String)>, PlotError> {
+pub(super) fn curves(
+    all: &[Stored],
+    of: &Comparison,
+    spectrum: &SpectrumComparison,
+) -> Result<Vec<(String, String)>, PlotError> {
     let levels = |stored: &'_ Stored| -> Option<Vec<BandLevel>> {
         let found = stored.spectrum(spectrum.quantity, &spectrum.name)?;
         (!found.levels.is_empty()).then(|| found.levels.clone())

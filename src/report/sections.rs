@@ -170,12 +170,17 @@ pub(super) fn blocks(blocks: &[Block]) -> Markup {
                 Block::Sound { words, file, bytes } => p {
                     (words)
                     @if bytes.len() <= MOST_SOUND {
-                        audio controls src=(format!("data:audio/wav;base64,{}", STANDARD.encode(bytes))) {}
+                        (player(bytes))
                     } @else { (file) " is too long to be played here." }
                 },
             }
         }
     }
+}
+
+/// Makes a player of a sound file.
+pub(super) fn player(bytes: &[u8]) -> Markup {
+    html! { audio controls src=(format!("data:audio/wav;base64,{}", STANDARD.encode(bytes))) {} }
 }
 
 /// Shows the cost.

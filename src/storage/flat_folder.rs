@@ -37,6 +37,18 @@ pub fn entries(folder: &Path) -> io::Result<Vec<String>> {
 /// # Errors
 /// [`ErrorKind::InvalidInput`] for any other name and for a link; of the file system.
 pub(crate) fn file(folder: &Path, name: &str) -> io::Result<Option<PathBuf>> {
+    entry(folder, name, fs::Metadata::is_file)
+}
+
+/// The path of a folder in a folder, by a name as that of a [`file`].
+///
+/// # Errors
+/// As [`file`].
+pub(crate) fn subfolder(folder: &Path, name: &str) -> io::Result<Option<PathBuf>> {
+    entry(folder, name, fs::Metadata::is_dir)
+}
+
+fn entry(folder: &Path, name: &str, is_wanted: fn(&fs::Metadata) -> bool) -> io::Result<Option<PathBuf>> {
     let refused = |why| Err(io::Error::new(ErrorKind::InvalidInput, why));
     if Path::new(name).file_name() != Some(OsStr::new(name)) {
         return refused("it is no name of a file in this folder, and nothing outside of it is read");
@@ -44,7 +56,7 @@ pub(crate) fn file(folder: &Path, name: &str) -> io::Result<Option<PathBuf>> {
     let path = folder.join(name);
     match fs::symlink_metadata(&path) {
         Ok(found) if found.is_symlink() => refused("it is a link, and links are not followed here"),
-        Ok(found) => Ok(found.is_file().then_some(path)),
+        Ok(found) => Ok(is_wanted(&found).then_some(path)),
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
         Err(error) => Err(error),
     }
@@ -93,6 +105,9 @@ mod tests {
         for none in ["none", "deeper"] {
             assert_eq!(file(&folder, none).unwrap(), None, "{none}");
         }
+        assert_eq!(subfolder(&folder, "deeper").unwrap(), Some(folder.join("deeper")));
+        assert_eq!(subfolder(&folder, "time.npy").unwrap(), None);
+        assert_eq!(subfolder(&folder, "../run").unwrap_err().kind(), ErrorKind::InvalidInput);
         let absolute = secret.to_string_lossy();
         let names = ["", ".", "..", "../secret", "deeper/file", "time.npy/", "deeper/../time.npy", &absolute];
         for name in names {
@@ -103,7 +118,9 @@ mod tests {
         for target in ["../secret", "time.npy", "nothing"] {
             let link = folder.join("link");
             std::os::unix::fs::symlink(target, &link).unwrap();
-            assert!(file(&folder, "link").unwrap_err().to_string().contains("link"), "{target}");
+            for found in [file(&folder, "link"), subfolder(&folder, "link")] {
+                assert!(found.unwrap_err().to_string().contains("link"), "{target}");
+            }
             assert!(without_links(&folder).unwrap_err().to_string().starts_with("link in it"), "{target}");
             fs::remove_file(link).unwrap();
         }

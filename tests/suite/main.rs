@@ -40,6 +40,7 @@ mod layers;
 mod line_contact;
 mod mistakes;
 mod mobility;
+mod pages;
 mod performance;
 mod plans;
 mod presets;

@@ -107,7 +107,7 @@ fn the_command_tells_modes_loads_and_mobility() {
     }
     let files =
         ["compliance.svg", "dispersion.svg", "load_deflection.svg", "loads.csv", "mobility.csv", "mobility.svg"];
-    let more = ["mobility_phase.svg", "modes.csv", "patch_length.svg", "summary.json", "tyre.json"];
+    let more = ["mobility_phase.svg", "modes.csv", "patch_length.svg", "summary.json", "tyre.html", "tyre.json"];
     assert_eq!(names(&folder.path().join("tyre")), [&files[..], &more[..]].concat());
 
     let more = ["--rolling", "--loads", "300kg,4000N", "--json", "-q"];

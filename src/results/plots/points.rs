@@ -17,9 +17,11 @@ pub(crate) struct PointSeries<'a> {
     pub name: &'a str,
     /// Places, values and half the width of each value's interval, in the units of the axes.
     pub points: Vec<(f64, f64, f64)>,
+    /// True if a line goes through the means even where no two points share a place.
+    pub joined: bool,
 }
 
-/// A plot of points; where several share a place a line goes through their means.
+/// A plot of points; where several share a place, or where that is wanted, a line goes through their means.
 #[derive(Clone, Debug)]
 pub(crate) struct PointPlot<'a> {
     /// Title over the picture.
@@ -47,7 +49,7 @@ impl PointPlot<'_> {
             for (index, series) in self.series.iter().enumerate() {
                 let colour = colour::line(index);
                 let means = series.means();
-                if means.len() < series.points.len() && means.len() > 1 {
+                if (series.joined || means.len() < series.points.len()) && means.len() > 1 {
                     sheet.line(means.iter().map(|&(x, y)| at(x, y)).collect(), colour, 1.75);
                 }
                 for &(x, y, half) in &series.points {
@@ -95,7 +97,7 @@ mod tests {
     #[test]
     fn points_have_intervals_values_and_a_line_through_their_means() {
         let points = vec![(0.0, 1.0, 0.5), (1.0, 4.0, 0.0), (0.0, 3.0, 0.0), (1.0, 5.0, 0.0), (2.0, 9.0, 0.0)];
-        let mut series = PointSeries { name: "beside", points };
+        let mut series = PointSeries { name: "beside", points, joined: false };
         assert_eq!(series.means(), [(0.0, 2.0), (1.0, 4.5)], "one of two is missing at 2");
         series.points.truncate(3);
         let (x, y) = (Axis::of_words("tread", &["elastic", "bedding"]), Axis::linear("Level [dB]", 0.0..5.0));

@@ -4,12 +4,13 @@
 //! 2. [`mod@variants`]: the scenes, checked before anything runs;
 //! 3. [`mod@run`]: what is finished is left alone, what was interrupted goes on, the rest is run, several at a time;
 //! 4. [`table`]: levels side by side, and how they grow with the speed; [`repeated`]: means over seeds, with their
-//!    confidence, and pictures of what they depend on;
+//!    confidence, and pictures of what they depend on; [`record`]: what a page needs to find the variants again;
 //! 5. [`tasks`]: the same as tasks in a folder, for batch systems.
 
 pub(crate) mod design;
 pub(crate) mod factor;
 pub(crate) mod full_scale;
+pub(crate) mod record;
 pub(crate) mod repeated;
 pub(crate) mod run;
 pub(crate) mod table;
@@ -21,5 +22,5 @@ pub(crate) use factor::{Factor, Range};
 pub(crate) use full_scale::share_full_scale;
 pub(crate) use repeated::RepeatedTable;
 pub(crate) use run::{Done, Outcome, sweep};
-pub(crate) use table::{SweepBlock, blocks};
+pub(crate) use table::blocks;
 pub(crate) use variants::{Axes, Label, SPEED_KEY, SweepError, Variant, variants};

@@ -14,7 +14,7 @@ use crate::results::plots::{Axis, PlotError, PointPlot, PointSeries};
 use crate::results::spectra::FORCE_LEVEL;
 use crate::results::table::{self, Report, aligned};
 use crate::study::sweep::run::Done;
-use crate::study::sweep::variants::Label;
+use crate::study::sweep::variants::{Label, ROAD, SPEED};
 
 /// The quantity that all bands make together.
 const OVERALL: &str = "force, all bands";
@@ -92,9 +92,14 @@ pub(crate) struct RepeatedTable {
 impl RepeatedTable {
     /// Collects a sweep's variants and the findings of each; `None` where nothing but road, load and speed is varied.
     pub(crate) fn new(runs: &[(Label, Option<Done>)]) -> Option<Self> {
+        runs.first().filter(|(label, _)| label.is_of_a_design()).map(|_| Self::of(runs))
+    }
+
+    /// Collects a sweep's variants and the findings of each.
+    pub(crate) fn of(runs: &[(Label, Option<Done>)]) -> Self {
         let kept = |label: &Label| label.choices.iter().filter(|choice| !choice.repeats).cloned().collect::<Vec<_>>();
-        let (first, _) = runs.first().filter(|(label, _)| label.is_of_a_design())?;
-        let factors = kept(first).into_iter().map(|choice| choice.factor).collect();
+        let first = runs.first().map_or_else(Vec::new, |(label, _)| kept(label));
+        let factors = first.into_iter().map(|choice| choice.factor).collect();
         let mut order: BTreeMap<Vec<String>, usize> = BTreeMap::new();
         let mut found: Vec<Values> = Vec::new();
         for (label, done) in runs {
@@ -116,7 +121,7 @@ impl RepeatedTable {
         let mut quantities: Vec<Quantity> = rows.iter().flat_map(|row| row.means.keys().cloned()).collect();
         quantities.sort_unstable();
         quantities.dedup();
-        Some(Self { factors, rows, quantities })
+        Self { factors, rows, quantities }
     }
 
     /// For people: a line per combination, third octaves left to the files.
@@ -187,37 +192,90 @@ impl RepeatedTable {
     pub(crate) fn plots(&self, title: &str) -> Result<Vec<(String, String)>, PlotError> {
         let mut plots = Vec::new();
         for (column, factor) in self.factors.iter().enumerate() {
-            for (name, short, axis, rank) in
-                [("force", "Force", FORCE_LEVEL, FORCE), ("sound", "Sound", "Level [dB(A)]", SOUND)]
-            {
-                let drawn: Vec<&Quantity> = self.quantities.iter().filter(|quantity| quantity.rank.0 == rank).collect();
-                let labels = self.labels(column);
-                if labels.len() < 2 || drawn.is_empty() {
+            if self.labels(column).len() < 2 {
+                continue;
+            }
+            for (rank, name, _) in DRAWN {
+                let of = |quantity| (of_sound(quantity), quantity, self.rows.iter().collect());
+                let series: Vec<Drawn<'_>> = self.quantities_of(rank).map(of).collect();
+                if series.is_empty() {
                     continue;
                 }
-                let (x, places) = axis_of(factor, &labels);
-                let series: Vec<PointSeries<'_>> = drawn
-                    .iter()
-                    .map(|quantity| {
-                        let point = |row: &RepeatedRow| {
-                            let mean = row.means.get(*quantity)?;
-                            let place = labels.iter().position(|label| *label == row.values[column])?;
-                            Some((places[place], mean.mean, mean.interval.unwrap_or(0.0)))
-                        };
-                        let points: Vec<(f64, f64, f64)> = self.rows.iter().filter_map(point).collect();
-                        PointSeries { name: if rank == SOUND { &quantity.name } else { "" }, points }
-                    })
-                    .collect();
-                let ends = series.iter().flat_map(|series| &series.points);
-                let ends = ends.flat_map(|&(_, level, half)| [level - half, level + half]);
-                let y = Axis::linear_around(axis, ends);
-                let title = &format!("{short} against {factor}: {title}");
-                let svg = PointPlot { title, x, y, series }.to_svg()?;
                 let file: String = factor.chars().map(|sign| if sign.is_alphanumeric() { sign } else { '_' }).collect();
-                plots.push((format!("{name}_by_{file}.svg"), svg));
+                let file = format!("{}_by_{file}.svg", name.to_lowercase());
+                plots.push((file, self.against(column, title, &series, false)?));
             }
         }
         Ok(plots)
+    }
+
+    /// Levels against the speed or, where that is not varied, against the key with the most values, numbers before
+    /// words: a line for each receiver and each combination of the rest, in one picture or in one for each receiver.
+    /// Without any where there are too many lines even so.
+    ///
+    /// # Errors
+    /// [`PlotError`].
+    pub(crate) fn curves(&self, title: &str) -> Result<Vec<String>, PlotError> {
+        let mut varied: Vec<usize> = (0..self.factors.len()).filter(|&column| self.labels(column).len() > 1).collect();
+        varied.sort_by_key(|&column| {
+            let labels = self.labels(column);
+            (self.factors[column] == SPEED, labels.iter().all(|label| label.parse::<f64>().is_ok()), labels.len())
+        });
+        let Some(column) = varied.pop() else { return Ok(Vec::new()) };
+        varied.sort_unstable();
+        let mut combinations: Vec<(String, Vec<&RepeatedRow>)> = Vec::new();
+        for row in &self.rows {
+            let rest = varied.iter().map(|&other| said(&self.factors[other], &row.values[other]));
+            let rest = rest.collect::<Vec<_>>().join(", ");
+            match combinations.iter_mut().find(|(other, _)| *other == rest) {
+                Some((_, rows)) => rows.push(row),
+                None => combinations.push((rest, vec![row])),
+            }
+        }
+        if combinations.len() > MOST_LINES {
+            return Ok(Vec::new());
+        }
+        let mut pictures = Vec::new();
+        for (rank, ..) in DRAWN.into_iter().rev() {
+            let drawn: Vec<&Quantity> = self.quantities_of(rank).collect();
+            let together = if drawn.len() * combinations.len() > MOST_LINES { 1 } else { drawn.len().max(1) };
+            for drawn in drawn.chunks(together) {
+                let line = |quantity, (rest, rows): &(String, Vec<_>)| {
+                    let names = [rest.clone(), of_sound(quantity)].into_iter().filter(|name| !name.is_empty());
+                    (names.collect::<Vec<_>>().join(", "), quantity, rows.clone())
+                };
+                let lines = drawn.iter().flat_map(|quantity| combinations.iter().map(|rest| line(*quantity, rest)));
+                pictures.push(self.against(column, title, &lines.collect::<Vec<_>>(), true)?);
+            }
+        }
+        Ok(pictures)
+    }
+
+    /// Draws a quantity of some combinations against a factor, for each name.
+    fn against(&self, column: usize, title: &str, all: &[Drawn<'_>], joined: bool) -> Result<String, PlotError> {
+        let (factor, labels) = (&self.factors[column], self.labels(column));
+        let (x, places) = axis_of(factor, &labels);
+        let point = |quantity: &Quantity, row: &RepeatedRow| {
+            let mean = row.means.get(quantity)?;
+            let place = labels.iter().position(|label| *label == row.values[column])?;
+            Some((places[place], mean.mean, mean.interval.unwrap_or(0.0)))
+        };
+        let series = all.iter().map(|(name, quantity, rows)| PointSeries {
+            name,
+            points: rows.iter().filter_map(|row| point(quantity, row)).collect(),
+            joined,
+        });
+        let series: Vec<PointSeries<'_>> = series.collect();
+        let ends = series.iter().flat_map(|series| &series.points);
+        let ends = ends.flat_map(|&(_, level, half)| [level - half, level + half]);
+        let drawn = DRAWN.into_iter().find(|(rank, ..)| all.iter().any(|(_, quantity, _)| quantity.rank.0 == *rank));
+        let (_, short, axis) = drawn.unwrap_or(DRAWN[0]);
+        let y = Axis::linear_around(axis, ends);
+        PointPlot { title: &format!("{short} against {factor}: {title}"), x, y, series }.to_svg()
+    }
+
+    fn quantities_of(&self, rank: u8) -> impl Iterator<Item = &Quantity> {
+        self.quantities.iter().filter(move |quantity| quantity.rank.0 == rank)
     }
 
     /// A factor's values, each once.
@@ -232,11 +290,34 @@ impl RepeatedTable {
     }
 }
 
+/// More lines in one picture cannot be told apart.
+const MOST_LINES: usize = 7;
+
+/// A value of a factor in words.
+pub(crate) fn said(factor: &str, value: &str) -> String {
+    match factor.rsplit_once(' ') {
+        Some((_, unit)) => format!("{value} {unit}"),
+        None if factor == ROAD => value.to_owned(),
+        None => format!("{}={value}", factor.rsplit('.').next().unwrap_or(factor)),
+    }
+}
+
 /// Ranks of quantities.
 const FORCE: u8 = 0;
 const SOUND: u8 = 1;
 const RESISTANCE: u8 = 2;
 const BAND: u8 = 3;
+
+/// Ranks that are drawn, each with its name and its axis.
+const DRAWN: [(u8, &str, &str); 2] = [(FORCE, "Force", FORCE_LEVEL), (SOUND, "Sound", "Level [dB(A)]")];
+
+/// Points of a picture: their name, the quantity and the combinations.
+type Drawn<'a> = (String, &'a Quantity, Vec<&'a RepeatedRow>);
+
+/// A receiver's name; empty for the force, of which there is one.
+fn of_sound(quantity: &Quantity) -> String {
+    if quantity.rank.0 == SOUND { quantity.name.clone() } else { String::new() }
+}
 
 /// Lists the findings of a run; of bands those that it vouches for.
 fn quantities(done: &Done) -> Vec<(Quantity, f64)> {
@@ -273,6 +354,7 @@ fn axis_of(factor: &str, labels: &[&str]) -> (Axis, Vec<f64>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::study::sweep::variants::Choice;
 
     #[test]
     fn a_mean_has_the_interval_of_the_tables() {
@@ -286,5 +368,40 @@ mod tests {
         assert_eq!(Mean::of([5.0]).unwrap().interval, None);
         assert_eq!(Mean::of([]), None);
         assert_eq!(mean.text(1), "2.0 +- 2.5");
+    }
+
+    /// Every combination of some loads and speeds with two seeds, heard by two receivers.
+    fn heard(loads: u32) -> Vec<(Label, Option<Done>)> {
+        let mut runs = Vec::new();
+        for (load, speed, seed) in (0..loads)
+            .flat_map(|load| [50.0, 80.0].into_iter().flat_map(move |v| [1.0, 2.0].map(|seed| (load, v, seed))))
+        {
+            let choice = |factor: &str, value: String, repeats| Choice { factor: factor.to_owned(), value, repeats };
+            let load = 3000.0 + 100.0 * f64::from(load);
+            let choices = vec![
+                choice("load N", load.to_string(), false),
+                choice("road.seed", seed.to_string(), true),
+                choice(SPEED, speed.to_string(), false),
+            ];
+            let level = 0.01 * load + 0.5 * speed + seed;
+            let sound = vec![("near".to_owned(), 20.0 + level), ("far".to_owned(), level)];
+            let label = Label { name: String::new(), group: String::new(), speed, choices };
+            runs.push((label, Some(Done { sound, ..Done::default() })));
+        }
+        runs
+    }
+
+    #[test]
+    fn levels_over_the_speed_are_a_line_for_each_load_and_receiver_or_points_where_they_are_too_many() {
+        let curves = |runs: &[_]| RepeatedTable::of(runs).curves("t").unwrap();
+        let [both] = &curves(&heard(2))[..] else { panic!("one picture") };
+        // 30 + 25 + (1 + 2)/2; half the interval is 12.706 sqrt(0.5)/sqrt(2).
+        for told in ["3000 N, near", "3100 N, far", "speed km/h: 50.00\n3000 N, far: 56.50 \u{b1} 6.353"] {
+            assert!(both.contains(told), "{told}: {both}");
+        }
+        let apart = curves(&heard(7));
+        assert!(apart.len() == 2 && apart[1].contains("3600 N, far") && !apart[1].contains("near"), "{apart:?}");
+        assert!(curves(&heard(8)).is_empty() && curves(&[]).is_empty());
+        assert!(RepeatedTable::of(&heard(8)).plots("t").unwrap().len() == 2);
     }
 }

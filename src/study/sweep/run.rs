@@ -69,7 +69,7 @@ impl Outcome {
 
 impl Done {
     /// From the levels and the summary of a results folder.
-    fn new(found: bool, levels: Vec<BandLevel>, summary: &serde_json::Value) -> Self {
+    pub(crate) fn new(found: bool, levels: Vec<BandLevel>, summary: &serde_json::Value) -> Self {
         let outcome = &summary["outcome"];
         let receivers = serde_json::from_value(summary["sound"]["receivers"].clone());
         let receivers: Vec<ReceiverSummary> = receivers.unwrap_or_default();

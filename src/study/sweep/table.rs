@@ -13,6 +13,9 @@ use crate::study::sweep::variants::Label;
 /// Speed that levels are related to \[km/h\] (UN R117 for car tyres).
 const REFERENCE_SPEED: f64 = 80.0;
 
+/// More spectra in one picture cannot be told apart.
+pub(crate) const MOST_SPECTRA: usize = 12;
+
 /// One line of a block: a band over all speeds.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct BandLine {
@@ -57,6 +60,18 @@ pub(crate) fn blocks(runs: &[(Label, Option<Done>)]) -> Vec<SweepBlock> {
         SweepBlock::new(&runs[0].0.group, runs.iter().map(|(label, _)| label.speed).collect(), found)
     };
     runs.chunk_by(|(one, _), (other, _)| one.group == other.group).map(block).collect()
+}
+
+/// The tables of all roads, loads and settings, speeds side by side.
+pub(crate) fn side_by_side(blocks: &[SweepBlock]) -> Report {
+    let mut report = Report::default();
+    for (index, block) in blocks.iter().enumerate() {
+        if index > 0 {
+            report.text("\n");
+        }
+        report.append(block.report());
+    }
+    report
 }
 
 impl SweepBlock {

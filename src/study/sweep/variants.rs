@@ -15,9 +15,9 @@ use crate::study::sweep::factor::is_seed;
 /// The key of the speed, over which levels grow.
 pub(crate) const SPEED_KEY: &str = "rolling.speed_kmh";
 /// Names of what is no single key, or has a table of its own.
-const ROAD: &str = "road";
+pub(super) const ROAD: &str = "road";
 const LOAD: &str = "load N";
-const SPEED: &str = "speed km/h";
+pub(super) const SPEED: &str = "speed km/h";
 /// Most letters that a value has in the name of a folder.
 const MOST_LETTERS: usize = 40;
 

@@ -1,0 +1,204 @@
+//! The page of a sweep: levels against what is varied, third octaves and sounds of its runs, its tables.
+
+use std::path::Path;
+
+use maud::{Markup, html};
+use serde_json::json;
+
+use super::compare::Comparison;
+use super::html::{document, figure, report, table};
+use super::page::curves;
+use super::sections::player;
+use crate::effects::stored::{Stored, StoredError, file, read_text};
+use crate::effects::{Block, EFFECTS, ReportError};
+use crate::results::sound::SOUND_LEVEL;
+use crate::results::spectra::FORCE_LEVEL;
+use crate::results::summary::SUMMARY_FILE;
+use crate::storage::flat_folder::subfolder;
+use crate::study::sweep::record::{RECORD_FILE, SweepRecord};
+use crate::study::sweep::repeated::said;
+use crate::study::sweep::table::{MOST_SPECTRA, growth_plot, side_by_side};
+use crate::study::sweep::{Done, Label, RepeatedTable, blocks};
+
+/// Sound files of a page are no larger in all; the others stay in their folders \[bytes\].
+const MOST_SOUND: usize = 24 << 20;
+
+/// Caption of levels against what is varied.
+const LEVELS: &str = "Levels in dB: at the receivers A-weighted, the maximum of a pass-by or else the mean; \
+                      of the contact force over all bands that the run vouches for. Several seeds are one point, \
+                      their mean; its bar is the 95 % interval of that mean.";
+
+/// A sweep whose variants have left their results in a folder.
+pub(crate) struct StoredSweep {
+    title: String,
+    /// The variants; those that are not finished without results.
+    variants: Vec<(Label, Option<Stored>)>,
+}
+
+impl StoredSweep {
+    /// Reads a folder of `tyrewave sweep`; `None` where it is not one. Nothing outside of it is read.
+    ///
+    /// # Errors
+    /// [`StoredError`].
+    pub(crate) fn open(folder: &Path) -> Result<Option<Self>, StoredError> {
+        let Some(path) = file(folder, RECORD_FILE)? else { return Ok(None) };
+        let content = |reason| StoredError::Content { path: path.clone(), reason };
+        let record = SweepRecord::parse(&read_text(&path)?).map_err(content)?;
+        let mut variants = Vec::new();
+        for recorded in record.variants {
+            let name = &recorded.label.name;
+            let place = subfolder(folder, name).map_err(|error| content(format!("its variant {name}: {error}")))?;
+            let place = place.filter(|place| recorded.done && place.join(SUMMARY_FILE).exists());
+            variants.push((recorded.label, place.as_deref().map(Stored::open).transpose()?));
+        }
+        Ok(Some(Self { title: record.title, variants }))
+    }
+
+    /// Makes the page.
+    ///
+    /// # Errors
+    /// [`ReportError`].
+    pub(crate) fn page(&self) -> Result<String, ReportError> {
+        let found = |stored: &Stored| {
+            let levels = stored.spectrum(FORCE_LEVEL, "").map_or_else(Vec::new, |spectrum| spectrum.levels.clone());
+            Done::new(true, levels, &json!(stored.summary))
+        };
+        let runs: Vec<(Label, Option<Done>)> =
+            self.variants.iter().map(|(label, stored)| (label.clone(), stored.as_ref().map(found))).collect();
+        let (blocks, means) = (blocks(&runs), RepeatedTable::of(&runs));
+        let mut against = means.curves(&self.title)?;
+        if against.is_empty() {
+            against = means.plots(&self.title)?.into_iter().map(|(_, svg)| svg).collect();
+        }
+        let growth = if blocks.len() > MOST_SPECTRA { None } else { growth_plot(&blocks, "Growth with the speed")? };
+        let tables = RepeatedTable::new(&runs).map_or_else(|| side_by_side(&blocks), |means| means.report());
+        let (names, shown, of_all) = self.shown();
+        let third_octaves = third_octaves(&names, &shown)?;
+        let sounds = sounds(&names, &shown)?;
+        let missing = runs.iter().filter(|(_, done)| done.is_none()).count();
+        let content = html! {
+            article {
+                header {
+                    h1 { (self.title) }
+                    p { "A sweep of " (runs.len()) " runs: " (self.varied()) "." }
+                    @if missing > 0 { p.warning { "Not finished and not shown: " (missing) " of them." } }
+                }
+                section {
+                    h2 { "Levels" }
+                    @for svg in &against {
+                        (figure(svg, LEVELS))
+                    }
+                }
+                @if !third_octaves.0.is_empty() {
+                    section { h2 { "Third octaves" } p { (of_all) } (third_octaves) }
+                }
+                @if !sounds.0.is_empty() { section { h2 { "Sound" } p { (of_all) } (sounds) } }
+                @if let Some(svg) = growth {
+                    section {
+                        h2 { "Growth with the speed" }
+                        (figure(&svg, "Growth of each third octave of the contact force in dB per decade of speed, by \
+                            least squares. Grey: from bands that a run does not vouch for."))
+                    }
+                }
+                section { h2 { "Tables" } (report(&tables)) }
+            }
+        };
+        Ok(document(&self.title, &content))
+    }
+
+    /// Factors in words, each with its values or their number and ends.
+    fn varied(&self) -> String {
+        let factors = self.variants.first().map_or(&[][..], |(label, _)| &label.choices);
+        let words = factors.iter().enumerate().map(|(place, choice)| {
+            let mut values: Vec<&str> = Vec::new();
+            for value in self.variants.iter().filter_map(|(label, _)| Some(label.choices.get(place)?.value.as_str())) {
+                if !values.contains(&value) {
+                    values.push(value);
+                }
+            }
+            match values.as_slice() {
+                [first, .., last] if values.len() > MOST_SPECTRA => {
+                    format!("{} with {} values, {first} to {last}", choice.factor, values.len())
+                }
+                values => format!("{} = {}", choice.factor, values.join(", ")),
+            }
+        });
+        words.collect::<Vec<_>>().join("; ")
+    }
+
+    /// Runs whose third octaves and sounds are shown, by name, and a sentence on them: of several seeds the first, of
+    /// many combinations some at equal distances.
+    fn shown(&self) -> (Vec<String>, Vec<Stored>, String) {
+        let (mut seen, mut shown) = (Vec::new(), Vec::<(String, &Stored)>::new());
+        let finished = || self.variants.iter().filter_map(|(label, stored)| Some((label, stored.as_ref()?)));
+        for (label, stored) in finished() {
+            let values: Vec<_> = label.choices.iter().filter(|choice| !choice.repeats).collect();
+            if !seen.contains(&values) {
+                let name =
+                    values.iter().map(|choice| said(&choice.factor, &choice.value)).collect::<Vec<_>>().join(", ");
+                shown.push((if name.is_empty() { stored.name() } else { name }, stored));
+                seen.push(values);
+            }
+        }
+        if shown.len() > MOST_SPECTRA {
+            let last = shown.len() - 1;
+            shown = (0..MOST_SPECTRA).map(|place| shown[place * last / (MOST_SPECTRA - 1)].clone()).collect();
+        }
+        let (some, all) = (shown.len(), finished().count());
+        let seeds = if some < all && seen.len() < all { ", of several seeds the first" } else { "" };
+        let words = if some < all { format!("{some} of {all} runs{seeds}.") } else { "All runs.".to_owned() };
+        let (names, shown) = shown.into_iter().map(|(name, stored)| (name, stored.clone())).unzip();
+        (names, shown, words)
+    }
+}
+
+/// Third octaves of sound and force over each other, with their differences from the first run.
+fn third_octaves(names: &[String], shown: &[Stored]) -> Result<Markup, ReportError> {
+    let of = Comparison { names: names.to_vec(), ..Comparison::of(shown) };
+    let mut parts = Vec::new();
+    for spectrum in of.spectra.iter().filter(|spectrum| [SOUND_LEVEL, FORCE_LEVEL].contains(&spectrum.quantity)) {
+        parts.push((curves(shown, &of, spectrum)?, of.spectrum_table(spectrum)));
+    }
+    Ok(html! {
+        @for (curves, levels) in &parts {
+            @for (svg, caption) in curves { (figure(svg, caption)) }
+            details { summary { "The levels as a table" } (table(levels)) }
+        }
+    })
+}
+
+/// Players of all runs side by side, receiver by receiver, as far as there is room for them.
+fn sounds(names: &[String], shown: &[Stored]) -> Result<Markup, ReportError> {
+    let (mut room, mut left, mut receivers) = (MOST_SOUND, Vec::new(), Vec::<(String, Vec<Markup>)>::new());
+    for (name, stored) in names.iter().zip(shown) {
+        for section in EFFECTS.into_iter().map(|effect| effect.sections(stored, shown)) {
+            for block in section?.into_iter().flat_map(|section| section.blocks) {
+                let Block::Sound { words, file, bytes } = block else { continue };
+                if bytes.len() > room {
+                    left.push(format!("{}/{file} ({:.1} MB)", stored.name(), 1e-6 * bytes.len() as f64));
+                    continue;
+                }
+                room -= bytes.len();
+                let words = words.trim_end_matches([':', ' ']);
+                let (receiver, length) = words.split_once(", ").unwrap_or((words, ""));
+                let played = html! { div { dt { (name) ", " (length) } dd { (player(&bytes)) } } };
+                match receivers.iter_mut().find(|(other, _)| other == receiver) {
+                    Some((_, players)) => players.push(played),
+                    None => receivers.push((receiver.to_owned(), vec![played])),
+                }
+            }
+        }
+    }
+    Ok(html! {
+        @for (receiver, players) in &receivers {
+            h3 { (receiver) }
+            dl.figures.players { @for player in players { (player) } }
+        }
+        @if !left.is_empty() {
+            p {
+                "A page holds " (MOST_SOUND >> 20) " MB of sound. These files stay in the folder of the sweep: "
+                (left.join(", ")) "."
+            }
+        }
+    })
+}

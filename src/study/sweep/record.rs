@@ -1,0 +1,57 @@
+//! `sweep.json`: the variants of a sweep, by which a page finds their results again.
+
+use serde::{Deserialize, Serialize};
+
+use crate::study::sweep::variants::Label;
+
+/// File beside the variants' folders.
+pub(crate) const RECORD_FILE: &str = "sweep.json";
+/// What the file says of itself.
+const FORMAT: &str = "tyrewave sweep";
+const FORMAT_VERSION: u32 = 1;
+
+/// A variant of a sweep.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub(crate) struct Recorded {
+    /// Label in the tables.
+    #[serde(flatten)]
+    pub label: Label,
+    /// True if the folder of its name has its results.
+    pub done: bool,
+}
+
+/// All variants of a sweep.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+pub(crate) struct SweepRecord {
+    format: String,
+    format_version: u32,
+    /// Title of the scene that is varied.
+    pub title: String,
+    /// Its variants, in their order.
+    pub variants: Vec<Recorded>,
+}
+
+impl SweepRecord {
+    /// Makes the record of some variants.
+    pub(crate) fn new(title: String, variants: Vec<Recorded>) -> Self {
+        Self { format: FORMAT.to_owned(), format_version: FORMAT_VERSION, title, variants }
+    }
+
+    /// The file's text.
+    pub(crate) fn to_json(&self) -> String {
+        format!("{:#}\n", serde_json::json!(self))
+    }
+
+    /// Reads the file's text.
+    ///
+    /// # Errors
+    /// In words, for what is no record of this version.
+    pub(crate) fn parse(text: &str) -> Result<Self, String> {
+        let wrong = |error: serde_json::Error| format!("no list of a sweep's variants: {error}");
+        let record: Self = serde_json::from_str(text).map_err(wrong)?;
+        if (record.format.as_str(), record.format_version) != (FORMAT, FORMAT_VERSION) {
+            return Err(format!("no {FORMAT}, version {FORMAT_VERSION}"));
+        }
+        Ok(record)
+    }
+}

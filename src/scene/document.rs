@@ -55,6 +55,24 @@ impl Document {
         }
     }
 
+    /// Adds the place of a key, its value alone.
+    pub(super) fn add(&mut self, source: &Arc<Source>, path: String, span: Range<usize>) {
+        self.places.insert(path, Place { source: Arc::clone(source), key: span.clone(), value: span });
+    }
+
+    /// Gives the items of an array other numbers, or forgets those that have none.
+    pub(super) fn renumber(&mut self, array: &str, number: impl Fn(usize) -> Option<usize>) {
+        let renamed = |path: String| -> Option<String> {
+            let Some((item, rest)) = path.strip_prefix(array).and_then(|rest| rest.strip_prefix('[')?.split_once(']'))
+            else {
+                return Some(path);
+            };
+            Some(format!("{array}[{}]{rest}", number(item.parse().ok()?)?))
+        };
+        let places = std::mem::take(&mut self.places).into_iter();
+        self.places = places.filter_map(|(path, place)| Some((renamed(path)?, place))).collect();
+    }
+
     /// Forgets all keys within a table or array.
     pub(super) fn forget(&mut self, path: &str) {
         let within =

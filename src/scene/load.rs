@@ -1,7 +1,8 @@
 //! From a file or a text to a checked scene.
 //!
 //! 1. The text is parsed into a tree that knows where each key and value stands; syntax errors end here.
-//! 2. A tyre given by its file is read and put in the place of the path.
+//! 2. A tyre given by its file is read and put in the place of the path; receivers given by a file follow suit, after
+//!    settings from the command line.
 //! 3. The place of every key is noted, for this and for later complaints.
 //! 4. The tree is read key by key; all mistakes are collected.
 //! 5. File paths are made absolute, from the scene's folder, which they may not leave unless [`Reach`] says so.
@@ -17,6 +18,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::diagnostic::Source;
 use super::document::{Complaints, Document, join};
+use super::receiver_file::ReceiverFiles;
 use super::setting::Setting;
 use super::table::Table;
 use super::{DEFAULT, Diagnostic, Law, Problem, Scene, SceneError, consistency};
@@ -33,6 +35,7 @@ const IMPLAUSIBLE: f64 = 1e3;
 const TYRE_KEYS: [&str; 2] = ["circumference", "layers"];
 const NO_TYRE_FILE: &str = "name a tyre file, relative to the scene, or give the table [tyre]";
 const NO_FILE: &str = "give the table [tyre], as a run writes it";
+const NO_ARRAY_FILE: &str = "name a file with the columns name,x,y,z, relative to the scene";
 const OUTSIDE: &str = "copy it there, or let this scene name any file: --allow-outside";
 const DUPLICATE: &str = "give each key and each [table] once; [[name]] begins one more item of an array";
 const DECIMAL_COMMA: &str = "numbers have a decimal point, not a comma";
@@ -300,7 +303,7 @@ impl LoadedScene {
             }
             Some(DeValue::String(tyre_path)) => match outside(&folder, Path::new(tyre_path.as_ref()), reach) {
                 Some(problem) => (None, Some(problem)),
-                None => match tyre_file(&folder, tyre_path) {
+                None => match named_file(&folder, tyre_path) {
                     Ok(tyre_source) => (Some(tyre_source), None),
                     Err(error) => (None, Some(Problem::new(error.to_string(), NO_TYRE_FILE))),
                 },
@@ -315,6 +318,14 @@ impl LoadedScene {
             }
         }
         within.into_iter().try_for_each(|setting| setting.apply(root.get_mut(), &mut document))?;
+        let receiver_files;
+        if reach != Reach::Recorded {
+            receiver_files = ReceiverFiles::read(root.get_ref(), &document, |path| {
+                let read = || named_file(&folder, path).map_err(|error| Problem::new(error.to_string(), NO_ARRAY_FILE));
+                outside(&folder, Path::new(path), reach).map_or_else(read, Err)
+            })?;
+            receiver_files.put_into(root.get_mut(), &mut document);
+        }
         let allowed = root.get_ref().get("allow_implausible").and_then(|allowed| allowed.get_ref().as_bool());
         let slack = if allowed == Some(true) { IMPLAUSIBLE } else { 1.0 };
         let complaints = Complaints::new(&document, slack);
@@ -364,8 +375,8 @@ fn read_text(path: &Path) -> Result<String, SceneError> {
     })
 }
 
-/// Reads the tyre file that a scene names.
-fn tyre_file(folder: &Path, path: &str) -> Result<Arc<Source>, SceneError> {
+/// Reads a file that a scene names.
+fn named_file(folder: &Path, path: &str) -> Result<Arc<Source>, SceneError> {
     let path = folder.join(path);
     let text = read_text(&path)?;
     Ok(Arc::new(Source { name: path.display().to_string(), text }))

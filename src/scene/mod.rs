@@ -12,6 +12,7 @@ mod kind;
 mod load;
 pub(crate) mod model;
 mod problem;
+mod receiver_file;
 pub(crate) mod schema;
 mod setting;
 mod table;

@@ -143,6 +143,7 @@ mod tests {
         let detour = 7.5_f64.hypot(1.5) - 7.5_f64.hypot(0.9);
         let band = ThirdOctaveBand::containing(0.5 * air().sound_speed / detour).unwrap();
         let [low, cancelled] = [ThirdOctaveBand(-10), band].map(|band| high.spread(band, position, &air()));
-        assert!(low / cancelled > 30.0, "{low} and {cancelled}");
+        // In the band the phase is off pi by 0.73 at most: 1 - cos is 0.25 there, and 2 where both are in phase.
+        assert!(low / cancelled > 7.0, "{low} and {cancelled}");
     }
 }

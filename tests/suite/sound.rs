@@ -443,3 +443,28 @@ fn sidewalls_that_move_are_heard_the_same_on_any_threads_and_kept_apart_from_the
     let changes: Vec<f64> = changes.map(|(heard, tread)| heard.1 - tread.1).collect();
     assert!(changes.len() == 4 && changes.iter().all(|change| (-2.5..-1.2).contains(change)), "{changes:?}");
 }
+
+#[test]
+fn microphones_of_a_file_have_their_names_in_tables_and_sounds() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("array.csv"), "name,x,y,z\nnear left,0,2,0.5\nfar,0,4,0.5\n").unwrap();
+    let way = "[[receiver]]\nfile = \"array.csv\"\n[radiation]\nfmax = 300.0\nquality = \"draft\"";
+    let text = scene_text(64, "kind = \"made\"\nseed = 4", &rolling(1.2), MODAL, way);
+    fs::write(folder.path().join("loud.toml"), text).unwrap();
+    let planned = program(folder.path(), &["plan", "loud.toml"]);
+    assert!(planned.status.success());
+    program(folder.path(), &["run", "loud.toml", "--out", "run"]);
+    let run = folder.path().join("run");
+    let table = fs::read_to_string(run.join("sound.csv")).unwrap();
+    for name in ["near left", "far"] {
+        assert!(table.contains(&format!("\n{name},100,")), "{table}");
+        assert!(run.join(format!("sound_{}.wav", name.replace(' ', "-"))).is_file());
+    }
+    let summary = read_summary(&run);
+    let level = |receiver: usize| summary["sound"]["receivers"][receiver]["level"].as_f64().unwrap();
+    assert!(level(0) > level(1), "{summary:#}");
+    assert_eq!(summary["settings"]["receiver"][1]["position"][1].as_f64(), Some(4.0));
+    // A report reads the run without the file.
+    fs::remove_file(folder.path().join("array.csv")).unwrap();
+    program(folder.path(), &["report", "run"]);
+}

@@ -1,5 +1,7 @@
 //! `[[receiver]]` and `[radiation]`: where sound is heard, and how its way there is computed.
 
+use std::path::PathBuf;
+
 use serde::{Deserialize, Serialize};
 
 use super::effects::Switch;
@@ -7,7 +9,7 @@ use super::numerics::decibels;
 use super::tyre::{Sides, Tyre};
 use crate::scene::Problem;
 use crate::scene::keys::keys;
-use crate::scene::kind::{Bounds, Decibels, Exactly, Flag, Name, OneOf, Optional, Whole};
+use crate::scene::kind::{Bounds, Decibels, Exactly, File, Flag, Name, OneOf, Optional, Whole};
 use crate::scene::table::{Each, Kind, Nested, Table};
 
 /// A place, or places, at which the sound pressure is wanted. A scene without any computes none.
@@ -243,7 +245,8 @@ pub(super) enum Standard {
 }
 
 keys! {
-    /// A place, or places, at which the sound pressure is wanted: a `position`, or what a `standard` says.
+    /// A place, or places, at which the sound pressure is wanted: a `position`, those of a `file`, or what a `standard`
+    /// says.
     #[derive(Debug)]
     ReceiverKeys {
         /// Its name in tables, files and legends; made from the place where it is left out.
@@ -251,6 +254,9 @@ keys! {
         /// A point that moves along with the tyre, from the road under the axle's centre x forward, y to the left, z up
         /// \[m\].
         position: Option<[f64; 3]> = None => Optional(Exactly(COORDINATE)),
+        /// File of microphones that move along: a CSV file with the line `name,x,y,z` and a row for each, in metres as
+        /// `position`; relative to the scene, and alone in its table. Each row is a receiver of its own.
+        file: Option<PathBuf> = None => Optional(File),
         /// Places beside the passing tyre (UN R117, ISO 362), close to it (ISO 11819-2), round it for its directivity
         /// or its sound power (ISO 3744), or at the edges of its patch for the intensity (AASHTO T 360).
         standard: Option<Standard> = None => Optional(OneOf::new()),
@@ -283,8 +289,13 @@ fn receiver(table: &mut Table<'_>) -> Option<Receiver> {
         _ => ("", &[]),
     };
     table.refuse(others, owner, "leave this out");
-    let ReceiverKeys { name, position, standard, distance, height, radius, vehicle, passage } =
+    let ReceiverKeys { name, position, file, standard, distance, height, radius, vehicle, passage } =
         ReceiverKeys::read(table)?;
+    if file.is_some() {
+        // Its rows have taken the table's place in every other scene.
+        let right = "give each position, as a run writes it";
+        return table.complain("file", Problem::new("a recorded scene names a file, which is not read", right));
+    }
     let required = |key, length: Option<f64>| match length {
         None => table.complain(key, Problem::missing(&FROM_TYRE.wanted())),
         given => given,
@@ -297,7 +308,7 @@ fn receiver(table: &mut Table<'_>) -> Option<Receiver> {
         // A slip in the key's name is told by itself, with the name that was meant.
         (None, None) if table.has_unknown() => return None,
         (None, None) => {
-            let right = "position = [x, y, z] in metres, or standard = \"coast-by\", \"cpx\", \"circle\", \
+            let right = "position = [x, y, z] in metres, a file, or standard = \"coast-by\", \"cpx\", \"circle\", \
                          \"hemisphere\" or \"obsi\"";
             return table.complain_here(Problem::new("it says nowhere where the receiver is", right));
         }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Heard, octaves};
+use super::heard::{Heard, octaves};
 use crate::response::BandLevel;
 use crate::scene::Vehicle;
 use crate::sound::SpeedCoefficient;
@@ -130,7 +130,7 @@ pub(super) fn rows(heard: &[&Heard]) -> Vec<EmissionRow> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::bands;
+    use super::super::heard::tests::bands;
     use super::*;
 
     /// Runs whose power levels lie on lines of A and B about 70 km/h, by band, and off them as given.

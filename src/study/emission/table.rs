@@ -158,7 +158,8 @@ impl EmissionRow {
         }
         if slower.min(faster) < R117_RUNS {
             note.push_str(&format!(
-                "{slower} runs below and {faster} above 80 km/h: R117 asks for {R117_RUNS} each, from 70 to 90 km/h\n"
+                "runs below and above 80 km/h: {slower} and {faster}; UN R117 asks for {R117_RUNS} each, from 70 to 90 \
+                 km/h\n"
             ));
         }
         note
@@ -206,7 +207,7 @@ mod tests {
         let told = emission.report().to_string();
         assert!(told.contains("rough, stone, beside: CNOSSOS-EU") && told.contains("lg(v/80 km/h)"), "{told}");
         assert_eq!(told.matches(" (70.").count(), 1, "{told}");
-        assert!(told.contains("2 runs below and 1 above 80 km/h"), "{told}");
+        assert!(told.contains("below and above 80 km/h: 2 and 1;"), "{told}");
         let json = emission.to_json();
         assert_eq!((&json["rows"][0]["model"], &json["rows"][2]["nominal_hz"]), (&json!("cnossos-eu"), &Value::Null));
         assert_eq!(json["rows"][0]["a_db"].as_f64().unwrap().to_bits(), line.reference_level.to_bits());

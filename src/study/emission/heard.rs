@@ -1,0 +1,172 @@
+//! Runs of a sweep at their coast-by receivers: levels as the sound power of a vehicle.
+
+use thiserror::Error;
+
+use crate::effects::stored::{Stored, StoredError};
+use crate::response::{BandLevel, ThirdOctaveBand};
+use crate::results::sound::SOUND_FILE;
+use crate::scene::Vehicle;
+use crate::sound::Air;
+use crate::sound::levels::energetic_sum;
+use crate::sound::point_source::PointSources;
+
+/// Column of the unweighted levels at receivers.
+const LEVEL: &str = "level_db_re_20upa";
+
+/// Why there is no emission.
+#[derive(Debug, Error)]
+pub(crate) enum EmissionError {
+    /// A results folder that cannot be read.
+    #[error(transparent)]
+    Stored(#[from] StoredError),
+    /// A run that is not finished.
+    #[error("{name} is not finished: the same `tyrewave sweep` again goes on with it")]
+    Unfinished {
+        /// Name of the run.
+        name: String,
+    },
+    /// No microphone beside the road.
+    #[error("{name} has no levels at a coast-by receiver: its scene needs [[receiver]] with standard = \"coast-by\"")]
+    NoPassage {
+        /// Name of the run.
+        name: String,
+    },
+    /// Levels at one speed alone.
+    #[error(
+        "{} at {speed} km/h alone: a line over the speed needs two speeds at least, such as \
+         `tyrewave sweep SCENE --speed 50..110:10`",
+        if group.is_empty() { "runs" } else { group }
+    )]
+    OneSpeed {
+        /// Group of the runs.
+        group: String,
+        /// The speed \[km/h\].
+        speed: f64,
+    },
+}
+
+/// One run at one coast-by receiver.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Heard {
+    /// Group of the run: road, load and settings, as far as they are varied.
+    pub group: String,
+    /// Name of the receiver.
+    pub receiver: String,
+    /// Tyres that the receiver hears.
+    pub tyres: usize,
+    /// Speed \[km/h\].
+    pub speed: f64,
+    /// Third octaves of the sound power of four tyres \[dB re 1 pW\], by the sources of CNOSSOS-EU and of Nord2000.
+    pub power: [Vec<BandLevel>; 2],
+    /// Maximum of the pass-by \[dB(A)\]; valid where the bands that the run vouches for leave out no more than half a
+    /// decibel.
+    pub maximum: Option<(f64, bool)>,
+}
+
+/// Hears a run at its coast-by receivers.
+pub(super) fn listen(run: &Stored) -> Result<Vec<Heard>, EmissionError> {
+    let name = run.name();
+    if !run.summary.complete {
+        return Err(EmissionError::Unfinished { name });
+    }
+    let speed = run.plan.scene.rolling.speed_kmh;
+    let told = run.summary.sound.iter().flat_map(|sound| &sound.receivers);
+    let told: Vec<_> = told.collect();
+    let levels = run.levels(SOUND_FILE, LEVEL)?.unwrap_or_default();
+    let air = run.plan.sound().and_then(|sound| Some((Air::at(sound.radiation.temperature)?, sound)));
+    let mut all = Vec::new();
+    if let Some((air, sound)) = air {
+        for heard in sound.heard.iter().filter(|heard| heard.is_passed()) {
+            let levels = levels.iter().find(|(name, _)| *name == heard.name);
+            let summary = told.iter().find(|summary| summary.name == heard.name);
+            let (Some((_, levels)), Some(summary)) = (levels, summary) else { continue };
+            let positions: Vec<[f64; 3]> = sound.counted(heard).map(|point| sound.positions[point]).collect();
+            let power = [PointSources::CNOSSOS_EU, PointSources::NORD2000].map(|sources| {
+                let one = |of: &BandLevel| {
+                    let level = sources.power_level(of.level, of.band, &positions, &air) + to_vehicle(heard.tyres());
+                    BandLevel { mean_square: 10.0_f64.powf(0.1 * level), level, ..*of }
+                };
+                levels.iter().map(one).collect()
+            });
+            let whole = summary.bands.is_some_and(|bands| !bands.lower_bound);
+            all.push(Heard {
+                group: group_of(&name, speed),
+                receiver: heard.name.clone(),
+                tyres: heard.tyres(),
+                speed,
+                power,
+                maximum: summary.pass_by.as_ref().map(|pass_by| (pass_by.maximum, whole)),
+            });
+        }
+    }
+    if all.is_empty() { Err(EmissionError::NoPassage { name }) } else { Ok(all) }
+}
+
+/// Level of a vehicle's tyres over that of so many \[dB\]: mean squares add.
+fn to_vehicle(tyres: usize) -> f64 {
+    10.0 * (Vehicle::TYRES as f64 / tyres as f64).log10()
+}
+
+/// Group of a run in a sweep by the name of its folder: without its speed, and without values of seeds.
+fn group_of(name: &str, speed: f64) -> String {
+    let without = name.trim_end_matches('+').strip_suffix(&format!("{speed}kmh")).unwrap_or(name);
+    let is_seed = |part: &&str| part.split_once('=').is_some_and(|(key, _)| key.rsplit('.').next() == Some("seed"));
+    let parts = without.trim_end_matches('-').split('-').filter(|part| !is_seed(part));
+    parts.collect::<Vec<_>>().join("-")
+}
+
+/// Octave bands of CNOSSOS-EU, 63 Hz to 8 kHz, from the third octaves within: those of which all three are there.
+pub(super) fn octaves(third_octaves: &[BandLevel]) -> Vec<BandLevel> {
+    let octave = |middle: i32| {
+        let three: Vec<&BandLevel> = third_octaves.iter().filter(|of| (of.band.0 - middle).abs() <= 1).collect();
+        let level = energetic_sum(three.iter().map(|of| of.level));
+        let mean_square = three.iter().map(|of| of.mean_square).sum();
+        let valid = three.iter().all(|of| of.valid);
+        (three.len() == 3).then_some(BandLevel { band: ThirdOctaveBand(middle), mean_square, level, valid })
+    };
+    (-12..=9).step_by(3).filter_map(octave).collect()
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    /// Levels of bands \[dB\].
+    pub(in crate::study::emission) fn bands(levels: &[(i32, f64)]) -> Vec<BandLevel> {
+        let one = |&(band, level): &(i32, f64)| BandLevel {
+            band: ThirdOctaveBand(band),
+            mean_square: 10.0_f64.powf(0.1 * level),
+            level,
+            valid: band < 3,
+        };
+        levels.iter().map(one).collect()
+    }
+
+    #[test]
+    fn an_octave_is_the_energy_of_its_three_third_octaves_and_valid_as_they_are() {
+        let thirds = bands(&[(-1, 60.0), (0, 60.0), (1, 60.0), (2, 70.0), (3, 60.0), (4, 50.0), (5, 40.0)]);
+        let found = octaves(&thirds);
+        assert_eq!(found.iter().map(|of| (of.band.0, of.valid)).collect::<Vec<_>>(), [(0, true), (3, false)]);
+        assert!((found[0].level - 60.0 - 10.0 * 3.0_f64.log10()).abs() < 1e-12);
+        assert!((found[1].level - 10.0 * 1.11e7_f64.log10()).abs() < 1e-12);
+        assert!((10.0 * found[1].mean_square.log10() - found[1].level).abs() < 1e-12);
+    }
+
+    #[test]
+    fn runs_are_grouped_by_what_is_varied_beside_speed_and_seeds() {
+        for (name, speed, group) in [
+            ("80kmh", 80.0, ""),
+            ("dac-11-3000N-62.5kmh", 62.5, "dac-11-3000N"),
+            ("seed=3-tread=bedding-80kmh+", 80.0, "tread=bedding"),
+            ("road.seed=3-80kmh", 80.0, ""),
+            ("by-hand", 80.0, "by-hand"),
+        ] {
+            assert_eq!(group_of(name, speed), group, "{name}");
+        }
+    }
+
+    #[test]
+    fn four_tyres_are_6_db_above_one() {
+        assert!((to_vehicle(1) - 6.0206).abs() < 1e-4 && to_vehicle(4).abs() < 1e-12);
+    }
+}

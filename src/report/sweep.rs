@@ -92,7 +92,9 @@ impl StoredSweep {
                 @if !third_octaves.0.is_empty() {
                     section { h2 { "Third octaves" } p { (of_all) } (third_octaves) }
                 }
-                @if !sounds.0.is_empty() { section { h2 { "Sound" } p { (of_all) } (sounds) } }
+                @if !sounds.0.is_empty() {
+                    section { h2 { "Sound" } p { (of_all) " All players have one scale: louder is louder." } (sounds) }
+                }
                 @if let Some(svg) = growth {
                     section {
                         h2 { "Growth with the speed" }

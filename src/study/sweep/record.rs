@@ -6,7 +6,7 @@ use crate::study::sweep::variants::Label;
 
 /// File beside the variants' folders.
 pub(crate) const RECORD_FILE: &str = "sweep.json";
-/// What the file says of itself.
+/// Format and version that the file states.
 const FORMAT: &str = "tyrewave sweep";
 const FORMAT_VERSION: u32 = 1;
 
@@ -51,6 +51,13 @@ impl SweepRecord {
         let record: Self = serde_json::from_str(text).map_err(wrong)?;
         if (record.format.as_str(), record.format_version) != (FORMAT, FORMAT_VERSION) {
             return Err(format!("no {FORMAT}, version {FORMAT_VERSION}"));
+        }
+        let factors = |of: &Recorded| -> Vec<(String, bool)> {
+            of.label.choices.iter().map(|choice| (choice.factor.clone(), choice.repeats)).collect()
+        };
+        let alike = record.variants.windows(2).all(|pair| factors(&pair[0]) == factors(&pair[1]));
+        if !alike || record.variants.is_empty() || record.variants.iter().any(|of| of.label.speed <= 0.0) {
+            return Err("no variants of the same keys, each with a speed above 0".to_owned());
         }
         Ok(record)
     }

@@ -5,7 +5,9 @@ use serde::Serialize;
 
 use super::front::{FrontRow, STATED_TO};
 use super::resolution::{Need, Resolution};
-use crate::scene::{Axle, Diagnostic, History, LoadedScene, Numerics, OF_SLICES, Road, Scene, SceneError, Switch, Zone, short};
+use crate::scene::{
+    Axle, Diagnostic, History, LoadedScene, Numerics, OF_SLICES, Road, Scene, SceneError, Switch, Zone, short,
+};
 
 /// A setting that the scene left open or that has another source than the scene, and why it is what it is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]

@@ -18,7 +18,7 @@ pub(crate) struct SliceErrors {
     pub force_valid_to: f64,
     /// Frequency up to which levels of sound are \[Hz\].
     pub sound_valid_to: f64,
-    /// Errors by band, rising.
+    /// Errors by band.
     pub bands: Vec<SliceError>,
 }
 
@@ -34,8 +34,8 @@ pub(crate) struct SliceError {
 }
 
 impl SliceErrors {
-    /// Errors of force and sound \[dB\] in successive bands, neither of which falls as frequencies rise. Past the last
-    /// band nothing is known, and nothing is vouched for.
+    /// Takes the errors of force and sound \[dB\] in successive bands. Levels are valid up to the last band before an
+    /// error is above `largest`; past the last band no error is known, and no level is valid.
     pub(crate) fn new(macrotexture: f64, largest: f64, first: ThirdOctaveBand, force: &[f64], sound: &[f64]) -> Self {
         let valid_to = |errors: &[f64]| {
             let within = errors.iter().take_while(|error| **error <= largest).count();

@@ -11,7 +11,7 @@ use crate::scene::{History, LoadedScene, SceneError, Zone};
 
 /// Bytes that a process comes to hold beside what a run's plan counts, at most: code that was used, pictures and the
 /// page of the results, and what the allocator keeps (measured over twenty scenes, 13 to 58 MB).
-const PROGRAM: f64 = 6e7;
+const PROGRAM: f64 = 6.6e7;
 /// Share of the ideal that threads reach on work before the steps.
 const EFFICIENCY: f64 = 0.95;
 

@@ -2,8 +2,8 @@
 //!
 //! A stated error is the largest difference of a third octave of the contact force, [`STATED_FROM`] to fmax, from the
 //! limit for small time steps, elements and cells, with the axle at the same height, for fmax up to each frequency of
-//! [`STATED_TO`]. The rows of slices were set from made dense asphalt at 80 km/h up to 1 kHz and on a chip seal, too, up
-//! to 2 kHz, those of cells from four roads at three speeds, and hold on others (docs/accuracy.md; an ignored test,
+//! [`STATED_TO`]. The rows of slices were set from made dense asphalt at 80 km/h up to 1 kHz, and from a chip seal, too,
+//! up to 2 kHz, those of cells from four roads at three speeds, and hold on others (docs/accuracy.md; an ignored test,
 //! tests/suite/presets.rs). Cells have to be finer: a stone that is a cell or two wide is too hard.
 //! `tyrewave study SCENE --check-presets` measures them on any scene.
 
@@ -162,8 +162,8 @@ impl FrontRow {
         (element <= longest * (1.0 + 1e-9) && !is_wide).then(|| Some((STATED_FROM, row.error_for(scene, fmax)?)))?
     }
 
-    /// Finds the cheapest row whose error stated for a scene with an fmax is not above an accuracy \[dB\]; `None` where no
-    /// row is as accurate.
+    /// Finds the cheapest row whose error stated for a scene with an fmax is not above an accuracy \[dB\]; `None` where
+    /// no row is as accurate.
     pub(crate) fn within(accuracy: f64, scene: &Scene) -> Option<&'static Self> {
         let fmax = scene.numerics.fmax?;
         let keeps = |row: &&Self| row.error_for(scene, fmax).is_some_and(|error| error <= accuracy);

@@ -25,7 +25,7 @@ const SHORTEST_CELL: f64 = 1.5e-3;
 struct Errors {
     /// Force and vibration.
     force: [[f64; BANDS]; 3],
-    /// Sound by [`RadiationQuality::Full`], at the receiver with the larger error: close to the tyre or beside the road.
+    /// Sound by [`RadiationQuality::Full`], close to the tyre or beside the road, wherever the error is larger.
     full: [[f64; BANDS]; 3],
     /// Sound by [`RadiationQuality::Draft`], close to the tyre.
     draft: [[f64; BANDS]; 3],

@@ -1,5 +1,5 @@
-//! Tyres by size among the scenes: each rolls in the default scene, is as large as its name says, and says what of it is
-//! published and what is inferred.
+//! Tyres by size among the scenes: each rolls in the default scene, is as large as its name says, and tells published
+//! from inferred values.
 
 use std::fs;
 use std::path::{Path, PathBuf};

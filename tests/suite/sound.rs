@@ -198,7 +198,8 @@ fn a_draft_solves_nothing_says_how_far_off_it_is_and_effects_hear_it() {
     let folder = tempfile::tempdir().unwrap();
     for (name, way) in [("draft", way), ("full", LOW)] {
         // So many elements that the run vouches for bands that the draft is stated for.
-        let text = edit(&format!("{text}\n{way}\n"), &[("numerics.elements", "256")]);
+        let bearing = "[contact]\nlargest_slice_error = \"60 dB\"";
+        let text = edit(&format!("{text}\n{way}\n{bearing}\n"), &[("numerics.elements", "256")]);
         fs::write(folder.path().join(format!("{name}.toml")), text).unwrap();
         program(folder.path(), &["run", &format!("{name}.toml"), "--out", name]);
     }
@@ -377,7 +378,8 @@ fn a_run_that_is_too_short_says_so_and_one_without_receivers_has_no_sound() {
 fn on_board_intensity_is_that_of_two_probes_at_the_edges_of_the_patch() {
     let folder = tempfile::tempdir().unwrap();
     let receivers = "[[receiver]]\nstandard = \"obsi\"\n[[receiver]]\nstandard = \"cpx\"";
-    let way = "[radiation]\nfmax = 800.0\nnodes_per_wavelength = 5.0\nfrequency_tolerance = \"0.5 dB\"\naudio = false";
+    let way = "[radiation]\nfmax = 800.0\nnodes_per_wavelength = 5.0\nfrequency_tolerance = \"0.5 dB\"\naudio = false\n\
+               [contact]\nlargest_slice_error = \"60 dB\"";
     let text = scene_text(256, "kind = \"made\"\nseed = 4", &rolling(2.0), MODAL, &format!("{receivers}\n{way}"));
     fs::write(folder.path().join("probe.toml"), text).unwrap();
     program(folder.path(), &["run", "probe.toml", "--out", "out"]);

@@ -192,7 +192,8 @@ fn a_study_that_would_take_too_long_is_refused() {
 #[test]
 fn finer_ways_of_the_sound_are_closer_to_the_finest_with_the_same_forces() {
     let rolling = ROLLING.replace("duration = 0.3", "duration = 0.9");
-    let way = "[radiation]\nfmax = 300.0\nnodes_per_wavelength = 5.0\nfrequency_tolerance = \"0.5 dB\"";
+    let way = "[radiation]\nfmax = 300.0\nnodes_per_wavelength = 5.0\nfrequency_tolerance = \"0.5 dB\"\n\
+               [contact]\nlargest_slice_error = \"60 dB\"";
     let receivers = format!("[[receiver]]\nstandard = \"cpx\"\n{way}");
     let loaded = scene(&scene_text(64, MADE, &rolling, "history = \"modal\"", &receivers));
     let (stop, mut watch) = (AtomicBool::new(false), Unwatched);

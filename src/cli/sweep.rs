@@ -219,7 +219,7 @@ impl SweepArguments {
             return ended;
         }
         if let Some(page) = page {
-            write_page(&[folder.clone()], None, &page, context)?;
+            write_page(std::slice::from_ref(&folder), None, &page, context)?;
         }
         context.print_report(&report)?;
         if !context.options.quiet && !context.options.json {

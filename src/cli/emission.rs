@@ -3,10 +3,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::report::Stored;
 use crate::results::ResultsError;
-use crate::results::summary::SUMMARY_FILE;
 use crate::study::emission::{EMISSION_HEAD, Emission};
+use crate::study::sweep::StoredSweep;
 use clap::Args;
 
 use super::context::{Context, print};
@@ -48,10 +47,8 @@ pub(crate) struct EmissionArguments {
 impl EmissionArguments {
     /// Reads, fits, writes and prints.
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
-        let usage = |error: &dyn std::fmt::Display| CliError::Usage(error.to_string());
-        let open = |folder: &PathBuf| Stored::open(folder).map_err(|error| usage(&error));
-        let runs = runs(&self.sweep)?.iter().map(open).collect::<Result<Vec<_>, _>>()?;
-        let emission = Emission::of(&runs).map_err(|error| usage(&error))?;
+        let sweep = opened(&self.sweep)?;
+        let emission = Emission::of(&sweep).map_err(|error| CliError::Usage(error.to_string()))?;
         let out = self.out.unwrap_or(self.sweep);
         fs::create_dir_all(&out).map_err(ResultsError::creating(&out))?;
         let path = out.join(FILE);
@@ -64,26 +61,12 @@ impl EmissionArguments {
     }
 }
 
-/// The results folders of a sweep, by name.
-fn runs(sweep: &Path) -> Result<Vec<PathBuf>, CliError> {
-    let wrong = |problem: &str| {
-        let right = "give the folder of a sweep: `tyrewave sweep SCENE --speed 50..110:10` makes one";
-        Err(CliError::Usage(format!("{} {problem}: {right}", sweep.display())))
+/// Opens the folder of a sweep.
+fn opened(folder: &Path) -> Result<StoredSweep, CliError> {
+    let found = if folder.is_dir() { StoredSweep::open(folder) } else { Ok(None) };
+    let none = || {
+        let right = "`tyrewave sweep SCENE --speed 50..110:10` makes one";
+        CliError::Usage(format!("{} is not the folder of a sweep: {right}", folder.display()))
     };
-    if sweep.is_file() {
-        return wrong("is a file");
-    }
-    if sweep.join(SUMMARY_FILE).exists() {
-        return wrong("has the results of a single run");
-    }
-    let read = |source| CliError::Read { path: sweep.to_owned(), source };
-    let mut folders = Vec::new();
-    for entry in fs::read_dir(sweep).map_err(read)? {
-        let folder = entry.map_err(read)?.path();
-        if folder.join(SUMMARY_FILE).is_file() {
-            folders.push(folder);
-        }
-    }
-    folders.sort();
-    if folders.is_empty() { wrong("has no results of runs in it") } else { Ok(folders) }
+    found.map_err(|error| CliError::Usage(error.to_string()))?.ok_or_else(none)
 }

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::report::sweep::StoredSweep;
 use crate::report::{Comparison, PAGE_HEAD, ReportError, Stored, page};
+use crate::study::sweep::StoredSweep;
 use clap::Args;
 
 use super::context::{Context, print};

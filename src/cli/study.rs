@@ -122,8 +122,9 @@ impl StudyArguments {
         if let Some(picture) = picture {
             side.picture(PICTURE[0], picture)?;
         }
-        let lead = "Every knob that trades accuracy for time, the others at a fine reference. Errors are differences \
-                    of the contact force from that of the reference; those below the doubt about it are marked ~.";
+        let lead = "Every setting that trades accuracy for time, the others at a fine reference. Errors are \
+                    differences of the contact force from that of the reference; those below the doubt about it are \
+                    marked ~.";
         let title = format!("Study: {}", side.loaded.title());
         side.page("study.html", [&title, lead], &[("Accuracy against time", &[PICTURE], &report)]);
         report.text("\n");
@@ -144,9 +145,9 @@ impl StudyArguments {
 /// Picture and its caption.
 const PICTURE: [&str; 2] = [
     "study.svg",
-    "Largest error of a third octave in dB against the work and against the time of a second rolled. A line is a knob, \
-     its points are the settings. No setting has both less work and a smaller error than those on the front. Below the \
-     dashed line errors are smaller than the doubt about the reference.",
+    "Largest error of a third octave in dB against the work and against the time of a second rolled. A line is a \
+     setting, its points are its values. No point has both less work and a smaller error than those on the front. \
+     Below the dashed line errors are smaller than the doubt about the reference.",
 ];
 
 const HEADER: [&str; 11] = [
@@ -203,8 +204,8 @@ fn report(study: &Study, scene: &Scene) -> Report {
     report.text(format!(
         "Third octaves of the contact force from {LOWEST_BAND} to {} Hz over {} s, axle held; {} threads\n\
          reference: {}\n\n\
-         How sure the reference is: the same with a knob halved and doubled, the order that shows, the error that is \
-         left; without a doubled one, all of the difference:\n",
+         How sure the reference is: the same with a setting halved and doubled, the order that shows, the error that \
+         is left; without a doubled one, all of the difference:\n",
         options.highest,
         options.duration,
         study.threads,
@@ -239,7 +240,7 @@ fn report(study: &Study, scene: &Scene) -> Report {
         doubt.worst, doubt.rms, doubt.force, doubt.mean_force, doubt.contact_length, doubt.rolling_resistance
     ));
     for (kind, title) in [
-        (Kind::Error, "Knobs of the discretisation, the rest at the reference"),
+        (Kind::Error, "Settings of the discretisation, the rest at the reference"),
         (Kind::Neighbour, "Settings around the presets"),
         (Kind::Model, "Laws: another model, not an error"),
     ] {

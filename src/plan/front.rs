@@ -139,12 +139,8 @@ impl FrontRow {
     /// Finds the row that a scene's `preset` or `accuracy` chooses.
     pub(crate) fn asked_for(scene: &Scene) -> Option<&'static Self> {
         let zone = scene.contact.zone;
-        let accuracy = |accuracy| Self::within(accuracy, scene);
-        scene
-            .numerics
-            .preset
-            .map(|preset| Self::of(preset, zone))
-            .or_else(|| scene.numerics.accuracy.and_then(accuracy))
+        let preset = scene.numerics.preset.map(|preset| Self::of(preset, zone));
+        preset.or_else(|| Self::within(scene.numerics.accuracy?, scene))
     }
 
     /// Finds the error of force levels that a scene's `preset` or `accuracy` states: from which frequency on \[Hz\],

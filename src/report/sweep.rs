@@ -1,7 +1,5 @@
 //! The page of a sweep: levels against what is varied, third octaves and sounds of its runs, its tables.
 
-use std::path::Path;
-
 use maud::{Markup, html};
 use serde_json::json;
 
@@ -9,16 +7,12 @@ use super::compare::Comparison;
 use super::html::{document, figure, report, table};
 use super::page::curves;
 use super::sections::player;
-use crate::effects::stored::{Stored, StoredError, file, read_text};
+use crate::effects::stored::Stored;
 use crate::effects::{Block, EFFECTS, ReportError};
 use crate::results::sound::SOUND_LEVEL;
 use crate::results::spectra::FORCE_LEVEL;
-use crate::results::summary::SUMMARY_FILE;
-use crate::storage::flat_folder::subfolder;
-use crate::study::sweep::record::{RECORD_FILE, SweepRecord};
-use crate::study::sweep::repeated::said;
 use crate::study::sweep::table::{MOST_SPECTRA, growth_plot, side_by_side};
-use crate::study::sweep::{Done, Label, RepeatedTable, blocks};
+use crate::study::sweep::{Done, Label, RepeatedTable, StoredSweep, blocks};
 
 /// Sound files of a page are no larger in all; the others stay in their folders \[bytes\].
 const MOST_SOUND: usize = 24 << 20;
@@ -28,33 +22,8 @@ const LEVELS: &str = "Levels in dB: at the receivers A-weighted, the maximum of 
                       of the contact force over all bands that the run vouches for. Several seeds are one point, \
                       their mean; its bar is the 95 % interval of that mean.";
 
-/// A sweep whose variants have left their results in a folder.
-pub(crate) struct StoredSweep {
-    title: String,
-    /// The variants; those that are not finished without results.
-    variants: Vec<(Label, Option<Stored>)>,
-}
-
 impl StoredSweep {
-    /// Reads a folder of `tyrewave sweep`; `None` where it is not one. Nothing outside of it is read.
-    ///
-    /// # Errors
-    /// [`StoredError`].
-    pub(crate) fn open(folder: &Path) -> Result<Option<Self>, StoredError> {
-        let Some(path) = file(folder, RECORD_FILE)? else { return Ok(None) };
-        let content = |reason| StoredError::Content { path: path.clone(), reason };
-        let record = SweepRecord::parse(&read_text(&path)?).map_err(content)?;
-        let mut variants = Vec::new();
-        for recorded in record.variants {
-            let name = &recorded.label.name;
-            let place = subfolder(folder, name).map_err(|error| content(format!("its variant {name}: {error}")))?;
-            let place = place.filter(|place| recorded.done && place.join(SUMMARY_FILE).exists());
-            variants.push((recorded.label, place.as_deref().map(Stored::open).transpose()?));
-        }
-        Ok(Some(Self { title: record.title, variants }))
-    }
-
-    /// Makes the page.
+    /// Makes the page of the sweep.
     ///
     /// # Errors
     /// [`ReportError`].
@@ -134,12 +103,11 @@ impl StoredSweep {
         let (mut seen, mut shown) = (Vec::new(), Vec::<(String, &Stored)>::new());
         let finished = || self.variants.iter().filter_map(|(label, stored)| Some((label, stored.as_ref()?)));
         for (label, stored) in finished() {
-            let values: Vec<_> = label.choices.iter().filter(|choice| !choice.repeats).collect();
-            if !seen.contains(&values) {
-                let name =
-                    values.iter().map(|choice| said(&choice.factor, &choice.value)).collect::<Vec<_>>().join(", ");
-                shown.push((if name.is_empty() { stored.name() } else { name }, stored));
-                seen.push(values);
+            let settings = label.settings();
+            if !seen.contains(&settings) {
+                let name = if settings.is_empty() { stored.name() } else { settings.clone() };
+                shown.push((name, stored));
+                seen.push(settings);
             }
         }
         if shown.len() > MOST_SPECTRA {

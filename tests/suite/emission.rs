@@ -128,10 +128,10 @@ fn sweeps_without_a_line_over_the_speed_are_answered_with_what_is_right() {
     for (source, words) in [
         ("one", ["80 km/h alone", "--speed 50..110:10"]),
         ("silent", ["no levels at a coast-by receiver", "standard = \"coast-by\""]),
-        ("heard.toml", ["is a file", "tyrewave sweep SCENE --speed"]),
-        ("one/80kmh", ["single run", "tyrewave sweep SCENE --speed"]),
-        ("empty", ["no results of runs", "tyrewave sweep SCENE --speed"]),
-        ("nowhere", ["cannot read", "nowhere"]),
+        ("heard.toml", ["not the folder of a sweep", "tyrewave sweep SCENE --speed"]),
+        ("one/80kmh", ["not the folder of a sweep", "tyrewave sweep SCENE --speed"]),
+        ("empty", ["not the folder of a sweep", "tyrewave sweep SCENE --speed"]),
+        ("nowhere", ["not the folder of a sweep", "nowhere"]),
     ] {
         let refused = program(place, &["emission", source]);
         let told = text(&refused.stderr);

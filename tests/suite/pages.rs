@@ -137,7 +137,7 @@ fn a_tyre_its_radiation_and_a_study_have_pages_of_their_pictures_and_tables() {
     let study = ["study", "scene.toml", "--fmax", "125", "--duration", "0.3", "--elements", "64", "--substeps", "4"];
     done(place, &[&study[..], &["--out", "a", "-q"]].concat());
     let text = whole(&place.join("a/study.html"));
-    assert!(text.contains("Knobs of the discretisation") && text.contains("Multiply-adds in a second rolled"));
+    assert!(text.contains("Settings of the discretisation") && text.contains("Multiply-adds in a second rolled"));
     for row in rows(&place.join("a/study.csv")).iter().filter(|row| &row[0] == "substeps") {
         assert!(text.contains(&format!("<td>{} {}</td>", &row[0], &row[1])), "{row:?}");
     }

@@ -142,7 +142,7 @@ pub(crate) fn study(
     let reference = knobs::reference(scene, &StudyOptions { elements, ..options.clone() });
     let mut shorter = scene.clone();
     (shorter.rolling.warm_up, shorter.rolling.duration) = (SETTLING, options.duration);
-    // Nobody hears the runs that are compared by their forces.
+    // Runs that are compared by their forces have no receivers.
     (shorter.receivers, shorter.radiation) = (Vec::new(), Radiation::default());
     shorter.effects.radiation = Switch::Auto;
     let knobs = match options.sweep {

@@ -9,6 +9,7 @@ use crate::scene::Vehicle;
 use crate::sound::Air;
 use crate::sound::levels::energetic_sum;
 use crate::sound::point_source::PointSources;
+use crate::study::sweep::Label;
 
 /// Column of the unweighted levels at receivers.
 const LEVEL: &str = "level_db_re_20upa";
@@ -64,8 +65,8 @@ pub(super) struct Heard {
 }
 
 /// Hears a run at its coast-by receivers.
-pub(super) fn listen(run: &Stored) -> Result<Vec<Heard>, EmissionError> {
-    let name = run.name();
+pub(super) fn listen(label: &Label, run: &Stored) -> Result<Vec<Heard>, EmissionError> {
+    let name = label.name.clone();
     if !run.summary.complete {
         return Err(EmissionError::Unfinished { name });
     }
@@ -90,7 +91,7 @@ pub(super) fn listen(run: &Stored) -> Result<Vec<Heard>, EmissionError> {
             });
             let whole = summary.bands.is_some_and(|bands| !bands.lower_bound);
             all.push(Heard {
-                group: group_of(&name, speed),
+                group: label.settings_beside_speed(),
                 receiver: heard.name.clone(),
                 tyres: heard.tyres(),
                 speed,
@@ -105,14 +106,6 @@ pub(super) fn listen(run: &Stored) -> Result<Vec<Heard>, EmissionError> {
 /// Level of a vehicle's tyres over that of so many \[dB\]: mean squares add.
 fn to_vehicle(tyres: usize) -> f64 {
     10.0 * (Vehicle::TYRES as f64 / tyres as f64).log10()
-}
-
-/// Group of a run in a sweep by the name of its folder: without its speed, and without values of seeds.
-fn group_of(name: &str, speed: f64) -> String {
-    let without = name.trim_end_matches('+').strip_suffix(&format!("{speed}kmh")).unwrap_or(name);
-    let is_seed = |part: &&str| part.split_once('=').is_some_and(|(key, _)| key.rsplit('.').next() == Some("seed"));
-    let parts = without.trim_end_matches('-').split('-').filter(|part| !is_seed(part));
-    parts.collect::<Vec<_>>().join("-")
 }
 
 /// Octave bands of CNOSSOS-EU, 63 Hz to 8 kHz, from the third octaves within: those of which all three are there.
@@ -150,19 +143,6 @@ pub(super) mod tests {
         assert!((found[0].level - 60.0 - 10.0 * 3.0_f64.log10()).abs() < 1e-12);
         assert!((found[1].level - 10.0 * 1.11e7_f64.log10()).abs() < 1e-12);
         assert!((10.0 * found[1].mean_square.log10() - found[1].level).abs() < 1e-12);
-    }
-
-    #[test]
-    fn runs_are_grouped_by_what_is_varied_beside_speed_and_seeds() {
-        for (name, speed, group) in [
-            ("80kmh", 80.0, ""),
-            ("dac-11-3000N-62.5kmh", 62.5, "dac-11-3000N"),
-            ("seed=3-tread=bedding-80kmh+", 80.0, "tread=bedding"),
-            ("road.seed=3-80kmh", 80.0, ""),
-            ("by-hand", 80.0, "by-hand"),
-        ] {
-            assert_eq!(group_of(name, speed), group, "{name}");
-        }
     }
 
     #[test]

@@ -13,7 +13,7 @@ mod heard;
 mod rows;
 mod table;
 
-use crate::effects::stored::Stored;
+use crate::study::sweep::StoredSweep;
 pub(crate) use heard::EmissionError;
 use heard::{Heard, listen};
 use rows::EmissionRow;
@@ -31,10 +31,11 @@ impl Emission {
     ///
     /// # Errors
     /// [`EmissionError`].
-    pub(crate) fn of(runs: &[Stored]) -> Result<Self, EmissionError> {
+    pub(crate) fn of(sweep: &StoredSweep) -> Result<Self, EmissionError> {
         let mut heard = Vec::new();
-        for run in runs {
-            heard.extend(listen(run)?);
+        for (label, run) in &sweep.variants {
+            let unfinished = || EmissionError::Unfinished { name: label.name.clone() };
+            heard.extend(listen(label, run.as_ref().ok_or_else(unfinished)?)?);
         }
         let mut rows = Vec::new();
         let mut places: Vec<(&str, &str)> = Vec::new();

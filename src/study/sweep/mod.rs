@@ -4,7 +4,7 @@
 //! 2. [`mod@variants`]: the scenes, checked before anything runs;
 //! 3. [`mod@run`]: what is finished is left alone, what was interrupted goes on, the rest is run, several at a time;
 //! 4. [`table`]: levels side by side, and how they grow with the speed; [`repeated`]: means over seeds, with their
-//!    confidence, and pictures of what they depend on; [`record`]: what a page needs to find the variants again;
+//!    confidence, and pictures of what they depend on; [`record`] and [`stored`]: what finds the variants again;
 //! 5. [`tasks`]: the same as tasks in a folder, for batch systems.
 
 pub(crate) mod design;
@@ -13,6 +13,7 @@ pub(crate) mod full_scale;
 pub(crate) mod record;
 pub(crate) mod repeated;
 pub(crate) mod run;
+pub(crate) mod stored;
 pub(crate) mod table;
 pub(crate) mod tasks;
 pub(crate) mod variants;
@@ -22,5 +23,6 @@ pub(crate) use factor::{Factor, Range};
 pub(crate) use full_scale::share_full_scale;
 pub(crate) use repeated::RepeatedTable;
 pub(crate) use run::{Done, Outcome, sweep};
+pub(crate) use stored::StoredSweep;
 pub(crate) use table::blocks;
 pub(crate) use variants::{Axes, Label, SPEED_KEY, SweepError, Variant, variants};

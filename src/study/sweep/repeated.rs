@@ -14,7 +14,7 @@ use crate::results::plots::{Axis, PlotError, PointPlot, PointSeries};
 use crate::results::spectra::FORCE_LEVEL;
 use crate::results::table::{self, Report, aligned};
 use crate::study::sweep::run::Done;
-use crate::study::sweep::variants::{Label, ROAD, SPEED};
+use crate::study::sweep::variants::{Label, SPEED, said};
 
 /// The quantity that all bands make together.
 const OVERALL: &str = "force, all bands";
@@ -292,15 +292,6 @@ impl RepeatedTable {
 
 /// More lines in one picture cannot be told apart.
 const MOST_LINES: usize = 7;
-
-/// A value of a factor in words.
-pub(crate) fn said(factor: &str, value: &str) -> String {
-    match factor.rsplit_once(' ') {
-        Some((_, unit)) => format!("{value} {unit}"),
-        None if factor == ROAD => value.to_owned(),
-        None => format!("{}={value}", factor.rsplit('.').next().unwrap_or(factor)),
-    }
-}
 
 /// Ranks of quantities.
 const FORCE: u8 = 0;

@@ -74,6 +74,30 @@ impl Label {
     pub(crate) fn is_of_a_design(&self) -> bool {
         self.choices.iter().any(|choice| ![ROAD, LOAD, SPEED].contains(&choice.factor.as_str()))
     }
+
+    /// Returns the values of what is varied beside seeds, in words.
+    pub(crate) fn settings(&self) -> String {
+        self.words(|choice| !choice.repeats)
+    }
+
+    /// Returns the values of what is varied beside seeds and the speed, in words: those of a line over the speed.
+    pub(crate) fn settings_beside_speed(&self) -> String {
+        self.words(|choice| !choice.repeats && choice.factor != SPEED)
+    }
+
+    fn words(&self, counts: impl Fn(&Choice) -> bool) -> String {
+        let words = self.choices.iter().filter(|choice| counts(choice));
+        words.map(|choice| said(&choice.factor, &choice.value)).collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// Says a value of a factor in words.
+pub(crate) fn said(factor: &str, value: &str) -> String {
+    match factor.rsplit_once(' ') {
+        Some((_, unit)) => format!("{value} {unit}"),
+        None if factor == ROAD => value.to_owned(),
+        None => format!("{}={value}", factor.rsplit('.').next().unwrap_or(factor)),
+    }
 }
 
 /// Why there is no sweep.

@@ -140,17 +140,22 @@ impl Plan {
         let SliceErrors { force_valid_to, sound_valid_to, largest, .. } = *errors;
         let nominal = |end: f64| ThirdOctaveBand::containing(end).map_or(end, ThirdOctaveBand::nominal_frequency);
         let [force, sound] = [force_valid_to, sound_valid_to].map(nominal);
+        let up_to = |end: f64| {
+            if end < FIRST.nominal_frequency() { "in no band".to_owned() } else { format!("up to {end} Hz") }
+        };
         let (heard, end) = if receivers.is_empty() {
             (String::new(), force)
         } else {
-            (format!(", of sound up to {sound} Hz"), force.min(sound))
+            (format!(", of sound {}", up_to(sound)), force.min(sound))
         };
         let missed = numerics.missed(end);
         let wanted = missed.as_deref().unwrap_or_default();
         let told = format!(
             "on this road at {:.0} km/h, levels of force and vibration by slices are within {largest} dB of those by \
-             cells up to {force} Hz{heard}{wanted}; contact.zone = \"cells\" has no such end",
-            rolling.speed_kmh
+             cells {}{heard}{wanted}; contact.zone = \"cells\" has no such end, contact.largest_slice_error admits \
+             more",
+            rolling.speed_kmh,
+            up_to(force)
         );
         (told, missed.is_some())
     }
@@ -216,7 +221,9 @@ mod tests {
             let errors = plan.slice_errors_on(&surface).unwrap();
             assert_eq!(errors.macrotexture <= FINE, fine, "{texture}: {} m", errors.macrotexture);
             assert!(surface.is_made() && errors.bands.len() == BANDS);
-            assert!(plan.end_of_slices(&errors).0.contains("cells"));
+            let told = plan.end_of_slices(&errors).0;
+            let end = if errors.force_valid_to < 90.0 { "cells in no band;" } else { "cells up to " };
+            assert!(told.contains(end), "{told}");
         }
         let smooth = RoadSurface::open(
             &Road::Smooth,

@@ -15,10 +15,10 @@ use super::side::Side;
 
 const EXAMPLES: &str = "\
 Without a scene the default car tyre is compared with published values, with numerical settings for up to 2 kHz. A \
-scene is used without its road, receivers, speed and duration: its tyre rolls 165 m on each named road (road.texture) \
-at each speed, with microphones at the coast-by position and close to the tyre, and stands on a smooth road. Seeds are \
-fixed: the same program gives the same numbers. A first run also fits the tyre at each speed, and solves its radiation \
-(minutes).
+scene is used without its road, receivers, speed and duration: its tyre rolls 165 m on dac-11 at each speed and on \
+the other named roads (road.texture) at 80 km/h, with microphones at the coast-by position and close to the tyre, and \
+stands on a smooth road. Seeds are fixed: the same program gives the same numbers. A first run also fits the tyre at \
+each speed, and solves its radiation (minutes).
 
 Compared: stiffness, patch and modes; third octaves relative to the energy sum of 200 to 2000 Hz and their growth; \
 levels, cpx less coast-by; differences of roads; rolling resistance. A row has the computed value, the published \
@@ -33,6 +33,7 @@ Examples:
   tyrewave validate
   tyrewave validate scenes/default.toml --speeds 80 --roads dac-11
   tyrewave validate --markdown -q
+  tyrewave validate --set contact.zone=cells --set numerics.preset=draft
   tyrewave validate --json -q > validate.json
   tyrewave validate --set tyre=scenes/tyres/isotropic.toml --out isotropic";
 

@@ -31,6 +31,11 @@ pub(crate) fn rows(measured: &Measured, published: &Published) -> Vec<Row> {
     rows
 }
 
+/// Tells whether a row needs a road at a speed \[km/h\]: all but that of the fleets are compared at 80 km/h alone.
+pub(super) fn is_compared(texture: NamedTexture, speed: f64) -> bool {
+    texture == ROAD || (speed - PUBLISHED_SPEEDS[1]).abs() < 1e-9
+}
+
 struct Table<'a> {
     measured: &'a Measured,
     published: &'a Published,
@@ -265,6 +270,20 @@ mod tests {
         assert_eq!(known, 0);
         // An octave of which a third is missing is unknown.
         assert!(all.iter().any(|row| row.title.contains("4 kHz") && row.computed.is_none()));
+    }
+
+    #[test]
+    fn runs_that_are_not_compared_change_no_row() {
+        let published = Published::embedded();
+        let needed = measured();
+        assert!(needed.runs.iter().all(|run| is_compared(run.texture, run.speed_kmh)));
+        let mut more = needed.clone();
+        for texture in NamedTexture::ALL {
+            let missing = (0..3).filter(|speed| !is_compared(texture, PUBLISHED_SPEEDS[*speed]));
+            more.runs.extend(missing.map(|speed| run(texture, speed, 7.0)));
+        }
+        assert_eq!(more.runs.len(), 12);
+        assert_eq!(rows(&needed, &published), rows(&more, &published));
     }
 
     #[test]

@@ -6,6 +6,7 @@ use std::sync::atomic::AtomicBool;
 use serde::Serialize;
 use thiserror::Error;
 
+use super::compare::is_compared;
 use super::missing::Lacks;
 use crate::contact::ContactError;
 use crate::counters::Progress;
@@ -166,8 +167,8 @@ fn setting(text: &str) -> Vec<Setting> {
     Setting::parse(text).into_iter().collect()
 }
 
-/// Measures a scene: the standing tyre, then runs on the roads at the speeds, each over 165 m after the warm-up, heard
-/// by a coast-by microphone and close to the tyre. Of the scene all counts but its road, receivers, speed and duration.
+/// Measures a scene: the standing tyre, then runs on the roads at the speeds that a row needs, each over 165 m after the
+/// warm-up, heard by a coast-by microphone and close to the tyre. Of the scene all counts but its road, receivers, speed and duration.
 ///
 /// # Errors
 /// [`ValidationError`]; [`RunError::Interrupted`] within it.
@@ -185,7 +186,7 @@ pub(crate) fn measure(
     let tyre = standing(&settled(loaded.clone())?.scene)?;
     let mut planned = Vec::new();
     for texture in &options.textures {
-        for &speed in &options.speeds {
+        for &speed in options.speeds.iter().filter(|speed| is_compared(*texture, **speed)) {
             let duration = ROLLED * 3.6 / speed;
             let axes = Axes { speeds: vec![speed], points: vec![on_road(*texture, duration)], ..Axes::default() };
             for variant in variants(loaded, &axes)? {

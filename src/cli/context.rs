@@ -30,13 +30,13 @@ pub(crate) struct Context {
 }
 
 impl Context {
-    /// A scene file, whose tyre and road are where the options let them be.
+    /// Returns a scene file, whose tyre and road are where the options let them be.
     pub(crate) fn load(&self, file: &SceneFile) -> Result<LoadedScene, CliError> {
         let reach = if self.options.allow_outside { Reach::Anywhere } else { Reach::Folder };
         Ok(Scene::load_with(&file.scene, &file.settings, reach)?)
     }
 
-    /// A scene file, or the file of a tyre, on which the default scene rolls then; with it whether it is one.
+    /// Returns a scene file, or the file of a tyre, on which the default scene rolls then; with it whether it is one.
     pub(crate) fn load_scene_or_tyre(&self, file: &SceneFile) -> Result<(LoadedScene, bool), CliError> {
         match self.load(file) {
             Err(CliError::Run(RunError::Scene(SceneError::Tyre { path }))) => {
@@ -46,12 +46,12 @@ impl Context {
         }
     }
 
-    /// Progress as the options want it.
+    /// Returns the progress as the options want it.
     pub(crate) fn progress(&self) -> TerminalProgress {
         TerminalProgress::new(self.options.quiet)
     }
 
-    /// A bar over so many equal pieces of work.
+    /// Returns a bar over so many equal pieces of work.
     pub(crate) fn bar(&self, title: &str, count: u64) -> ProgressBar {
         pieces(self.options.quiet, title, count)
     }

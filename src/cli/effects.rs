@@ -80,24 +80,24 @@ fn cells_instead(slices: &Plan, cells: &Plan, context: &Context) -> Result<Strin
     ))
 }
 
-/// Those that change any level by as much as is shown.
+/// Returns those that change any level by as much as is shown.
 fn changing(comparison: &Comparison, way: Way) -> Vec<(Effect, &Trial, &Trial)> {
     let mut runs = comparison.runs(way);
     runs.retain(|(_, found, reference)| changes(found, reference).any(|(_, change)| change.abs() >= 0.05));
     runs
 }
 
-/// Change of the level of each band that both vouch for, in dB.
+/// Returns the change of the level of each band that both vouch for, in dB.
 fn vouched<'a>(found: &'a Trial, reference: &'a Trial) -> impl Iterator<Item = (BandLevel, f64)> {
     changes(found, reference).filter(|(band, _)| band.valid)
 }
 
-/// Change of the level of each band of `reference`, in dB.
+/// Returns the change of the level of each band of `reference`, in dB.
 fn changes<'a>(found: &'a Trial, reference: &'a Trial) -> impl Iterator<Item = (BandLevel, f64)> {
     level_changes(&found.levels, &reference.levels)
 }
 
-/// The largest finite change of a band, in words.
+/// Returns the largest finite change of a band, in words.
 fn largest(changes: impl Iterator<Item = (BandLevel, f64)>) -> String {
     let largest = changes.filter(|(_, change)| change.is_finite()).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
     largest.map_or(String::new(), |(band, change)| format!("{change:+.1} dB at {} Hz", band.band.label()))
@@ -209,7 +209,7 @@ fn heard(comparison: &Comparison) -> Option<Table> {
     Some(aligned(header, rows))
 }
 
-/// The largest change of a band in words.
+/// Returns the largest change of a band in words.
 fn worst_of(found: &SoundLevels, reference: &SoundLevels) -> String {
     let changes = level_changes(&found.third_octaves, &reference.third_octaves)
         .filter(|(band, _)| band.valid && band.band.nominal_frequency() >= LOWEST_BAND);
@@ -219,8 +219,8 @@ fn worst_of(found: &SoundLevels, reference: &SoundLevels) -> String {
 /// Changes beyond this are cut: next to a change of thirty decibels one of three cannot be seen.
 const LARGEST_DRAWN: f64 = 12.0;
 
-/// The changes of the levels, of the effects that change any; `None` where there are none, or runs too short for a
-/// spectrum.
+/// Returns the changes of the levels, of the effects that change any; `None` where there are none, or runs too short
+/// for a spectrum.
 fn plot<'a>(comparison: &Comparison, way: Way, title: &'a str) -> Option<LinePlot<'a>> {
     let points = |found, reference| -> Vec<(f64, f64)> {
         vouched(found, reference).map(|(band, change)| (band.band.mid_frequency(), change)).collect()

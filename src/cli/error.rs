@@ -69,12 +69,12 @@ pub(crate) enum CliError {
 }
 
 impl CliError {
-    /// The error of reading a file that was named on the command line.
+    /// Returns the error of reading a file that was named on the command line.
     pub(crate) fn reading(path: &Path) -> impl FnOnce(InputError) -> Self {
         move |error| Self::Read { path: path.to_owned(), source: error.into() }
     }
 
-    /// The exit code that this error ends the program with.
+    /// Returns the exit code that this error ends the program with.
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Self::Run(error) => match error {
@@ -101,12 +101,12 @@ impl CliError {
         }
     }
 
-    /// The same, said of a file.
+    /// Returns the same, said of a file.
     pub(crate) fn in_file(self, path: &Path) -> Self {
         Self::InFile { path: path.to_owned(), source: Box::new(self) }
     }
 
-    /// The message for people; a mistake in a scene is shown in its place.
+    /// Returns the message for people; a mistake in a scene is shown in its place.
     pub(crate) fn render(&self, colour: bool) -> String {
         match self {
             Self::Run(RunError::Scene(error)) => error.render(colour),

@@ -125,7 +125,7 @@ impl FitTyreArguments {
     }
 }
 
-/// The usual parameters and those asked for, as far as the tyre has them.
+/// Returns the usual parameters and those asked for, as far as the tyre has them.
 fn free_parameters(loaded: &LoadedScene, fix: &[Parameter], free: &[Parameter]) -> Result<Vec<Parameter>, CliError> {
     if let Some(both) = free.iter().find(|parameter| fix.contains(parameter)) {
         return Err(CliError::Usage(format!("{} cannot be both free and fixed", both.name())));
@@ -147,12 +147,12 @@ fn free_parameters(loaded: &LoadedScene, fix: &[Parameter], free: &[Parameter]) 
     if chosen.is_empty() { Err(CliError::Usage("every parameter is fixed".to_owned())) } else { Ok(chosen) }
 }
 
-/// The tyre as a file.
+/// Returns the tyre as a file.
 fn written(tyre: &Tyre) -> Result<String, CliError> {
     Ok(toml::to_string(tyre).map_err(|source| SceneError::NotToml { source })?)
 }
 
-/// Distinct sides of patches, the largest first.
+/// Returns the distinct sides of patches, the largest first.
 fn patches(points: &[Point]) -> Vec<f64> {
     let mut sides: Vec<f64> = points.iter().map(|point| point.patch).collect();
     sides.sort_by(|a, b| b.total_cmp(a));
@@ -252,7 +252,7 @@ fn tables(fit: &Fit, points: &[Point]) -> Report {
     report
 }
 
-/// One line for each measured value, in the file's order; it can be fitted again.
+/// Returns one line for each measured value, in the file's order; it can be fitted again.
 fn to_csv(fit: &Fit, points: &[Point]) -> String {
     let header =
         "frequency_hz,patch_m,level_db,phase_deg,fitted_level_db,fitted_phase_deg,level_residual,phase_residual";
@@ -264,7 +264,7 @@ fn to_csv(fit: &Fit, points: &[Point]) -> String {
     csv(header.split(','), rows)
 }
 
-/// Measured and fitted levels and phases; what is left of them, in uncertainties.
+/// Returns the measured and fitted levels and phases; what is left of them, in uncertainties.
 fn pictures<'a>(fit: &Fit, points: &[Point], titles: &'a [String; 2], names: &'a [String]) -> [ComparisonPlot<'a>; 2] {
     let sides = patches(points);
     // One list a patch, by rising frequency.

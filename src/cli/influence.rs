@@ -133,7 +133,7 @@ impl InfluenceArguments {
     }
 }
 
-/// The sums without a fit.
+/// Returns the sums without a fit.
 fn exact(tyre: &Tyre, elements: usize, tolerance: f64, top: f64) -> InfluenceSum {
     InfluenceSum::with(tyre, Projection::new(tyre, elements), Truncation::Tail, tolerance, top)
 }
@@ -152,7 +152,7 @@ impl View<'_> {
         self.model.elements
     }
 
-    /// |H_n| in dB; cells with a lightly damped pole have no value and are grey.
+    /// Returns |H_n| in dB; cells with a lightly damped pole have no value and are grey.
     fn map(&self) -> Result<String, PlotError> {
         let frequencies = frequencies();
         let half = self.elements() / 2;
@@ -233,7 +233,8 @@ impl View<'_> {
         map.to_svg()
     }
 
-    /// Static influence over distance relative to the element's own, beside the elastic half-space's (Love).
+    /// Returns the static influence over distance relative to the element's own, beside the elastic half-space's
+    /// (Love).
     fn at_rest(&self) -> Result<String, PlotError> {
         let tyre = self.tyre;
         let dx = tyre.circumference / self.elements() as f64;
@@ -285,7 +286,7 @@ impl View<'_> {
         plot.to_svg()
     }
 
-    /// Causality by wavenumber, of the tyre's own laws and of the hysteretic one in their place.
+    /// Returns the causality by wavenumber, of the tyre's own laws and of the hysteretic one in their place.
     fn checks(&self) -> Value {
         let mut hysteretic = self.tyre.clone();
         for layer in &mut hysteretic.layers {

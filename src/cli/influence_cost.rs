@@ -85,7 +85,7 @@ impl CostReport {
         })
     }
 
-    /// Two tables with their exponents, and the efficiency of the threads.
+    /// Returns two tables with their exponents, and the efficiency of the threads.
     pub(super) fn report(&self) -> Report {
         let mut report = Report::default();
         for (title, costs, x) in [
@@ -116,7 +116,7 @@ impl CostReport {
         report
     }
 
-    /// Evaluations and time over elements, relative to the first.
+    /// Returns the evaluations and time over elements, relative to the first.
     pub(super) fn plot(&self, title: &str) -> Result<String, PlotError> {
         let x = |cost: &FitCost| cost.elements as f64;
         let curves = QUANTITIES.map(|(quantity, y)| {

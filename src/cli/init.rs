@@ -54,7 +54,7 @@ impl InitArguments {
     }
 }
 
-/// The default scene, its tyre in a file of its own.
+/// Returns the default scene, its tyre in a file of its own.
 fn scene() -> String {
     let parts = DEFAULT.split_once(TYRE_FROM).and_then(|(head, rest)| Some((head, rest.split_once(TYRE_TO)?.1)));
     // A test sees to it that the default scene has both lines.

@@ -48,7 +48,7 @@ impl KeysArguments {
     }
 }
 
-/// The keys of a scene's tables, or of one of them and those in it.
+/// Returns the keys of a scene's tables, or of one of them and those in it.
 fn report(wanted: Option<&str>) -> Result<Report, CliError> {
     let schema = Scene::json_schema();
     let all = sections(&schema);
@@ -85,7 +85,7 @@ fn report(wanted: Option<&str>) -> Result<Report, CliError> {
     Ok(report)
 }
 
-/// A table's name as a scene has it, and what it means.
+/// Returns a table's name as a scene has it, and what it means.
 fn heading(Section { path, repeated, schema }: &Section<'_>) -> String {
     let name = match (path.as_str(), repeated) {
         ("", _) => "scene".to_owned(),
@@ -97,7 +97,7 @@ fn heading(Section { path, repeated, schema }: &Section<'_>) -> String {
     format!("{name}{}: {}", tags.collect::<String>(), schema["description"].as_str().unwrap_or_default())
 }
 
-/// Its keys: name, what has to stand there, default, meaning.
+/// Returns its keys: name, what has to stand there, default, meaning.
 fn rows(schema: &Value) -> Vec<[String; 4]> {
     let keys = schema["properties"].as_object().into_iter().flatten();
     let needed = |key: &str| schema["required"].as_array().is_some_and(|keys| keys.iter().any(|name| name == key));

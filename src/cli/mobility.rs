@@ -42,7 +42,7 @@ pub(crate) struct MobilityArguments {
     points: u32,
 }
 
-/// One row per frequency; real part, imaginary part and level for each patch.
+/// Returns one row per frequency; real part, imaginary part and level for each patch.
 pub(super) fn to_csv(mobility: &Mobility, patches: &[f64]) -> String {
     let columns = |patch: &f64| [format!("re_{patch}mm"), format!("im_{patch}mm"), format!("level_db_{patch}mm")];
     let header = ["frequency_hz".to_owned()].into_iter().chain(patches.iter().flat_map(columns));

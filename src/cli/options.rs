@@ -36,7 +36,7 @@ pub(crate) struct GlobalOptions {
 }
 
 impl GlobalOptions {
-    /// How many threads are wanted: never zero, and never what the environment says without a bound.
+    /// Tells how many threads are wanted: never zero, and never what the environment says without a bound.
     ///
     /// # Errors
     /// [`CliError::Usage`] for an environment that asks for too many.
@@ -48,8 +48,8 @@ impl GlobalOptions {
     }
 }
 
-/// Threads with that value of the environment's variable; 0 and what is no number stand for one per processor, as they
-/// do for rayon.
+/// Returns the threads with that value of the environment's variable; 0 and what is no number stand for one per
+/// processor, as they do for rayon.
 fn default_threads(variable: &str) -> Result<usize, CliError> {
     match variable.trim().parse::<usize>() {
         Ok(threads) if threads > MOST_THREADS.into() => Err(CliError::Usage(format!(
@@ -71,7 +71,7 @@ pub(super) fn answered(answer: &clap::Error) -> ExitCode {
     }
 }
 
-/// One of some values, by its name.
+/// Returns one of some values, by its name.
 pub(super) fn by_name<T: Copy, const COUNT: usize>(
     values: [T; COUNT],
     name: fn(T) -> &'static str,
@@ -82,7 +82,7 @@ pub(super) fn by_name<T: Copy, const COUNT: usize>(
     }
 }
 
-/// A finite number above zero.
+/// Returns a finite number above zero.
 pub(super) fn positive(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(number) if number.is_finite() && number > 0.0 => Ok(number),
@@ -90,13 +90,13 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A finite number.
+/// Returns a finite number.
 pub(super) fn finite(text: &str) -> Result<f64, String> {
     let number = text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
     number.ok_or_else(|| format!("\"{}\" is not a finite number", text.trim()))
 }
 
-/// A Poisson's ratio: in (-1, 0.5\].
+/// Returns a Poisson's ratio: in (-1, 0.5\].
 pub(super) fn poisson_ratio(text: &str) -> Result<f64, String> {
     let ratio = finite(text)?;
     let lies = ratio > -1.0 && ratio <= 0.5;
@@ -115,8 +115,8 @@ pub(super) fn allows_colour(choice: ColorChoice) -> bool {
     }
 }
 
-/// `error: message`, as clap and rustc write it. A message that brings its own heading (a report on a scene) stays as
-/// it is.
+/// Returns `error: message`, as clap and rustc write it. A message that brings its own heading (a report on a scene)
+/// stays as it is.
 pub(super) fn error_line(message: &str, colour: bool) -> String {
     // A rendered report starts with its heading, possibly behind an escape sequence.
     if message.starts_with("error") || message.starts_with('\u{1b}') {

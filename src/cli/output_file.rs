@@ -78,7 +78,7 @@ pub(super) fn check_apart(one: Option<&Path>, other: Option<&Path>) -> Result<()
     }
 }
 
-/// The folder as the system knows it, and the name in it.
+/// Returns the folder as the system knows it, and the name in it.
 fn place(path: &Path) -> Option<std::path::PathBuf> {
     let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     Some(fs::canonicalize(parent).ok()?.join(path.file_name()?))

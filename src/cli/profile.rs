@@ -185,7 +185,7 @@ impl RecordArguments {
     }
 }
 
-/// The record that suits this processor best.
+/// Returns the record that suits this processor best.
 fn committed() -> Result<PathBuf, CliError> {
     let folder = Path::new(RECORDS);
     let own = Record::place(folder, instruction_set());

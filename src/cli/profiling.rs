@@ -38,7 +38,7 @@ pub(super) struct PendingProfile {
 }
 
 impl ProfileOptions {
-    /// How the run is to be watched.
+    /// Tells how the run is to be watched.
     pub(super) fn watch(&self, context: &Context) -> Watch {
         let trace = self.trace.is_some() || self.folded.is_some();
         let timing = match (trace, self.profile) {

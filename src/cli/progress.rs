@@ -24,7 +24,7 @@ pub(crate) struct TerminalProgress {
 }
 
 impl TerminalProgress {
-    /// A line that draws nothing yet; `quiet`: ever.
+    /// Returns a line that draws nothing yet; `quiet`: ever.
     pub(crate) fn new(quiet: bool) -> Self {
         Self::with_target(quiet, ProgressDrawTarget::stderr())
     }
@@ -120,7 +120,7 @@ impl Drop for TerminalProgress {
     }
 }
 
-/// A bar over equal pieces of work on standard error, each named as it comes; `quiet`: not drawn.
+/// Returns a bar over equal pieces of work on standard error, each named as it comes; `quiet`: not drawn.
 pub(super) fn pieces(quiet: bool, title: &str, pieces: u64) -> ProgressBar {
     let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
     ProgressBar::with_draw_target(Some(pieces), target)
@@ -128,7 +128,7 @@ pub(super) fn pieces(quiet: bool, title: &str, pieces: u64) -> ProgressBar {
         .with_style(style("{prefix} {bar:20} {percent:>3} %, {elapsed}, {msg}"))
 }
 
-/// A style from a template of ours; should indicatif ever dislike it, its own does.
+/// Returns a style from a template of ours; should indicatif ever dislike it, its own does.
 fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }

@@ -213,7 +213,7 @@ impl Views<'_> {
         report
     }
 
-    /// How much of the tread makes the pressure.
+    /// Tells how much of the tread makes the pressure.
     fn enough(&self) -> Report {
         let header = ["Hz"].into_iter().chain(self.named().map(|(name, _)| name));
         let row = |at: &AtFrequency| -> Vec<String> {
@@ -225,7 +225,7 @@ impl Views<'_> {
         report
     }
 
-    /// Share and level of each part, by receiver.
+    /// Returns the share and level of each part, by receiver.
     fn parts_table(&self) -> Report {
         // Without the place, which stands in the tables above.
         let column = |name: &str, part: &str| format!("{part}, {}", name.split(',').next().unwrap_or(name));
@@ -243,7 +243,7 @@ impl Views<'_> {
         report
     }
 
-    /// Levels of the parts at a receiver.
+    /// Returns the levels of the parts at a receiver.
     fn parts(&self, receiver: usize) -> Result<String, PlotError> {
         let level = |at: &AtFrequency, part: usize| at.shares[receiver].levels_of_parts()[part];
         let curve = |part: usize| self.found.iter().map(|at| (at.frequency, level(at, part))).collect();
@@ -253,7 +253,7 @@ impl Views<'_> {
         self.line_plot((&title, "Level over that of the whole [dB]"), series)
     }
 
-    /// A map of shares at a receiver.
+    /// Returns a map of shares at a receiver.
     fn shares(
         &self,
         receiver: usize,
@@ -316,7 +316,7 @@ impl Views<'_> {
         csv(header, rows)
     }
 
-    /// Curves by receiver; title and quantity of the picture.
+    /// Returns the curves by receiver; title and quantity of the picture.
     fn over_frequency(
         &self,
         (title, quantity): (&str, &str),
@@ -328,7 +328,7 @@ impl Views<'_> {
         self.line_plot((title, quantity), series)
     }
 
-    /// Curves over frequency.
+    /// Returns the curves over frequency.
     fn line_plot(&self, (title, quantity): (&str, &str), series: Vec<Series<'_>>) -> Result<String, PlotError> {
         let levels = series.iter().flat_map(|series| series.points.iter().map(|point| point.1));
         LinePlot {
@@ -369,7 +369,7 @@ fn costs(radiator: &Radiator, highest: f64) -> Result<Vec<(f64, Cost)>, Radiatio
     frequencies.into_iter().map(|frequency| Ok((frequency, radiator.cost(frequency)?))).collect()
 }
 
-/// Operations of a frequency and memory against the frequency.
+/// Returns the operations of a frequency and memory against the frequency.
 fn cost_picture(costs: &[(f64, Cost)], title: &str) -> Result<String, PlotError> {
     let points = |value: fn(&Cost) -> f64| costs.iter().map(|(frequency, cost)| (*frequency, value(cost))).collect();
     let series: [Series<'_>; 3] = [
@@ -395,7 +395,7 @@ pub(crate) struct RadiationCasesArguments {
     cases: PathBuf,
 }
 
-/// The end that the user has asked for.
+/// Returns the end that the user has asked for.
 fn interrupted() -> CliError {
     CliError::Interrupted { kept: None }
 }

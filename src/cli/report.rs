@@ -84,7 +84,7 @@ fn stored(folders: &[PathBuf]) -> Result<Vec<Stored>, CliError> {
     folders.iter().map(open).collect()
 }
 
-/// The sweep in a folder, which has a page of its own; none where the folders are those of runs.
+/// Returns the sweep in a folder, which has a page of its own; none where the folders are those of runs.
 fn sweep_of(folders: &[PathBuf]) -> Result<Option<StoredSweep>, CliError> {
     let mut sweep = None;
     for folder in folders {
@@ -98,7 +98,7 @@ fn sweep_of(folders: &[PathBuf]) -> Result<Option<StoredSweep>, CliError> {
     Ok(sweep)
 }
 
-/// Where what is made of a results folder goes: beside it, its name with an ending.
+/// Tells where what is made of a results folder goes: beside it, its name with an ending.
 pub(super) fn beside(folder: &Path, ending: &str) -> PathBuf {
     let mut name = folder.file_name().unwrap_or(folder.as_os_str()).to_owned();
     name.push(ending);

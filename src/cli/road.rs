@@ -85,7 +85,7 @@ fn is_road(path: &Path) -> bool {
     path.extension().is_some_and(|ending| !ending.eq_ignore_ascii_case("toml"))
 }
 
-/// A scene, or the default scene on the road that a file holds.
+/// Returns a scene, or the default scene on the road that a file holds.
 fn road_scene(of: &SceneFile, context: &Context) -> Result<LoadedScene, CliError> {
     let path = &of.scene;
     if !is_road(path) {

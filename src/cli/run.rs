@@ -64,7 +64,7 @@ impl RunArguments {
         end(&report, context, profile.complete(&report)?)
     }
 
-    /// Where the results go.
+    /// Tells where the results go.
     fn results_folder(&self) -> PathBuf {
         self.out.clone().unwrap_or_else(|| Path::new("results").join(self.scene.name()))
     }
@@ -97,12 +97,12 @@ pub(super) fn end(report: &RunReport, context: &Context, costs: Option<Report>) 
     )))
 }
 
-/// A tolerance of the load with some room beyond an error, where the key takes one: it takes what is below 1.
+/// Returns a tolerance of the load with some room beyond an error, where the key takes one: it takes what is below 1.
 fn tolerance_for(relative_error: f64) -> Option<f64> {
     Some((1.2e3 * relative_error.abs()).ceil() / 1e3).filter(|&tolerance| tolerance < 1.0)
 }
 
-/// The few lines that a run ends with.
+/// Returns the few lines that a run ends with.
 fn report_text(report: &RunReport) -> String {
     let outcome = &report.summary.outcome;
     let mut lines = Vec::new();

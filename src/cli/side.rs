@@ -56,7 +56,7 @@ impl Place {
         Side::new(loaded, self.target(command))
     }
 
-    /// The results folder of a command.
+    /// Returns the results folder of a command.
     pub(super) fn target(self, command: &str) -> PathBuf {
         self.out.unwrap_or_else(|| {
             let mut name = self.scene.name();
@@ -139,7 +139,7 @@ impl Side {
         Ok(folder.finish(summary)?)
     }
 
-    /// The folder with its files, and what its summary says.
+    /// Returns the folder with its files, and what its summary says.
     fn filled(self, context: &Context) -> Result<(ResultsFolder, Summary), CliError> {
         let folder = ResultsFolder::create(&self.target)?;
         for (name, text) in &self.files {

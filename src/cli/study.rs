@@ -164,7 +164,7 @@ const HEADER: [&str; 11] = [
     "fit [s]",
 ];
 
-/// A number, marked where it is below the doubt.
+/// Returns a number, marked where it is below the doubt.
 fn told(value: f64, doubt: f64, text: String) -> String {
     if value.abs() < doubt && value != 0.0 { format!("~{text}") } else { text }
 }
@@ -188,7 +188,7 @@ fn cells(label: String, point: &Point, doubt: &Difference) -> [String; 11] {
     ]
 }
 
-/// The tables.
+/// Returns the tables.
 fn report(study: &Study, scene: &Scene) -> Report {
     let Study { options, reference, doubt, .. } = study;
     let mut report = Report::default();
@@ -292,7 +292,7 @@ fn report(study: &Study, scene: &Scene) -> Report {
     report
 }
 
-/// Errors of the sound, the worst receiver's.
+/// Returns the errors of the sound, the worst receiver's.
 fn sound_table(sound: &SoundStudy) -> Table {
     let row = |point: &SoundPoint| -> [String; 8] {
         let worst = point.worst();
@@ -313,7 +313,7 @@ fn sound_table(sound: &SoundStudy) -> Table {
     aligned(["", "worst [dB]", "at [Hz]", "receiver", "[dB(A)]", "frequencies", "unknowns", "set-up [s]"], rows)
 }
 
-/// Errors of the sound by receiver.
+/// Returns the errors of the sound by receiver.
 fn sound_csv(sound: &SoundStudy) -> String {
     let header = ["way", "receiver", "worst_db", "worst_band_hz", "level_db_a", "frequencies", "solved", "set_up_s"];
     let rows = sound.points.iter().flat_map(|SoundPoint { label, differences, body, seconds }| {
@@ -339,7 +339,7 @@ fn verdict_table(verdicts: &[Verdict]) -> Table {
     aligned(["", "stated [dB]", "found [dB]", "work / front's", ""], verdicts.iter().map(row))
 }
 
-/// All points, one a line.
+/// Returns all points, one a line.
 fn csv(study: &Study) -> String {
     let header = "group,point,elements,substeps,time_rule,pole_tolerance,cells_across,slice_tolerance_m,worst_db,\
                   worst_band_hz,rms_db,force,mean_force,contact_length,rolling_resistance,multiply_adds_per_s,\
@@ -373,7 +373,7 @@ fn json(study: &Study) -> String {
 /// How far below the doubt the picture reaches.
 const BELOW_DOUBT: f64 = 0.1;
 
-/// Errors against work and against time; none of a study that has no errors yet.
+/// Returns the errors against work and against time; none of a study that has no errors yet.
 fn picture<'a>(study: &'a Study, title: &'a str) -> Option<WorkPrecisionPlot<'a>> {
     let drawn = |knob: &&Knob| knob.kind == Kind::Error && knob.anchor.is_none() && !knob.points.is_empty();
     let drawn: Vec<&Knob> = study.knobs.iter().filter(drawn).collect();

@@ -105,7 +105,7 @@ pub(crate) struct SweepArguments {
     tasks: TaskArguments,
 }
 
-/// The scene, which is not asked for where tasks in a folder are done or collected; it has some name then.
+/// Returns the scene, which is not asked for where tasks in a folder are done or collected; it has some name then.
 fn elsewhere(scene: Arg) -> Arg {
     let unused = ELSEWHERE.map(|mode| (mode, ArgPredicate::IsPresent, "-"));
     let scene = scene.required(false).required_unless_present_any(ELSEWHERE);
@@ -116,7 +116,7 @@ fn elsewhere(scene: Arg) -> Arg {
 #[derive(Clone, Debug)]
 struct Values(Vec<f64>);
 
-/// `FROM..TO:STEP` or `A,B,C`.
+/// Returns `FROM..TO:STEP` or `A,B,C`.
 fn values(text: &str) -> Result<Values, String> {
     let with_form = |problem| format!("{problem}: give FROM..TO:STEP, such as 50..130:10, or values as 50,80,110");
     let found = match text.split_once("..") {
@@ -139,7 +139,7 @@ fn values(text: &str) -> Result<Values, String> {
 }
 
 impl SweepArguments {
-    /// The scene, and what is varied of it. Settings that are no range and no list are the scene's own.
+    /// Returns the scene, and what is varied of it. Settings that are no range and no list are the scene's own.
     fn varied(&self, context: &Context) -> Result<(LoadedScene, Axes), CliError> {
         let usage = CliError::Usage;
         let (mut factors, mut place) = (Vec::new(), self.place.scene.clone());

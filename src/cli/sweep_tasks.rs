@@ -173,7 +173,7 @@ impl TaskArguments {
     }
 }
 
-/// How a task ended, in words.
+/// Tells how a task ended, in words.
 fn ending(ended: &Ended) -> String {
     match ended {
         Ended::Found => "has been done before".to_owned(),
@@ -185,7 +185,7 @@ fn ending(ended: &Ended) -> String {
     }
 }
 
-/// `N` or `N..M`.
+/// Returns `N` or `N..M`.
 fn range(text: &str) -> Result<RangeInclusive<u64>, String> {
     let number = |text: &str| {
         let number = text.trim().parse::<u64>();
@@ -198,7 +198,7 @@ fn range(text: &str) -> Result<RangeInclusive<u64>, String> {
     if first > last { Err(format!("the tasks end at {last}, before they begin at {first}")) } else { Ok(first..=last) }
 }
 
-/// Tables what is there and names what is missing.
+/// Returns the tables what is there and names what is missing.
 fn collect(path: &Path, out: Option<&Path>, context: &Context) -> Result<(), CliError> {
     let folder = TaskFolder::open(path)?;
     let place = out.unwrap_or(path);
@@ -248,7 +248,7 @@ fn write_missing(folder: &Path, elements: &Numbers) -> Result<(), CliError> {
     OutputFile::begin(&path, Replaces::AllBut(&[]))?.complete(&format!("{elements}\n"))
 }
 
-/// An error unless all tasks are done, each under its load.
+/// Returns an error unless all tasks are done, each under its load.
 fn ended(collection: &Collection, missing: &Numbers, folder: &Path) -> Result<(), CliError> {
     let (all, numbers) = (collection.tasks.len(), missing.as_slice());
     let mut wrong = Vec::new();

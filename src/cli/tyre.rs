@@ -114,7 +114,7 @@ struct Load {
     newtons: f64,
 }
 
-/// `300` or `300kg`, `3400N`.
+/// Returns `300` or `300kg`, `3400N`.
 fn load(text: &str) -> Result<Load, String> {
     let text = text.trim();
     let wrong = |_| format!("\"{text}\" is no load: kilograms as 350, or newtons as 3400N");

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 /// Km/h of 1 m/s.
 const KMH: f64 = 3.6;
 
-/// Waves in Hz, then each critical speed with what it means.
+/// Returns the waves in Hz, then each critical speed with what it means.
 pub(super) fn report(found: &RollingWaves) -> Report {
     let RollingWaves { speed, growth, waves, belt, belt_held, tread, limit } = found;
     let mut report = Report::default();
@@ -46,7 +46,7 @@ pub(super) fn report(found: &RollingWaves) -> Report {
     report
 }
 
-/// One row for each n.
+/// Returns one row for each n.
 pub(super) fn to_csv(found: &RollingWaves) -> String {
     let header = ["n", "standing_hz", "forwards_hz", "backwards_hz"];
     let line = |wave: &RollingWave| {
@@ -56,7 +56,7 @@ pub(super) fn to_csv(found: &RollingWaves) -> String {
     csv(header, found.waves.iter().map(line))
 }
 
-/// All of it.
+/// Returns all of it.
 pub(super) fn to_json(found: &RollingWaves) -> Value {
     let RollingWaves { speed, growth, waves, belt, belt_held, tread, limit } = found;
     let wave = |wave: &Option<SlowestWave>| wave.map(|SlowestWave { n, speed }| json!({ "n": n, "speed": speed }));
@@ -78,7 +78,8 @@ pub(super) fn to_json(found: &RollingWaves) -> Value {
     })
 }
 
-/// Frequencies over n with the line n V/L: a wave against the rotation that lies on it stands beside the axle.
+/// Returns the frequencies over n with the line n V/L: a wave against the rotation that lies on it stands beside the
+/// axle.
 pub(super) fn picture<'a>(found: &RollingWaves, title: &'a str, circumference: f64, highest: f64) -> LinePlot<'a> {
     let of = |value: fn(&RollingWave) -> Option<f64>| -> Vec<(f64, f64)> {
         found.waves.iter().map(|wave| (wave.n as f64, value(wave).unwrap_or(f64::NAN))).collect()

@@ -112,7 +112,7 @@ impl ValidateArguments {
     }
 }
 
-/// Speeds from the lowest to the highest, each once.
+/// Returns the speeds from the lowest to the highest, each once.
 fn ordered(mut speeds: Vec<f64>) -> Vec<f64> {
     speeds.sort_by(f64::total_cmp);
     speeds.dedup();

@@ -17,7 +17,7 @@ pub(crate) struct WindowShape {
 }
 
 impl WindowShape {
-    /// Number of points in the window.
+    /// Returns the number of points in the window.
     pub(crate) fn points(&self) -> usize {
         self.columns * self.across
     }
@@ -75,17 +75,18 @@ impl Footprint {
         }
     }
 
-    /// Shape of the window.
+    /// Returns the shape of the window.
     pub(crate) fn shape(&self) -> WindowShape {
         self.shape
     }
 
-    /// Element number of the window's first column.
+    /// Returns the element number of the window's first column.
     pub fn first_element(&self) -> i64 {
         self.first_element
     }
 
-    /// Number of the first point: points are material like elements, and a window moves on by whole columns of them.
+    /// Returns the number of the first point: points are material like elements, and a window moves on by whole columns
+    /// of them.
     pub fn first_point(&self) -> i64 {
         self.first_element * self.shape.across as i64
     }
@@ -95,12 +96,13 @@ impl Footprint {
         &self.force
     }
 
-    /// Displacements at the step's instants, stage after stage, by point \[m\]: u = G0 F + u_old with the springs' own.
+    /// Returns the displacements at the step's instants, stage after stage, by point \[m\]: u = G0 F + u_old with the
+    /// springs' own.
     pub fn displacements(&self) -> &[f64] {
         &self.displacement
     }
 
-    /// Required displacements at the last instant by point \[m\]; -infinity where there is no road.
+    /// Returns the required displacements at the last instant by point \[m\]; -infinity where there is no road.
     pub fn required(&self) -> &[f64] {
         &self.required
     }
@@ -115,12 +117,12 @@ impl Footprint {
         if self.shape.across > 1 { &self.column_mean } else { &self.mean }
     }
 
-    /// Number of columns that carry force.
+    /// Returns the number of columns that carry force.
     pub fn touching(&self) -> usize {
         self.column_mean().iter().filter(|&&force| force > 0.0).count()
     }
 
-    /// Number of columns from the first to the last one that carries force.
+    /// Returns the number of columns from the first to the last one that carries force.
     pub fn extent(&self) -> usize {
         let carries = |&force: &f64| force > 0.0;
         let forces = self.column_mean();
@@ -128,7 +130,7 @@ impl Footprint {
         ends.map_or(0, |(from, to)| to - from + 1)
     }
 
-    /// Sum of the forces at an instant \[N\].
+    /// Returns the sum of the forces at an instant \[N\].
     pub(crate) fn total_at(&self, stage: usize) -> f64 {
         let columns = self.shape.columns;
         let forces = if self.shape.across > 1 { &self.column_force } else { &self.force };

@@ -27,7 +27,7 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// A window of elements with |x| <= `reach` \[m\] (at most the whole tyre).
+    /// Returns a window of elements with |x| <= `reach` \[m\] (at most the whole tyre).
     pub fn new(circumference: f64, elements: usize, substeps: usize, start: f64, reach: f64) -> Self {
         let element = circumference / elements as f64;
         let half = ((reach / element).ceil() as i64).clamp(1, (elements as i64 - 1) / 2);
@@ -49,12 +49,12 @@ impl Geometry {
         }
     }
 
-    /// The same with a window that is longer by so many columns at either end.
+    /// Returns the same with a window that is longer by so many columns at either end.
     pub(crate) fn wider(&self, margin: usize) -> Self {
         Self { columns: self.columns + 2 * margin, half: self.half + margin as i64, ..self.clone() }
     }
 
-    /// Element number e of the window's first column at a step.
+    /// Returns the element number e of the window's first column at a step.
     pub fn first_element(&self, step: u64) -> i64 {
         self.origin.0 + (self.origin.1 + step as i64).div_euclid(self.substeps as i64) - self.half
     }
@@ -64,25 +64,25 @@ impl Geometry {
         (self.origin.1 + step as i64).rem_euclid(self.substeps as i64) as usize
     }
 
-    /// x of element e in the patch at a step \[m\].
+    /// Returns x of element e in the patch at a step \[m\].
     pub fn position(&self, e: i64, step: u64) -> f64 {
         self.position_between(e, step as f64)
     }
 
-    /// x of the window's first column when the window has just moved on by an element \[m\]: the same whichever step
-    /// that is.
+    /// Returns x of the window's first column when the window has just moved on by an element \[m\]: the same whichever
+    /// step that is.
     pub fn first_position(&self) -> f64 {
         let aligned = (0..self.substeps as u64).find(|&step| self.substep(step) == 0).unwrap_or(0);
         self.position(self.first_element(aligned), aligned)
     }
 
-    /// x of element e in the patch at a time in steps \[m\].
+    /// Returns x of element e in the patch at a time in steps \[m\].
     pub(crate) fn position_between(&self, e: i64, steps: f64) -> f64 {
         e as f64 * self.element - (self.start + steps * self.element / self.substeps as f64)
     }
 
-    /// Height of the undeformed tread above the tyre's lowest point at x: R - sqrt(R^2 - x^2), without cancellation
-    /// \[m\].
+    /// Returns the height of the undeformed tread above the tyre's lowest point at x: R - sqrt(R^2 - x^2), without
+    /// cancellation \[m\].
     pub fn rise(&self, x: f64) -> f64 {
         let ratio = x / self.radius;
         let square = ratio * ratio;
@@ -92,8 +92,8 @@ impl Geometry {
         x * ratio / (1.0 + (1.0 - square).sqrt())
     }
 
-    /// [`Self::rise`] of every column of the window at nodes of a step \[m\], of all the substeps that return with
-    /// every element rolled: (substep x nodes + node) x columns + column.
+    /// Returns [`Self::rise`] of every column of the window at nodes of a step \[m\], of all the substeps that return
+    /// with every element rolled: (substep x nodes + node) x columns + column.
     pub(crate) fn rises(&self, nodes: &[f64]) -> Vec<f64> {
         let instants = (0..self.substeps as i64).flat_map(|substep| nodes.iter().map(move |node| (substep, node)));
         let of_instant = |(substep, node): (i64, &f64)| {
@@ -104,7 +104,7 @@ impl Geometry {
         instants.flat_map(of_instant).collect()
     }
 
-    /// Half the chord that a rigid tyre cuts from a plane at a depth \[m\].
+    /// Returns half the chord that a rigid tyre cuts from a plane at a depth \[m\].
     pub(crate) fn half_chord(radius: f64, depth: f64) -> f64 {
         let depth = depth.clamp(0.0, radius);
         (depth * (2.0 * radius - depth)).sqrt()

@@ -127,9 +127,9 @@ impl EqualBedding {
     pub const NONE: Self = Self { scale: 1.0, spring: 0.0 };
 }
 
-/// The bedding with the static stiffness of the elastic tread twice over: that of one element pressed alone, scale
-/// carcass_0 + spring = surface_0, and that of the smooth contact, the force `wanted` at its indentation. `carcass` and
-/// `surface` are static influence rows.
+/// Returns the bedding with the static stiffness of the elastic tread twice over: that of one element pressed alone,
+/// scale carcass_0 + spring = surface_0, and that of the smooth contact, the force `wanted` at its indentation.
+/// `carcass` and `surface` are static influence rows.
 ///
 /// # Errors
 /// As [`matched`].

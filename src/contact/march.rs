@@ -60,7 +60,7 @@ pub(crate) struct MarchTotals {
 }
 
 impl MarchTotals {
-    /// Residuals relative to the largest force, the largest displacement and their product.
+    /// Returns the residuals relative to the largest force, the largest displacement and their product.
     pub(crate) fn relative_residuals(&self) -> Residuals {
         let relative = |value: f64, scale: f64| if value > 0.0 { value / scale } else { 0.0 };
         Residuals {
@@ -97,7 +97,7 @@ pub struct MarchState {
 }
 
 impl March {
-    /// Slices at rest, about to do step 0; `time_step` \[s\] is for messages only.
+    /// Returns the slices at rest, about to do step 0; `time_step` \[s\] is for messages only.
     pub fn new(
         geometry: Geometry,
         kernel: ContactKernel,
@@ -110,7 +110,7 @@ impl March {
         Self::over(Box::new(zone), geometry, numerics.time_rule, time_step)
     }
 
-    /// Cells at rest, about to do step 0; `time_step` \[s\] is for messages only.
+    /// Returns the cells at rest, about to do step 0; `time_step` \[s\] is for messages only.
     pub fn with_cells(geometry: Geometry, zone: CellZone, rule: TimeRule, time_step: f64) -> Self {
         Self::over(Box::new(zone), geometry, rule, time_step)
     }
@@ -133,7 +133,7 @@ impl March {
         }
     }
 
-    /// Where the elements are whose forces are told.
+    /// Tells where the elements are whose forces are told.
     pub fn geometry(&self) -> &Geometry {
         &self.geometry
     }
@@ -143,7 +143,7 @@ impl March {
         &self.footprint
     }
 
-    /// Elements that can touch at a step.
+    /// Returns the elements that can touch at a step.
     pub(crate) fn reach(&self, step: u64) -> Range<i64> {
         let first = self.window.first_element(step);
         first..first + self.window.columns as i64
@@ -154,12 +154,12 @@ impl March {
         self.totals.edge_contacts += edge_contacts;
     }
 
-    /// First weights \[m/N\]: other bits there mean other bits everywhere.
+    /// Returns the first weights \[m/N\]: other bits there mean other bits everywhere.
     pub(crate) fn first_weights(&self) -> &[f64] {
         self.zone.first_weights()
     }
 
-    /// Spring compliance per element \[m/N\]; 0 without springs.
+    /// Returns the spring compliance per element \[m/N\]; 0 without springs.
     pub fn spring(&self) -> f64 {
         self.zone.spring()
     }
@@ -169,7 +169,7 @@ impl March {
         self.zone.is_widened()
     }
 
-    /// Totals so far.
+    /// Returns the totals so far.
     pub(crate) fn totals(&self) -> &MarchTotals {
         &self.totals
     }
@@ -179,7 +179,7 @@ impl March {
         self.zone.search_counts()
     }
 
-    /// Number of the next step.
+    /// Returns the number of the next step.
     pub fn next_step(&self) -> u64 {
         self.step
     }

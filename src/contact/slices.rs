@@ -20,7 +20,7 @@ pub(crate) struct SliceZone {
 }
 
 impl SliceZone {
-    /// Slices at rest in a window of so many columns.
+    /// Returns the slices at rest in a window of so many columns.
     pub(crate) fn new(
         columns: usize,
         kernel: ContactKernel,

@@ -120,7 +120,7 @@ struct WindingCircle {
 }
 
 impl WindingCircle {
-    /// Geometric towards zeta = 1, where resonances of a fine time step crowd; even towards -1.
+    /// Returns the geometric towards zeta = 1, where resonances of a fine time step crowd; even towards -1.
     fn new(radius: f64, rule: TimeRule) -> Self {
         let angles = (0..=320).map(|k| match k {
             0 => 0.0,
@@ -132,8 +132,8 @@ impl WindingCircle {
     }
 }
 
-/// The zero of smallest modulus inside a circle, if the winding number says that there is one; of the waves forwards
-/// and, if they differ, `backwards`.
+/// Returns the zero of smallest modulus inside a circle, if the winding number says that there is one; of the waves
+/// forwards and, if they differ, `backwards`.
 fn smallest_zero(w: &Transfer<'_>, backwards: Option<&Transfer<'_>>, circle: &WindingCircle) -> Option<Complex64> {
     // Undecided is no zero: only what is sure is refused.
     if zeros(w, backwards, circle)? == 0 {
@@ -157,8 +157,8 @@ fn smallest_zero(w: &Transfer<'_>, backwards: Option<&Transfer<'_>>, circle: &Wi
     best.or(Some(Complex64::new(-radius, 0.0)))
 }
 
-/// Zeros inside a circle of radius r: half turns of w along its upper half, from the real w(r) to the real w(-r), or of
-/// the waves forwards and backwards together by whole turns.
+/// Returns the zeros inside a circle of radius r: half turns of w along its upper half, from the real w(r) to the real
+/// w(-r), or of the waves forwards and backwards together by whole turns.
 fn zeros(w: &Transfer<'_>, backwards: Option<&Transfer<'_>>, circle: &WindingCircle) -> Option<i64> {
     let turned = upper_half(w, circle)?;
     match backwards {

@@ -30,7 +30,7 @@ pub(crate) struct StaticTyre<'a> {
     pub circumference: f64,
 }
 
-/// How far the rigid tyre may come down \[m\] under an axle that has it at `at_rest` \[m\] on a smooth road.
+/// Tells how far the rigid tyre may come down \[m\] under an axle that has it at `at_rest` \[m\] on a smooth road.
 pub(crate) fn deepest(axle: &Axle, at_rest: f64) -> f64 {
     match axle {
         Axle::Indentation { .. } => at_rest,
@@ -41,14 +41,14 @@ pub(crate) fn deepest(axle: &Axle, at_rest: f64) -> f64 {
     }
 }
 
-/// Half the length of the window that holds every point that can touch \[m\], on a road up to `highest` \[m\] above its
-/// plane.
+/// Returns half the length of the window that holds every point that can touch \[m\], on a road up to `highest` \[m\]
+/// above its plane.
 pub(crate) fn window_reach(axle: &Axle, at_rest: f64, highest: f64, radius: f64, element: f64) -> f64 {
     1.05 * Geometry::half_chord(radius, deepest(axle, at_rest) + highest) + 2.0 * element
 }
 
 impl StaticTyre<'_> {
-    /// The contact that an axle has on a smooth road.
+    /// Returns the contact that an axle has on a smooth road.
     ///
     /// # Errors
     /// As [`Self::at`], and [`ContactError::LoadNotReached`].
@@ -59,7 +59,7 @@ impl StaticTyre<'_> {
         }
     }
 
-    /// Force on a smooth road at an indentation \[m\].
+    /// Returns the force on a smooth road at an indentation \[m\].
     pub(crate) fn at(&self, indentation: f64) -> Result<StaticContact, ContactError> {
         let elements = self.influence.len();
         let reach = Geometry::half_chord(self.circumference / (2.0 * PI), indentation);
@@ -89,13 +89,14 @@ impl StaticTyre<'_> {
         })
     }
 
-    /// The indentation that carries a load \[N\], to 1e-9 of it: bisection on a force that grows with the indentation.
+    /// Returns the indentation that carries a load \[N\], to 1e-9 of it: bisection on a force that grows with the
+    /// indentation.
     pub(crate) fn under_load(&self, load: f64) -> Result<StaticContact, ContactError> {
         carrying(load, self.circumference, 1e-9, |indentation| self.at(indentation))
     }
 }
 
-/// The contact that carries a load \[N\] within a relative tolerance: bisection on a force that grows with the
+/// Returns the contact that carries a load \[N\] within a relative tolerance: bisection on a force that grows with the
 /// indentation.
 ///
 /// # Errors
@@ -130,8 +131,8 @@ pub(super) fn carrying(
     at(0.5 * (shallow + deep))
 }
 
-/// The parameter between two limits whose influence row has the force `wanted` at its indentation: bisection on its
-/// logarithm, for a row that softens as the parameter grows.
+/// Returns the parameter between two limits whose influence row has the force `wanted` at its indentation: bisection on
+/// its logarithm, for a row that softens as the parameter grows.
 ///
 /// # Errors
 /// [`ContactError::NoEqualStiffness`] if no parameter between the limits has that force.

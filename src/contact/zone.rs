@@ -53,12 +53,13 @@ pub(crate) trait Zone: Send {
     /// Prepares for a step whose window has moved on by so many columns.
     fn advance(&mut self, _columns: usize) {}
 
-    /// Points across a column.
+    /// Returns the points across a column.
     fn across(&self) -> usize {
         1
     }
 
-    /// Columns by which the window in which contact is sought is longer, at either end, than the one that is told.
+    /// Returns the columns by which the window in which contact is sought is longer, at either end, than the one that
+    /// is told.
     fn margin(&self) -> usize {
         0
     }
@@ -68,15 +69,15 @@ pub(crate) trait Zone: Send {
         false
     }
 
-    /// First weights \[m/N\]: other bits there mean other bits everywhere.
+    /// Returns the first weights \[m/N\]: other bits there mean other bits everywhere.
     fn first_weights(&self) -> &[f64];
 
-    /// Spring compliance of a column \[m/N\]; 0 without springs.
+    /// Returns the spring compliance of a column \[m/N\]; 0 without springs.
     fn spring(&self) -> f64 {
         0.0
     }
 
-    /// Work of the search so far.
+    /// Returns the work of the search so far.
     fn search_counts(&self) -> SearchCounts;
 
     /// Takes the state down.

@@ -17,8 +17,8 @@ amounts! {
 }
 
 impl Spent {
-    /// The whole of which a part was timed, `factor` times as long, with the processor time that it had at the rate of
-    /// the watched part.
+    /// Returns the whole of which a part was timed, `factor` times as long, with the processor time that it had at the
+    /// rate of the watched part.
     pub fn extrapolated(self, factor: f64) -> Self {
         let wall = if factor > 1.0 { self.wall.mul_f64(factor) } else { self.wall };
         if self.watched.is_zero() {
@@ -28,14 +28,14 @@ impl Spent {
         Self { wall, watched: wall, cpu }
     }
 
-    /// Processor time over all of it \[s\], at the rate of the part over which it was measured; `None` where it was
-    /// not.
+    /// Returns the processor time over all of it \[s\], at the rate of the part over which it was measured; `None`
+    /// where it was not.
     pub fn cpu_seconds(self) -> Option<f64> {
         let watched = self.watched.as_secs_f64();
         (watched > 0.0).then(|| self.cpu.as_secs_f64() * self.wall.as_secs_f64() / watched)
     }
 
-    /// A share of it.
+    /// Returns a share of it.
     pub fn share(self, share: f64) -> Self {
         Self { wall: self.wall.mul_f64(share), watched: self.watched.mul_f64(share), cpu: self.cpu.mul_f64(share) }
     }

@@ -62,13 +62,13 @@ pub struct StageCost {
 }
 
 impl StageCost {
-    /// Time on the run's own thread and in the background \[s\].
+    /// Returns the time on the run's own thread and in the background \[s\].
     pub fn seconds(&self) -> f64 {
         (self.spent.wall + self.background).as_secs_f64()
     }
 
-    /// Share of so many threads' time in which they had nothing to do: 1 - cpu/(threads x wall), not below 0. `None`
-    /// for stages within the steps, too short for it.
+    /// Returns the share of so many threads' time in which they had nothing to do: 1 - cpu/(threads x wall), not below
+    /// 0. `None` for stages within the steps, too short for it.
     pub fn idle_share(&self, threads: usize) -> Option<f64> {
         let wall = self.spent.wall.as_secs_f64();
         let all = self.watched_all == self.spent.watched && wall > 0.0;
@@ -95,7 +95,8 @@ impl StageCost {
     }
 }
 
-/// Share of the time of so many threads that was not processor time, not below 0: 1 - cpu/(threads x wall), times in s.
+/// Returns the share of the time of so many threads that was not processor time, not below 0: 1 - cpu/(threads x wall),
+/// times in s.
 pub(crate) fn idle_share(cpu: f64, wall: f64, threads: usize) -> f64 {
     (1.0 - cpu / (threads as f64 * wall)).max(0.0)
 }

@@ -2,15 +2,15 @@
 
 use pulp::Arch;
 
-/// The processor's name as the system tells it.
+/// Returns the processor's name as the system tells it.
 pub(crate) fn processor() -> Option<String> {
     let text = std::fs::read_to_string("/proc/cpuinfo").ok()?;
     let name = text.lines().find_map(|line| line.strip_prefix("model name"))?;
     Some(name.trim_start_matches([' ', '\t', ':']).trim().to_owned())
 }
 
-/// Instructions that vectors are computed with on this processor: `x86-64-v4` (AVX-512), `x86-64-v3` (AVX2 and fused
-/// multiply-add), or the architecture's name.
+/// Returns the instructions that vectors are computed with on this processor: `x86-64-v4` (AVX-512), `x86-64-v3` (AVX2
+/// and fused multiply-add), or the architecture's name.
 pub(crate) fn instruction_set() -> &'static str {
     // One type for each family, named alike on every architecture that has it.
     let arch = format!("{:?}", Arch::new());

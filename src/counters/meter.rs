@@ -60,13 +60,13 @@ pub(crate) struct Laps {
 }
 
 impl Meter {
-    /// A meter that watches a run as it is told.
+    /// Returns a meter that watches a run as it is told.
     pub fn new(watch: Watch) -> Self {
         let trace = (watch.timing == Timing::Every && watch.trace).then(Box::default);
         Self { watch, trace, ..Self::default() }
     }
 
-    /// How closely stages are timed.
+    /// Tells how closely stages are timed.
     pub(crate) fn timing(&self) -> Timing {
         self.watch.timing
     }
@@ -262,12 +262,12 @@ impl Meter {
         whole
     }
 
-    /// The value of a counter.
+    /// Returns the value of a counter.
     pub fn counted(&self, counter: Counter) -> u64 {
         self.counters.counts[counter as usize]
     }
 
-    /// All that was counted and timed so far.
+    /// Returns all that was counted and timed so far.
     pub(crate) fn counters(&self) -> Counters {
         Counters { steps: self.steps(), ..self.counters }
     }
@@ -283,12 +283,12 @@ impl Meter {
         own.steps += earlier.steps;
     }
 
-    /// Time of a stage so far on the run's own thread, that of the steps as far as they were timed.
+    /// Returns the time of a stage so far on the run's own thread, that of the steps as far as they were timed.
     pub fn spent(&self, stage: Stage) -> Duration {
         self.cost(stage).spent.wall + self.counters.in_steps[stage as usize].wall
     }
 
-    /// All steps together so far, with the processor time of all threads.
+    /// Returns all steps together so far, with the processor time of all threads.
     pub fn steps(&self) -> Spent {
         let mut steps = self.counters.steps;
         if let Some(mut clock) = self.steps_clock {

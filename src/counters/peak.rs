@@ -32,7 +32,7 @@ impl MachinePeak {
     }
 }
 
-/// Best rate of independent fused multiply-adds on one core \[flop/s\].
+/// Returns the best rate of independent fused multiply-adds on one core \[flop/s\].
 pub fn multiply_add_rate() -> f64 {
     Arch::new().dispatch(MultiplyAdds)
 }
@@ -62,7 +62,7 @@ impl WithSimd for MultiplyAdds {
     }
 }
 
-/// Best rate of copying one array of 16 MB to another \[B/s, read and written\].
+/// Returns the best rate of copying one array of 16 MB to another \[B/s, read and written\].
 pub(crate) fn copy_rate() -> f64 {
     let (from, mut to) = (vec![1.0_f64; COPIED], vec![0.0_f64; COPIED]);
     let mut best = 0.0_f64;

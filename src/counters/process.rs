@@ -2,18 +2,18 @@
 
 use std::time::Duration;
 
-/// Largest resident memory since the process began \[bytes\]; `None` where the system does not tell.
+/// Returns the largest resident memory since the process began \[bytes\]; `None` where the system does not tell.
 pub(crate) fn peak_memory() -> Option<u64> {
     status("VmHWM:")
 }
 
-/// Resident memory now \[bytes\]; `None` where the system does not tell.
+/// Returns the resident memory now \[bytes\]; `None` where the system does not tell.
 pub(crate) fn resident_memory() -> Option<u64> {
     status("VmRSS:")
 }
 
-/// Processor time that all threads of the process have taken so far; `None` where the system does not tell. A system
-/// call: half a microsecond.
+/// Returns the processor time that all threads of the process have taken so far; `None` where the system does not tell.
+/// A system call: half a microsecond.
 ///
 /// For milliseconds and more. Linux counts what another thread has done in lumps of milliseconds (measured on 6.18:
 /// over 5 us two busy threads seem to take 1.0 or 4.5 times the wall time, depending on how often is asked; 2.0 over a
@@ -22,8 +22,8 @@ pub(crate) fn cpu_time() -> Option<Duration> {
     clocks::read(clocks::PROCESS)
 }
 
-/// Processor time that the calling thread has taken so far, to the nanosecond; `None` where the system does not tell. A
-/// system call: half a microsecond.
+/// Returns the processor time that the calling thread has taken so far, to the nanosecond; `None` where the system does
+/// not tell. A system call: half a microsecond.
 pub(crate) fn thread_cpu_time() -> Option<Duration> {
     clocks::read(clocks::THREAD)
 }
@@ -55,7 +55,7 @@ mod clocks {
     }
 }
 
-/// A line of Linux' account of the process, in kB there.
+/// Returns a line of Linux' account of the process, in kB there.
 fn status(name: &str) -> Option<u64> {
     let text = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix(name))?;

@@ -57,7 +57,7 @@ impl Stage {
         Self::Output,
     ];
 
-    /// The stage that it is a part of. Times and work of the two are told apart; the whole is their sum.
+    /// Returns the stage that it is a part of. Times and work of the two are told apart; the whole is their sum.
     pub const fn part_of(self) -> Option<Self> {
         match self {
             Self::Factorisation => Some(Self::ActiveSet),

@@ -101,7 +101,7 @@ impl Default for Trace {
 }
 
 impl Trace {
-    /// The phase under way.
+    /// Returns the phase under way.
     pub(crate) fn phase(&self) -> Phase {
         self.phase
     }
@@ -129,7 +129,7 @@ impl Trace {
         self.block_staged = self.staged[phase as usize];
     }
 
-    /// Beginning of the run.
+    /// Returns the beginning of the run.
     pub(crate) fn began(&self) -> Instant {
         self.began
     }
@@ -196,32 +196,32 @@ impl Trace {
         }
     }
 
-    /// All spans, in the order in which they ended.
+    /// Returns all spans, in the order in which they ended.
     pub(crate) fn spans(&self) -> &[Span] {
         &self.spans
     }
 
-    /// Number of its spans.
+    /// Returns the number of its spans.
     pub fn span_count(&self) -> usize {
         self.spans.len()
     }
 
-    /// Spans that found no room.
+    /// Returns the spans that found no room.
     pub fn dropped(&self) -> u64 {
         self.dropped
     }
 
-    /// Time of the whole run; zero before it has ended.
+    /// Returns the time of the whole run; zero before it has ended.
     pub(crate) fn wall(&self) -> Duration {
         self.wall
     }
 
-    /// Time of a phase.
+    /// Returns the time of a phase.
     pub(crate) fn phase_time(&self, phase: Phase) -> Duration {
         self.phases[phase as usize]
     }
 
-    /// Time of a stage in a phase, on the run's own thread.
+    /// Returns the time of a stage in a phase, on the run's own thread.
     pub(crate) fn stage_time(&self, phase: Phase, stage: Stage) -> Duration {
         self.staged[phase as usize][stage as usize]
     }

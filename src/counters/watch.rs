@@ -25,7 +25,7 @@ pub enum Timing {
 }
 
 impl Timing {
-    /// Share of the steps that are timed.
+    /// Returns the share of the steps that are timed.
     pub const fn share_of_steps(self) -> f64 {
         match self {
             Self::Outside => 0.0,

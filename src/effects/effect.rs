@@ -42,12 +42,12 @@ pub struct ContactFacts {
 }
 
 impl ContactFacts {
-    /// Highest frequency that levels of force and vibration are vouched for \[Hz\].
+    /// Returns the highest frequency that levels of force and vibration are vouched for \[Hz\].
     pub fn force_valid_to(&self) -> f64 {
         self.slice_errors.as_ref().map_or(f64::INFINITY, |errors| errors.force_valid_to).min(self.valid_to)
     }
 
-    /// Highest frequency that levels of sound are vouched for as far as the contact goes \[Hz\].
+    /// Returns the highest frequency that levels of sound are vouched for as far as the contact goes \[Hz\].
     pub fn sound_valid_to(&self) -> f64 {
         self.slice_errors.as_ref().map_or(f64::INFINITY, |errors| errors.sound_valid_to).min(self.valid_to)
     }
@@ -88,15 +88,15 @@ pub struct Begin<'a> {
 
 /// Effect that reads the steps of a run.
 pub(crate) trait Effect: Sync {
-    /// Name, also of its part of a checkpoint.
+    /// Returns the name, also of its part of a checkpoint.
     fn name(&self) -> &'static str;
 
-    /// Arrays that it gives, beside the files of its end.
+    /// Returns the arrays that it gives, beside the files of its end.
     fn channels(&self) -> &'static [Channel] {
         &[]
     }
 
-    /// Rows of the plan's table, each with its decision and its switch.
+    /// Returns the rows of the plan's table, each with its decision and its switch.
     fn rows(&self) -> &'static [Row] {
         &[]
     }
@@ -130,7 +130,7 @@ pub(crate) trait Effect: Sync {
         Vec::new()
     }
 
-    /// Tables of third octaves that it writes.
+    /// Returns the tables of third octaves that it writes.
     fn levels(&self) -> &'static [LevelTable] {
         &[]
     }

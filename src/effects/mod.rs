@@ -38,13 +38,13 @@ pub(crate) static EFFECTS: [&dyn Effect; 5] = [
     &sound::SoundEffect,
 ];
 
-/// The channel of an array by its file's name without the ending; several maps may share one.
+/// Returns the channel of an array by its file's name without the ending; several maps may share one.
 pub(crate) fn channel(name: &str) -> Option<&'static Channel> {
     let exact = channels().find(|channel| channel.name == name);
     exact.or_else(|| channels().find(|channel| channel.is_written_at_the_end() && name.starts_with(channel.name)))
 }
 
-/// All arrays of all effects.
+/// Returns all arrays of all effects.
 pub(crate) fn channels() -> impl Iterator<Item = &'static Channel> {
     EFFECTS.into_iter().flat_map(Effect::channels)
 }

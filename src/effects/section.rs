@@ -139,7 +139,7 @@ pub(super) fn pictures_of(stored: &Stored, begin: &str, caption: &str) -> Result
     Ok(shown)
 }
 
-/// Receiver or field of a picture, from its file's name.
+/// Returns the receiver or field of a picture, from its file's name.
 fn shown_by(name: &str, begin: &str) -> String {
     name.strip_prefix(begin).unwrap_or(name).trim_end_matches(".svg").replace('_', " ")
 }

@@ -170,7 +170,7 @@ impl Stored {
 /// Third octaves of several signals, by their names.
 pub(crate) type NamedLevels = Vec<(String, Vec<BandLevel>)>;
 
-/// Third octaves of the signals in a table. Silence has no level, and its cell is empty.
+/// Returns the third octaves of the signals in a table. Silence has no level, and its cell is empty.
 fn levels(table: &Table, column: &str) -> Option<NamedLevels> {
     let [middles, levels, valid] = ["mid_frequency_hz", column, "valid"].map(|name| table.numbers(name));
     let (middles, levels, valid) = (middles?, levels?, valid?);

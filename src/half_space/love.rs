@@ -38,8 +38,8 @@ const GAUSS: [(f64, &[(f64, f64)]); 3] = [
     ),
 ];
 
-/// Displacement \[m\] at (`x`, `y`) \[m\] for a pressure of E* (1 Pa per 1 Pa of modulus) on a rectangle of sides
-/// `side_x`, `side_y` \[m\] around the origin: I(x, y)/pi. Multiply by p/E* for a pressure p.
+/// Returns the displacement \[m\] at (`x`, `y`) \[m\] for a pressure of E* (1 Pa per 1 Pa of modulus) on a rectangle of
+/// sides `side_x`, `side_y` \[m\] around the origin: I(x, y)/pi. Multiply by p/E* for a pressure p.
 ///
 /// Even in x and in y. Sides must be positive.
 pub fn displacement(x: f64, y: f64, side_x: f64, side_y: f64) -> f64 {
@@ -61,12 +61,12 @@ fn near(x: f64, y: f64, a: f64, b: f64) -> f64 {
     corner(x + a, y + b) - corner(x - a, y + b) - corner(x + a, y - b) + corner(x - a, y - b)
 }
 
-/// Integral of 1/distance from the origin over the rectangle between the origin and (x, y), signed.
+/// Returns the integral of 1/distance from the origin over the rectangle between the origin and (x, y), signed.
 fn corner(x: f64, y: f64) -> f64 {
     term(x, y) + term(y, x)
 }
 
-/// x asinh(y/|x|), 0 for x = 0.
+/// Returns x asinh(y/|x|), 0 for x = 0.
 fn term(x: f64, y: f64) -> f64 {
     // Compared by magnitude: y/|x| must not overflow, and x ln(1/x) is far below rounding there.
     if x.abs() < f64::MIN_POSITIVE { 0.0 } else { x * (y / x.abs()).asinh() }
@@ -86,7 +86,7 @@ fn far(x: f64, y: f64, a: f64, b: f64) -> f64 {
     a * sum
 }
 
-/// Integral of 1/distance from a point at distance x > 0 over a line piece from y - b to y + b, y >= 0:
+/// Returns the integral of 1/distance from a point at distance x > 0 over a line piece from y - b to y + b, y >= 0:
 /// ln((q + r_q)/(p + r_p)), q = y + b, p = y - b.
 fn line(x: f64, y: f64, b: f64) -> f64 {
     let (p, q) = (y - b, y + b);

@@ -12,12 +12,12 @@ use crate::test_models::reference;
 pub(crate) struct Case(std::path::PathBuf);
 
 impl Case {
-    /// An archive by its name.
+    /// Returns an archive by its name.
     pub(crate) fn open(name: &str) -> Self {
         Self(reference(&format!("rough_contact/{name}.npz")))
     }
 
-    /// Shape and values of an array, row-major.
+    /// Returns the shape and values of an array, row-major.
     pub(crate) fn array(&self, key: &str) -> (Vec<usize>, Vec<f64>) {
         let mut archive = ZipArchive::new(File::open(&self.0).unwrap()).unwrap();
         let mut bytes = Vec::new();
@@ -27,7 +27,7 @@ impl Case {
         (shape, npy.into_vec().unwrap())
     }
 
-    /// A single number.
+    /// Returns a single number.
     pub(crate) fn scalar(&self, key: &str) -> f64 {
         self.array(key).1[0]
     }

@@ -47,19 +47,19 @@ pub(crate) struct Minimum {
 }
 
 impl Minimum {
-    /// |r(x)|^2.
+    /// Returns |r(x)|^2.
     pub(crate) fn squares(&self) -> f64 {
         squares(&self.residuals)
     }
 }
 
-/// |r|^2; infinite where it is no number.
+/// Returns |r|^2; infinite where it is no number.
 pub(crate) fn squares(residuals: &[f64]) -> f64 {
     let sum = residuals.iter().map(|residual| residual * residual).sum::<f64>();
     if sum.is_finite() { sum } else { f64::INFINITY }
 }
 
-/// The Jacobian by differences, one row a residual, each taken towards the inside of the box.
+/// Returns the Jacobian by differences, one row a residual, each taken towards the inside of the box.
 pub(crate) fn jacobian(
     residuals: &(impl Fn(&[f64]) -> Vec<f64> + Sync),
     point: &[f64],
@@ -117,7 +117,7 @@ pub(crate) fn minimise(
     found
 }
 
-/// The end of a step inside the box.
+/// Returns the end of a step inside the box.
 fn damped_step(slopes: &Mat<f64>, from: &Minimum, bounds: &[Range<f64>], damping: f64) -> Vec<f64> {
     let rows = slopes.nrows();
     let dot = |column: usize, other: &dyn Fn(usize) -> f64| {
@@ -151,7 +151,7 @@ fn damped_step(slopes: &Mat<f64>, from: &Minimum, bounds: &[Range<f64>], damping
     next
 }
 
-/// |r + J d|^2.
+/// Returns |r + J d|^2.
 fn promised_squares(slopes: &Mat<f64>, from: &Minimum, next: &[f64]) -> f64 {
     let step: Vec<f64> = next.iter().zip(&from.point).map(|(to, from)| to - from).collect();
     let row = |row: usize| from.residuals[row] + (0..step.len()).map(|j| slopes[(row, j)] * step[j]).sum::<f64>();

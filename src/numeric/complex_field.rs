@@ -17,21 +17,21 @@ pub trait ComplexField:
     + Add<f64, Output = Self>
     + Neg<Output = Self>
 {
-    /// A real constant, in as many lanes as `self` has.
+    /// Returns a real constant, in as many lanes as `self` has.
     fn like(self, value: f64) -> Self;
-    /// self + factor z.
+    /// Returns self + factor z.
     fn plus_scaled(self, factor: f64, z: Self) -> Self;
-    /// i z.
+    /// Returns i z.
     fn times_i(self) -> Self;
-    /// 1/z.
+    /// Returns 1/z.
     fn reciprocal(self) -> Self;
-    /// The square root with non-negative real part.
+    /// Returns the square root with non-negative real part.
     fn square_root(self) -> Self;
-    /// exp(z).
+    /// Returns exp(z).
     fn exponential(self) -> Self;
     /// Numbers in the lanes of `self`, lane by lane.
     fn gathered(self, value: impl FnMut(usize) -> Complex64) -> Self;
-    /// `small` where |self|^2 < `limit`, `large` elsewhere.
+    /// Returns `small` where |self|^2 < `limit`, `large` elsewhere.
     fn select_below(self, limit: f64, small: Self, large: Self) -> Self;
 }
 

@@ -2,14 +2,14 @@
 
 use sha2::{Digest, Sha256};
 
-/// SHA-256 of texts one after the other, in hexadecimal.
+/// Returns SHA-256 of texts one after the other, in hexadecimal.
 pub(crate) fn sha256(texts: &[&str]) -> String {
     let mut hash = Sha256::new();
     texts.iter().for_each(|text| hash.update(text));
     hexadecimal(hash.finalize())
 }
 
-/// Bytes as hexadecimal digits.
+/// Returns the bytes as hexadecimal digits.
 pub(crate) fn hexadecimal(bytes: impl AsRef<[u8]>) -> String {
     bytes.as_ref().iter().map(|byte| format!("{byte:02x}")).collect()
 }

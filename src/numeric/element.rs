@@ -17,25 +17,25 @@ pub trait Element: Copy + Default + Send + Sync + 'static {
     fn double(self) -> f64;
     /// Numbers as vectors; those that do not fill one are left out.
     fn vectors<S: Simd>(values: &[Self]) -> &[Self::Vector<S>];
-    /// The same to be written.
+    /// Returns the same to be written.
     fn vectors_mut<S: Simd>(values: &mut [Self]) -> &mut [Self::Vector<S>];
-    /// The first numbers as a vector, zeros behind them.
+    /// Returns the first numbers as a vector, zeros behind them.
     fn load<S: Simd>(simd: S, values: &[Self]) -> Self::Vector<S>;
     /// As many of a vector as there is room for.
     fn store<S: Simd>(simd: S, values: &mut [Self], vector: Self::Vector<S>);
-    /// The same number everywhere.
+    /// Returns the same number everywhere.
     fn splat<S: Simd>(simd: S, value: Self) -> Self::Vector<S>;
-    /// a + b.
+    /// Returns a + b.
     fn add<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
-    /// a - b.
+    /// Returns a - b.
     fn sub<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
-    /// a b.
+    /// Returns a b.
     fn mul<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>) -> Self::Vector<S>;
-    /// a b + c.
+    /// Returns a b + c.
     fn mul_add<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>, c: Self::Vector<S>) -> Self::Vector<S>;
-    /// c - a b.
+    /// Returns c - a b.
     fn negate_mul_add<S: Simd>(simd: S, a: Self::Vector<S>, b: Self::Vector<S>, c: Self::Vector<S>) -> Self::Vector<S>;
-    /// -a.
+    /// Returns -a.
     fn neg<S: Simd>(simd: S, a: Self::Vector<S>) -> Self::Vector<S>;
 
     /// Numbers to a vector.

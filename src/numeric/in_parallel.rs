@@ -13,7 +13,7 @@ pub(crate) fn map<T: Sync, R: Send + Sync>(items: &[T], of: impl Fn(&T) -> R + S
     made(items.len(), |index| of(&items[index]))
 }
 
-/// `of`(0), `of`(1), ..., so many of them.
+/// Returns `of`(0), `of`(1), ..., so many of them.
 pub(crate) fn made<R: Send + Sync>(count: usize, of: impl Fn(usize) -> R + Sync) -> Vec<R> {
     let places: Vec<OnceLock<R>> = repeat_with(OnceLock::new).take(count).collect();
     each(count, &|index| {

@@ -38,19 +38,19 @@ pub(crate) fn load<S: Simd>(simd: S, values: &[f64; MOST_LANES]) -> S::f64s {
     simd.partial_load_f64s(&values[..S::F64_LANES])
 }
 
-/// -x, zeros too: a subtraction, which the compiler knows for a change of sign, as it does not know pulp's own.
+/// Returns -x, zeros too: a subtraction, which the compiler knows for a change of sign, as it does not know pulp's own.
 #[inline(always)]
 fn negated<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
     simd.sub_f64s(simd.splat_f64s(-0.0), x)
 }
 
-/// |x|, likewise.
+/// Returns |x|, likewise.
 #[inline(always)]
 fn absolute<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
     simd.and_f64s(x, simd.splat_f64s(f64::from_bits(!f64::to_bits(-0.0))))
 }
 
-/// A vector's numbers; what lies past its lanes is zero.
+/// Returns a vector's numbers; what lies past its lanes is zero.
 #[inline(always)]
 pub(crate) fn store<S: Simd>(simd: S, vector: S::f64s) -> [f64; MOST_LANES] {
     let mut values = [0.0; MOST_LANES];
@@ -70,40 +70,40 @@ impl<S: Simd> Lanes<S> {
         Self { simd, re: load(simd, &re), im: load(simd, &im) }
     }
 
-    /// All lanes zero.
+    /// Returns all lanes zero.
     #[inline(always)]
     pub fn zero(simd: S) -> Self {
         Self { simd, re: simd.splat_f64s(0.0), im: simd.splat_f64s(0.0) }
     }
 
-    /// The numbers; past the lanes zero.
+    /// Returns the numbers; past the lanes zero.
     #[inline(always)]
     pub fn to_array(self) -> [Complex64; MOST_LANES] {
         let (re, im) = (store(self.simd, self.re), store(self.simd, self.im));
         std::array::from_fn(|lane| Complex64::new(re[lane], im[lane]))
     }
 
-    /// |z|^2.
+    /// Returns |z|^2.
     #[inline(always)]
     pub fn norm_squared(&self) -> S::f64s {
         self.simd.mul_add_e_f64s(self.re, self.re, self.simd.mul_f64s(self.im, self.im))
     }
 
-    /// self + weight z, one real weight a lane.
+    /// Returns self + weight z, one real weight a lane.
     #[inline(always)]
     pub fn plus_weighted(self, weight: S::f64s, z: Self) -> Self {
         let simd = self.simd;
         Self { simd, re: simd.mul_add_e_f64s(weight, z.re, self.re), im: simd.mul_add_e_f64s(weight, z.im, self.im) }
     }
 
-    /// `yes` where the mask is set, `no` elsewhere.
+    /// Returns `yes` where the mask is set, `no` elsewhere.
     #[inline(always)]
     pub fn blend(mask: S::m64s, yes: Self, no: Self) -> Self {
         let simd = yes.simd;
         Self { simd, re: simd.select_f64s(mask, yes.re, no.re), im: simd.select_f64s(mask, yes.im, no.im) }
     }
 
-    /// The vector operations.
+    /// Returns the vector operations.
     #[inline(always)]
     pub fn simd(&self) -> S {
         self.simd
@@ -225,7 +225,7 @@ fn polynomial<S: Simd, const N: usize>(simd: S, coefficients: &[f64; N], x: S::f
     sum
 }
 
-/// exp(x) for x up to 709; below -708 it stays at 3e-308.
+/// Returns exp(x) for x up to 709; below -708 it stays at 3e-308.
 #[inline(always)]
 fn exp<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
     let x = simd.max_f64s(x, simd.splat_f64s(-708.0));
@@ -242,7 +242,7 @@ fn exp<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
     simd.mul_f64s(sum, load(simd, &powers))
 }
 
-/// (cos x, sin x) for |x| < 1e5.
+/// Returns (cos x, sin x) for |x| < 1e5.
 #[inline(always)]
 pub(crate) fn cos_sin<S: Simd>(simd: S, x: S::f64s) -> (S::f64s, S::f64s) {
     let shifted = simd.mul_add_e_f64s(x, simd.splat_f64s(std::f64::consts::FRAC_2_PI), simd.splat_f64s(ROUND));

@@ -3,7 +3,7 @@
 /// Numbers compared side by side.
 const LANES: usize = 8;
 
-/// The largest number, 0 if none is positive; whatever is no number does not count.
+/// Returns the largest number, 0 if none is positive; whatever is no number does not count.
 pub(crate) fn largest_or_zero(values: &[f64]) -> f64 {
     // One after the other every comparison would wait for the last.
     let mut lanes = [0.0_f64; LANES];

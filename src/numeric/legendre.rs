@@ -1,6 +1,7 @@
 //! Gauss and Legendre's quadrature.
 
-/// Nodes on (-1, 1), falling, and weights of the rule of so many points: exact up to the degree 2 `points` - 1.
+/// Returns the nodes on (-1, 1), falling, and weights of the rule of so many points: exact up to the degree 2 `points`
+/// - 1.
 ///
 /// Newton's iteration on P_n from Tricomi's estimates (Press et al., *Numerical Recipes*, section 4.6).
 pub(crate) fn gauss(points: usize) -> Vec<[f64; 2]> {

@@ -17,20 +17,20 @@ pub struct Ring {
 }
 
 impl Ring {
-    /// A ring of N elements, N even.
+    /// Returns a ring of N elements, N even.
     pub fn new(elements: usize) -> Self {
         let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(elements);
         let (spectrum, scratch) = (inverse.make_input_vec(), inverse.make_scratch_vec());
         Self { elements: inverse.make_output_vec(), inverse, spectrum, scratch }
     }
 
-    /// sum over n = -N/2 ... N/2 - 1 of value(|n|) exp(2 pi i n j/N), j = 0..N.
+    /// Returns sum over n = -N/2 ... N/2 - 1 of value(|n|) exp(2 pi i n j/N), j = 0..N.
     pub fn elements_of(&mut self, value: impl Fn(usize) -> f64) -> &[f64] {
         self.transformed(|n| value(n).into())
     }
 
-    /// The odd part of a row, sum over n = -N/2 ... N/2 - 1 of i sign(n) odd(|n|) exp(2 pi i n j/N), j = 0..N. `odd` of
-    /// 0 and of N/2, where both signs are one wave, do not count.
+    /// Returns the odd part of a row, sum over n = -N/2 ... N/2 - 1 of i sign(n) odd(|n|) exp(2 pi i n j/N), j = 0..N.
+    /// `odd` of 0 and of N/2, where both signs are one wave, do not count.
     pub fn odd_elements_of(&mut self, odd: impl Fn(usize) -> f64) -> &[f64] {
         let ends = [0, self.spectrum.len() - 1];
         self.transformed(|n| Complex64::new(0.0, if ends.contains(&n) { 0.0 } else { odd(n) }))

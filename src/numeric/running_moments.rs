@@ -30,27 +30,27 @@ impl RunningMoments {
         self.squares += before * (shifted - self.mean);
     }
 
-    /// Number of values.
+    /// Returns the number of values.
     pub(crate) fn count(&self) -> u64 {
         self.count
     }
 
-    /// The first value, 0 before it.
+    /// Returns the first value, 0 before it.
     pub(crate) fn shift(&self) -> f64 {
         self.shift
     }
 
-    /// The mean less the first value.
+    /// Returns the mean less the first value.
     pub(crate) fn mean_of_shifted(&self) -> f64 {
         self.mean
     }
 
-    /// The mean, if there is any value.
+    /// Returns the mean, if there is any value.
     pub(crate) fn mean(&self) -> Option<f64> {
         (self.count > 0).then_some(self.shift + self.mean)
     }
 
-    /// Mean square of the values less their mean, if there is any value.
+    /// Returns the mean square of the values less their mean, if there is any value.
     pub(crate) fn variance(&self) -> Option<f64> {
         (self.count > 0).then(|| self.squares / self.count as f64)
     }

@@ -32,8 +32,8 @@ impl SplitRule {
         rule
     }
 
-    /// Values at a fraction of the polynomials that are 1 at one point and 0 at the others of its panel, 0 on the other
-    /// panel.
+    /// Returns the values at a fraction of the polynomials that are 1 at one point and 0 at the others of its panel, 0
+    /// on the other panel.
     pub fn polynomials(&self, at: f64) -> [f64; Self::POINTS] {
         let range = if at < self.split { 0..Self::FIRST } else { Self::FIRST..Self::POINTS };
         let mut values = [0.0; Self::POINTS];

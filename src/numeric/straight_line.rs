@@ -28,7 +28,7 @@ impl StraightLine {
         Some(Self { slope, intercept, residual })
     }
 
-    /// The exponent of y ~ x^slope, through the logarithms (base ten) of positive values.
+    /// Returns the exponent of y ~ x^slope, through the logarithms (base ten) of positive values.
     pub(crate) fn power_law(points: &[(f64, f64)]) -> Option<Self> {
         let logarithms: Vec<_> = points.iter().map(|point| (point.0.log10(), point.1.log10())).collect();
         Self::through(&logarithms)

@@ -1,6 +1,6 @@
 //! Lengths that a mixed-radix Fourier transform likes, and what one takes.
 
-/// The smallest even number >= `least` without prime factors above 5; at least 2.
+/// Returns the smallest even number >= `least` without prime factors above 5; at least 2.
 pub fn transform_length(least: usize) -> usize {
     let smooth = |mut n: usize| {
         for prime in [2, 3, 5] {
@@ -17,7 +17,8 @@ pub fn transform_length(least: usize) -> usize {
     length
 }
 
-/// Multiply-adds of a complex transform: about 5/2 N log2 N, the logarithm rounded down. A real one takes half.
+/// Returns the multiply-adds of a complex transform: about 5/2 N log2 N, the logarithm rounded down. A real one takes
+/// half.
 pub(crate) fn transform_multiply_adds(length: usize) -> f64 {
     2.5 * length as f64 * f64::from(length.max(2).ilog2())
 }

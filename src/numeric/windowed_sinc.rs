@@ -24,7 +24,7 @@ pub(crate) struct WindowedSinc {
 const PER_UNIT: f64 = 2048.0;
 
 impl WindowedSinc {
-    /// A kernel that passes up to `pass` and blocks from `stop` on (cycles per sample, `pass` < `stop`) by
+    /// Returns a kernel that passes up to `pass` and blocks from `stop` on (cycles per sample, `pass` < `stop`) by
     /// `attenuation` dB.
     pub(crate) fn new(pass: f64, stop: f64, attenuation: f64) -> Self {
         let half_width = ((attenuation - 7.95) / (14.36 * (stop - pass)) / 2.0).ceil().max(1.0);
@@ -44,17 +44,18 @@ impl WindowedSinc {
         Self { half_width, table }
     }
 
-    /// The kernel of this project's resampling: flat to 0.8 of the coarser Nyquist wavenumber, 80 dB down from it on.
+    /// Returns the kernel of this project's resampling: flat to 0.8 of the coarser Nyquist wavenumber, 80 dB down from
+    /// it on.
     pub(crate) fn resampling() -> Self {
         Self::new(0.4, 0.5, 80.0)
     }
 
-    /// Half-width T of the support.
+    /// Returns the half-width T of the support.
     pub(crate) fn half_width(&self) -> f64 {
         self.half_width
     }
 
-    /// h(t); zero for |t| >= T.
+    /// Returns h(t); zero for |t| >= T.
     pub(crate) fn at(&self, t: f64) -> f64 {
         let place = t.abs() * PER_UNIT;
         let index = place as usize;
@@ -65,8 +66,8 @@ impl WindowedSinc {
         self.table[index] + part * (self.table[index + 1] - self.table[index])
     }
 
-    /// Weights of the source samples around `position` (in source samples), their sum 1: `weights[i]` belongs to sample
-    /// first + i; returns `first`. `ratio` >= 1 is the coarser spacing over the source's.
+    /// Returns the weights of the source samples around `position` (in source samples), their sum 1: `weights[i]`
+    /// belongs to sample first + i; returns `first`. `ratio` >= 1 is the coarser spacing over the source's.
     pub(crate) fn weights(&self, position: f64, ratio: f64, weights: &mut Vec<f64>) -> i64 {
         let reach = self.half_width * ratio;
         let first = (position - reach).ceil() as i64;
@@ -107,13 +108,13 @@ impl<T: Copy + Add<Output = T> + Sub<Output = T> + Mul<Output = T>> Phases<T> {
         Self { reach, places, rounded, table }
     }
 
-    /// Samples on either side of a position that count.
+    /// Returns the samples on either side of a position that count.
     pub(crate) fn reach(&self) -> usize {
         self.reach
     }
 
-    /// Weights of the samples from floor(position) - reach + 1 on, linear between those of the places before and after
-    /// the position.
+    /// Returns the weights of the samples from floor(position) - reach + 1 on, linear between those of the places
+    /// before and after the position.
     pub(crate) fn weights(&self, position: f64) -> impl Iterator<Item = T> {
         let taps = 2 * self.reach;
         let fine = (position - position.floor()) * self.places as f64;
@@ -124,8 +125,8 @@ impl<T: Copy + Add<Output = T> + Sub<Output = T> + Mul<Output = T>> Phases<T> {
     }
 }
 
-/// Modified Bessel function I0 by its power series, all terms positive: full accuracy for the arguments of a window
-/// (0..20).
+/// Returns the modified Bessel function I0 by its power series, all terms positive: full accuracy for the arguments of
+/// a window (0..20).
 fn bessel_i0(x: f64) -> f64 {
     let quarter = 0.25 * x * x;
     let mut term = 1.0;

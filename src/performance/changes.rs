@@ -56,8 +56,8 @@ impl AcceptedChanges {
         }
     }
 
-    /// The reasons that lead from one value to another, each change going on where the one before ended; `None` if they
-    /// do not.
+    /// Returns the reasons that lead from one value to another, each change going on where the one before ended; `None`
+    /// if they do not.
     fn reasons(&self, workload: &str, counter: &str, from: u64, to: u64) -> Option<String> {
         let (mut at, mut reasons) = (from, Vec::new());
         for change in self.change.iter().filter(|change| change.workload == workload && change.counter == counter) {
@@ -100,8 +100,8 @@ const ROUNDED: [&str; 10] = [
 /// How far such counters, and the work that follows from them, may differ between instruction sets.
 const ROUNDING: f64 = 0.01;
 
-/// Counters of a workload that differ. With `other_instructions` those that depend on rounding may be a hundredth
-/// apart.
+/// Returns the counters of a workload that differ. With `other_instructions` those that depend on rounding may be a
+/// hundredth apart.
 pub(crate) fn differences(
     workload: &str,
     first: &RecordedWorkload,

@@ -62,12 +62,12 @@ pub(crate) enum PerformanceError {
 }
 
 impl PerformanceError {
-    /// The error of reading a file.
+    /// Returns the error of reading a file.
     pub(crate) fn reading(path: &Path) -> impl FnOnce(io::Error) -> Self {
         move |source| Self::File { what: "read", path: path.to_owned(), source }
     }
 
-    /// The error of writing a file.
+    /// Returns the error of writing a file.
     pub(crate) fn writing(path: &Path) -> impl FnOnce(io::Error) -> Self {
         move |source| Self::File { what: "write", path: path.to_owned(), source }
     }

@@ -46,7 +46,7 @@ pub(crate) struct Instructions {
 }
 
 impl Instructions {
-    /// Those of a stage; `None` if there are none.
+    /// Returns those of a stage; `None` if there are none.
     pub(crate) fn of(&self, stage: &str) -> Option<u64> {
         self.stages.get(stage).copied()
     }
@@ -58,8 +58,8 @@ pub(crate) fn can_count() -> bool {
     version.is_ok_and(|status| status.success())
 }
 
-/// Instructions of a workload, and what the program measured meanwhile: its times mean nothing, and its vectors are
-/// those of the processor that the tool imitates. `None` if they could not be counted.
+/// Returns the instructions of a workload, and what the program measured meanwhile: its times mean nothing, and its
+/// vectors are those of the processor that the tool imitates. `None` if they could not be counted.
 pub(crate) fn count(program: &Program, workload: Workload) -> Option<(Instructions, Measurement)> {
     let file = program.scratch().ok()?.join("callgrind.out");
     let out = format!("--callgrind-out-file={}", file.display());
@@ -74,13 +74,13 @@ pub(crate) fn count(program: &Program, workload: Workload) -> Option<(Instructio
     Some((Instructions { all, stages: by_stage(&counted?) }, measurement))
 }
 
-/// The count in the tool's last words.
+/// Returns the count in the tool's last words.
 fn collected(text: &str) -> Option<u64> {
     let line = text.lines().rev().find_map(|line| line.split_once("Collected :"))?;
     line.1.trim().parse().ok()
 }
 
-/// The stage of a file of the sources.
+/// Returns the stage of a file of the sources.
 fn stage_of(file: &str) -> Option<Stage> {
     if OF_TRANSFORMS.iter().any(|library| file.contains(library)) {
         return Some(Stage::Transforms);
@@ -89,7 +89,8 @@ fn stage_of(file: &str) -> Option<Stage> {
     PLACES.iter().find(|(place, _)| !library && file.contains(place)).map(|place| place.1)
 }
 
-/// Own costs in callgrind's output format (Valgrind manual, "Callgrind Format Specification"), by the names of stages.
+/// Returns the own costs in callgrind's output format (Valgrind manual, "Callgrind Format Specification"), by the names
+/// of stages.
 fn by_stage(text: &str) -> BTreeMap<String, u64> {
     // Of the function under way: by stage, and of no stage's files.
     let mut function: ([u64; Stage::ALL.len()], u64) = Default::default();

@@ -37,7 +37,7 @@ pub(crate) enum Side {
 }
 
 impl Side {
-    /// A file that ends in `.json` is a record, any other a program.
+    /// Returns a file that ends in `.json` is a record, any other a program.
     ///
     /// # Errors
     /// Errors of [`Record::read`]; [`PerformanceError::File`] for a program that is not there.
@@ -50,7 +50,7 @@ impl Side {
         Ok(Self::Program(Program::new(path)))
     }
 
-    /// Its file.
+    /// Returns its file.
     pub(crate) fn path(&self) -> &PathBuf {
         match self {
             Self::Record(path, _) | Self::Program(Program { path, .. }) => path,
@@ -217,7 +217,7 @@ impl Timed {
         Self { workload, stages: stages.collect(), first }
     }
 
-    /// All stages together.
+    /// Returns all stages together.
     fn whole(&self) -> Ratio {
         let [first, second] = [0, 1].map(|which| -> Vec<f64> {
             let runs = self.stages.first().map_or(0, |(_, times)| times[which].len());
@@ -251,7 +251,7 @@ fn fewest_pairs(workloads: &[Timed]) -> usize {
     workloads.iter().map(|timed| timed.whole().pairs).min().unwrap_or(0)
 }
 
-/// Every stage over all workloads in whose time it has a share worth judging, if there are several.
+/// Returns every stage over all workloads in whose time it has a share worth judging, if there are several.
 fn pooled(workloads: &[Timed]) -> Vec<StageVerdict> {
     let all: f64 = workloads.iter().map(|timed| timed.whole().seconds).sum();
     let names: BTreeSet<&String> = workloads.iter().flat_map(|timed| &timed.stages).map(|(stage, _)| stage).collect();

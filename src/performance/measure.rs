@@ -76,7 +76,7 @@ impl Measurement {
 }
 
 impl Found {
-    /// |value - expected|/|expected|.
+    /// Returns |value - expected|/|expected|.
     pub(crate) fn error(&self) -> f64 {
         (self.value - self.expected).abs() / self.expected.abs()
     }
@@ -101,7 +101,7 @@ struct BlockClock {
     processor: Option<Duration>,
 }
 
-/// A time in whole nanoseconds.
+/// Returns a time in whole nanoseconds.
 fn nanoseconds(time: Duration) -> u64 {
     u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
 }
@@ -111,13 +111,13 @@ impl BlockClock {
         Self { wall: Instant::now(), processor: thread_cpu_time() }
     }
 
-    /// Time that others took \[ns\]; 0 where the system does not tell.
+    /// Returns the time that others took \[ns\]; 0 where the system does not tell.
     fn taken(&self) -> u64 {
         let used = self.processor.zip(thread_cpu_time()).map(|(begin, end)| end.saturating_sub(begin));
         used.map_or(0, |used| nanoseconds(self.wall.elapsed().saturating_sub(used)))
     }
 
-    /// Time of the block without it \[ns\].
+    /// Returns the time of the block without it \[ns\].
     fn nanoseconds(&self) -> u64 {
         let taken = self.taken();
         nanoseconds(self.wall.elapsed()).saturating_sub(taken)
@@ -160,7 +160,7 @@ pub(crate) fn measure(workload: Workload, stop: &AtomicBool) -> Result<Measureme
     }
 }
 
-/// The name that results use for a stage or a counter.
+/// Returns the name that results use for a stage or a counter.
 pub(super) fn name<T: Serialize>(value: &T) -> String {
     match serde_json::to_value(value) {
         Ok(serde_json::Value::String(name)) => name,
@@ -168,8 +168,8 @@ pub(super) fn name<T: Serialize>(value: &T) -> String {
     }
 }
 
-/// Force of a rolling workload by which it is judged \[N\]: its mean where it stands still or is controlled, its
-/// variation elsewhere.
+/// Returns the force of a rolling workload by which it is judged \[N\]: its mean where it stands still or is
+/// controlled, its variation elsewhere.
 fn force(workload: Workload, results: &crate::run::Results) -> f64 {
     let force = match workload {
         Workload::Smooth => results.mean_force,
@@ -211,7 +211,7 @@ fn rolled(workload: Workload, loaded: &LoadedScene, stop: &AtomicBool) -> Result
     Ok(Measurement::new(workload, counters, force(workload, &results), blocks.collect()))
 }
 
-/// All that a meter counted and the work of the stages of a step.
+/// Returns all that a meter counted and the work of the stages of a step.
 fn counters(meter: &Meter) -> BTreeMap<String, u64> {
     let counted = Counter::ALL.into_iter().map(|counter| (name(&counter), meter.counted(counter)));
     let works = Stage::OF_A_STEP.into_iter().flat_map(|stage| {
@@ -225,7 +225,8 @@ fn plate_tyre() -> Result<Tyre, PerformanceError> {
     Ok(Scene::from_str(PLATE, "workload")?.scene.tyre)
 }
 
-/// Batches of frequencies for wavenumbers all over the spectrum; in vectors, checked against the scalar path.
+/// Returns the batches of frequencies for wavenumbers all over the spectrum; in vectors, checked against the scalar
+/// path.
 fn compliance() -> Result<Measurement, PerformanceError> {
     const ELEMENTS: usize = 512;
     const ROUNDS: usize = 12;
@@ -254,7 +255,7 @@ fn compliance() -> Result<Measurement, PerformanceError> {
     Ok(Measurement::new(Workload::Compliance, counters, ratio, [(name(&Stage::Influence), blocks)].into()))
 }
 
-/// A fit from nothing, checked between the points that were fitted.
+/// Returns a fit from nothing, checked between the points that were fitted.
 fn influence(stop: &AtomicBool) -> Result<Measurement, PerformanceError> {
     const ELEMENTS: usize = 32;
     let tyre = plate_tyre()?;

@@ -31,7 +31,7 @@ impl Program {
         Self { path, models: std::env::temp_dir().join(name) }
     }
 
-    /// A folder that is gone when this is dropped.
+    /// Returns a folder that is gone when this is dropped.
     ///
     /// # Errors
     /// Errors of the system.

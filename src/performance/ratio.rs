@@ -53,7 +53,8 @@ impl Ratio {
         Self { median: median(&mut ratios), low, high, pairs: ratios.len(), seconds }
     }
 
-    /// Smallest change that these pairs could have told from none: from the median to the farther end of the interval.
+    /// Returns the smallest change that these pairs could have told from none: from the median to the farther end of
+    /// the interval.
     pub(crate) fn resolution(&self) -> f64 {
         (self.high - self.median).max(self.median - self.low)
     }
@@ -64,7 +65,7 @@ pub(super) fn are_enough(pairs: usize, doubt: f64) -> bool {
     rank(pairs, doubt).is_some()
 }
 
-/// The largest k for which x_(k) ... x_(n+1-k) misses the median with a probability of at most `doubt`.
+/// Returns the largest k for which x_(k) ... x_(n+1-k) misses the median with a probability of at most `doubt`.
 fn rank(pairs: usize, doubt: f64) -> Option<usize> {
     // P(B(n, 1/2) < k), summed from below.
     let mut term = 0.5_f64.powi(i32::try_from(pairs).ok()?);
@@ -81,7 +82,7 @@ fn rank(pairs: usize, doubt: f64) -> Option<usize> {
     found
 }
 
-/// The middle of the values, which are sorted by this; NaN for none.
+/// Returns the middle of the values, which are sorted by this; NaN for none.
 pub(super) fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     let middle = values.len() / 2;
@@ -135,8 +136,8 @@ mod tests {
         assert_eq!(rank(0, 0.05), None);
     }
 
-    /// A run of 100 blocks that takes about `factor`, drifts as a whole, and is interrupted now and then for much
-    /// longer than a block.
+    /// Returns a run of 100 blocks that takes about `factor`, drifts as a whole, and is interrupted now and then for
+    /// much longer than a block.
     fn run(rng: &mut ChaCha8Rng, factor: f64, drift: f64) -> Vec<Option<u64>> {
         (0..100)
             .map(|block| {

@@ -64,13 +64,13 @@ impl RecordedWorkload {
 }
 
 impl Record {
-    /// A record made here and now.
+    /// Returns a record made here and now.
     pub(crate) fn new(instruction_set: &str, workloads: BTreeMap<String, RecordedWorkload>) -> Self {
         let stamp = Stamp { instruction_set: instruction_set.to_owned(), ..Stamp::here() };
         Self { format: FORMAT.to_owned(), format_version: FORMAT_VERSION, stamp, workloads }
     }
 
-    /// Where the record of an instruction set stands in a folder of records.
+    /// Tells where the record of an instruction set stands in a folder of records.
     pub(crate) fn place(folder: &Path, instruction_set: &str) -> PathBuf {
         folder.join(format!("{instruction_set}.json"))
     }

@@ -47,7 +47,7 @@ impl Verdict {
         format!("{text}\n{}", items.collect::<String>())
     }
 
-    /// Workload by workload, stage by stage, and the stages of all.
+    /// Returns the workload by workload, stage by stage, and the stages of all.
     fn table(&self) -> Vec<[String; 7]> {
         let mut rows = Vec::new();
         for WorkloadVerdict { workload, whole, stages, .. } in &self.workloads {

@@ -119,7 +119,7 @@ impl StageVerdict {
         }
     }
 
-    /// Its change in words; `whole`: the ratio of all stages of its workload.
+    /// Returns its change in words; `whole`: the ratio of all stages of its workload.
     fn in_words(&self, whole: Option<Ratio>) -> String {
         let Ratio { median, low, high, .. } = self.ratio;
         let percent = |ratio: f64| 100.0 * (ratio - 1.0);
@@ -144,7 +144,7 @@ impl WorkloadVerdict {
         Self { workload, differences, right, found, instructions: None, whole: None, stages: Vec::new() }
     }
 
-    /// Complaints about the second one, in words; none for one that is as good.
+    /// Returns the complaints about the second one, in words; none for one that is as good.
     pub(crate) fn complaints(&self) -> Vec<String> {
         let mut complaints = Vec::new();
         if !self.right {
@@ -164,7 +164,7 @@ impl WorkloadVerdict {
         complaints
     }
 
-    /// Stages that became faster, in words.
+    /// Returns the stages that became faster, in words.
     pub(crate) fn praise(&self) -> Vec<String> {
         self.changed(Change::Faster).collect()
     }
@@ -191,7 +191,7 @@ impl Verdict {
         self.workloads.iter().flat_map(|workload| &workload.stages).chain(&self.stages)
     }
 
-    /// Stages that all workloads together say have changed, in words.
+    /// Returns the stages that all workloads together say have changed, in words.
     pub(super) fn pooled(&self, change: Change) -> impl Iterator<Item = String> {
         self.stages.iter().filter(move |row| row.change == change).map(|row| row.in_words(None))
     }

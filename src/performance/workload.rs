@@ -41,14 +41,14 @@ pub(crate) struct Truth {
     pub tolerance: f64,
 }
 
-/// A varying force that must be found.
+/// Returns a varying force that must be found.
 const fn variation(expected: f64) -> Truth {
     Truth { what: "root mean square of the varying force [N]", expected, tolerance: 1e-5 }
 }
 
 impl Workload {
-    /// Value expected. Forces of rolling workloads are those of the same scene by direct sums that remember all of
-    /// it (a test that takes a minute repeats them); the others are checked against reference paths as they run.
+    /// Returns the value expected. Forces of rolling workloads are those of the same scene by direct sums that remember
+    /// all of it (a test that takes a minute repeats them); the others are checked against reference paths as they run.
     pub(crate) const fn truth(self) -> Truth {
         match self {
             Self::Smooth => Truth { what: "mean force [N]", expected: 2767.912323979274, tolerance: 1e-5 },
@@ -69,7 +69,7 @@ impl Workload {
         }
     }
 
-    /// The scene of a workload that rolls; `None` for the others.
+    /// Returns the scene of a workload that rolls; `None` for the others.
     ///
     /// # Errors
     /// None that a released scene should give.

@@ -118,15 +118,15 @@ impl Amounts {
         amounts
     }
 
-    /// Largest memory of a run on so many threads \[bytes\], without the process itself: in the steps, or in the fit
-    /// before them.
+    /// Returns the largest memory of a run on so many threads \[bytes\], without the process itself: in the steps, or
+    /// in the fit before them.
     pub(crate) fn memory_on(&self, threads: usize) -> f64 {
         let steps = self.memory.iter().map(|(_, bytes)| bytes).sum::<f64>() + self.memory_per_thread * threads as f64;
         let fit = self.set_up_memory_on(threads);
         (fit + self.fit_memory_that_stays).max(steps + expected_fit::KEPT * fit)
     }
 
-    /// Memory of the influence functions on so many threads before the steps \[bytes\].
+    /// Returns the memory of the influence functions on so many threads before the steps \[bytes\].
     pub(crate) fn set_up_memory_on(&self, threads: usize) -> f64 {
         self.fit_memory_per_thread * threads as f64 + self.fit_memory
     }
@@ -302,7 +302,7 @@ pub(crate) fn wavenumbers(scene: &Scene) -> f64 {
     (scene.numerics.elements / 2 + 1) as f64
 }
 
-/// The lattice of the road, without a look at its file.
+/// Returns the lattice of the road, without a look at its file.
 fn lattice(scene: &Scene, plan: &Plan) -> Lattice {
     let width = scene.tyre.contact_width;
     let Decisions { cells_across, cells_along, .. } = plan.decisions;
@@ -311,7 +311,7 @@ fn lattice(scene: &Scene, plan: &Plan) -> Lattice {
     Lattice { dx: plan.element, along, dy: width / columns as f64, columns }
 }
 
-/// Terms of the sums over m and aliases for one wavenumber and frequency.
+/// Returns the terms of the sums over m and aliases for one wavenumber and frequency.
 fn terms(scene: &Scene, plan: &Plan) -> f64 {
     let (tyre, numerics) = (&scene.tyre, &scene.numerics);
     let tread = &tyre.layers[tyre.layers.len() - 1];

@@ -48,19 +48,20 @@ const ODD_POLE_BYTES: f64 = 16.0;
 const PRODUCTS: f64 = 16.0;
 
 impl Plan {
-    /// Height of the tread above its middle, at a distance from there \[m\].
+    /// Returns the height of the tread above its middle, at a distance from there \[m\].
     pub(crate) fn crown(&self, from_middle: f64) -> f64 {
         self.scene.tyre.crown_radius.map_or(0.0, |radius| from_middle * from_middle / (2.0 * radius))
     }
 
-    /// Columns at either end by which the window of cells is longer than what the run tells, which has so many.
+    /// Returns the columns at either end by which the window of cells is longer than what the run tells, which has so
+    /// many.
     pub(crate) fn window_margin(&self, columns: usize) -> usize {
         let margin = (0.5 * (self.window - 1.0) * columns as f64).ceil() as usize;
         margin.min((self.scene.numerics.elements - columns) / 2)
     }
 
-    /// The bands of waves that carry the past of cells, seen through a window of so many columns. Finite sums are kept
-    /// whole.
+    /// Returns the bands of waves that carry the past of cells, seen through a window of so many columns. Finite sums
+    /// are kept whole.
     pub(crate) fn wave_bands(&self, columns: usize) -> Vec<WaveBand> {
         let numerics = &self.scene.numerics;
         let finite = numerics.lateral_terms.is_some() || numerics.wavenumber_aliases.is_some();
@@ -86,23 +87,25 @@ impl Plan {
         bands
     }
 
-    /// Wavenumbers of a border that is told times the tread's thickness; `None` without layers.
+    /// Returns the wavenumbers of a border that is told times the tread's thickness; `None` without layers.
     fn border(&self, times_thickness: [f64; 2]) -> Option<[f64; 2]> {
         self.scene.tyre.layers.last().map(|tread| times_thickness.map(|kh| kh / tread.thickness))
     }
 
-    /// Cells that a window stays away from what it has left behind, in waves of this wavenumber and shorter ones.
+    /// Returns the cells that a window stays away from what it has left behind, in waves of this wavenumber and shorter
+    /// ones.
     fn creeping(&self, wavenumber: f64) -> usize {
         (CREEPING / wavenumber / self.element).ceil() as usize
     }
 
-    /// Columns of contact that a shorter ring of so many has room for, with waves from a wavenumber on: for the contact
-    /// and what it moves on either side, and for as much that is remembered.
+    /// Returns the columns of contact that a shorter ring of so many has room for, with waves from a wavenumber on: for
+    /// the contact and what it moves on either side, and for as much that is remembered.
     fn longest_patch(&self, ring: usize, wavenumber: f64) -> usize {
         ring.saturating_sub(3 * self.creeping(wavenumber) + LATE * STEPS) / 2
     }
 
-    /// Columns about the contact in which a band is seen, of a window of so many: short waves are gone elsewhere.
+    /// Returns the columns about the contact in which a band is seen, of a window of so many: short waves are gone
+    /// elsewhere.
     pub(crate) fn seen_columns(&self, band: WaveBand, columns: usize) -> usize {
         let Some([longest, _]) = self.border(HANDED_OVER).filter(|_| band.part > 1) else { return columns };
         let patch = self.longest_patch(self.scene.numerics.elements / band.part, longest);
@@ -119,26 +122,26 @@ impl Plan {
         Some(steps.saturating_sub(LATE * STEPS))
     }
 
-    /// The tyre as a band takes it: for one that is folded its sides are moved by at most half a cell, which waves as
-    /// short as that do not feel.
+    /// Returns the tyre as a band takes it: for one that is folded its sides are moved by at most half a cell, which
+    /// waves as short as that do not feel.
     pub(crate) fn tyre_of(&self, band: WaveBand) -> Tyre {
         let width = if band.folded { self.cell_grid().width_in_cells() } else { self.decisions.tyre.width };
         Tyre { width, ..self.decisions.tyre.clone() }
     }
 
-    /// The cells round the tyre and across its strip.
+    /// Returns the cells round the tyre and across its strip.
     pub(crate) fn cell_grid(&self) -> CellGrid {
         let across = self.decisions.cells_across.unwrap_or(1);
         CellGrid::new(&self.decisions.tyre, self.scene.numerics.elements, across)
     }
 
-    /// How far their sums go.
+    /// Tells how far their sums go.
     pub(crate) fn cell_truncation(&self) -> CellTruncation {
         let numerics = &self.scene.numerics;
         CellTruncation { lateral_terms: numerics.lateral_terms, aliases: numerics.wavenumber_aliases }
     }
 
-    /// How far a cell may be from where it is required to be, relative to the largest required displacement.
+    /// Tells how far a cell may be from where it is required to be, relative to the largest required displacement.
     pub(crate) fn cell_tolerance(&self) -> f64 {
         self.scene.numerics.contact_tolerance.max(LEAST_TOLERANCE)
     }
@@ -148,14 +151,15 @@ impl Plan {
         self.cell_tolerance() >= SINGLE
     }
 
-    /// Tolerance to which fewer poles foretell the past of cells, relative to each wave's influence; `None`: all do.
+    /// Returns the tolerance to which fewer poles foretell the past of cells, relative to each wave's influence;
+    /// `None`: all do.
     pub(crate) fn fewer_poles(&self) -> Option<f64> {
         self.is_single().then_some(FEWER_POLES * self.fit.tolerance)
     }
 
-    /// Waves that a window of so many columns is expected to need, the multiply-adds of their transforms, there and
-    /// back, for an instant, and the forces that are remembered of all waves at one stage of their steps. They are not
-    /// listed: there may be more than a machine can hold.
+    /// Returns the waves that a window of so many columns is expected to need, the multiply-adds of their transforms,
+    /// there and back, for an instant, and the forces that are remembered of all waves at one stage of their steps.
+    /// They are not listed: there may be more than a machine can hold.
     pub(crate) fn expected_waves(&self, columns: f64) -> [f64; 3] {
         let grid = self.cell_grid();
         let waves = grid.waves();
@@ -179,14 +183,14 @@ impl Plan {
         expected
     }
 
-    /// The largest lateral number of the waves that carry the past.
+    /// Returns the largest lateral number of the waves that carry the past.
     pub(crate) fn last_lateral_number(&self) -> usize {
         let grid = self.cell_grid();
         let highest = TAU / grid.length().min(grid.pitch());
         self.cell_truncation().lateral_terms.unwrap_or((highest / grid.waves().ky(1)) as usize)
     }
 
-    /// Poles that one of them is expected to have, conjugates counted.
+    /// Returns the poles that one of them is expected to have, conjugates counted.
     pub(crate) fn expected_poles_of_wave(&self) -> f64 {
         POLES[0] - POLES[1] * (self.fit.tolerance / 1e-5).log10()
     }

@@ -4,7 +4,7 @@ use crate::scene::{Numerics, Scene};
 use crate::tyre::influence::Field;
 use crate::tyre::poles::FitOptions;
 
-/// The options of a model of a scene's tyre under forces on a field.
+/// Returns the options of a model of a scene's tyre under forces on a field.
 pub fn fit_options(scene: &Scene, field: Field) -> FitOptions {
     let Numerics { elements, substeps, pole_tolerance, influence_tolerance, .. } = scene.numerics;
     FitOptions {

@@ -44,7 +44,7 @@ pub(crate) struct StageForecast {
     pub background: bool,
 }
 
-/// Largest memory of this process at the end of a run beside that of the run's plan \[bytes\]: to be asked
+/// Returns the largest memory of this process at the end of a run beside that of the run's plan \[bytes\]: to be asked
 /// before the plan is made.
 pub(crate) fn process_memory() -> f64 {
     resident_memory().unwrap_or_default() as f64 + PROGRAM
@@ -143,7 +143,7 @@ impl Forecast {
         }
     }
 
-    /// Time of all cores \[s\].
+    /// Returns the time of all cores \[s\].
     pub(crate) fn core_seconds(&self) -> f64 {
         self.rest_seconds + self.stages.iter().map(|stage| stage.seconds).sum::<f64>()
     }

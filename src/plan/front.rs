@@ -20,8 +20,8 @@ const CELLS_IN_A_WAVE: f64 = 11.0;
 /// Width of a cell relative to its length, at most, where it is called as wide as long.
 const ROUNDED: f64 = 1.1;
 
-/// Size of cells of a scene's road for levels up to `highest` \[Hz\], in m: that of the law, or [`Road::cell`] and
-/// eleven of them at least in the texture wave that excites it.
+/// Returns the size of cells of a scene's road for levels up to `highest` \[Hz\], in m: that of the law, or
+/// [`Road::cell`] and eleven of them at least in the texture wave that excites it.
 pub(crate) fn cell_for(scene: &Scene, highest: f64) -> f64 {
     let resolved = || scene.road.cell().min(scene.rolling.speed() / highest / CELLS_IN_A_WAVE);
     scene.contact.cell_of_law(&scene.road).unwrap_or_else(resolved)
@@ -171,13 +171,14 @@ impl FrontRow {
         Self::all(scene.contact.zone).iter().filter_map(|row| row.error_for(scene, fmax)).reduce(f64::min)
     }
 
-    /// Widest and longest cell of a scene's road for levels up to `highest` \[Hz\], in m.
+    /// Returns the widest and longest cell of a scene's road for levels up to `highest` \[Hz\], in m.
     pub(crate) fn cell_for(&self, scene: &Scene, highest: f64) -> f64 {
         let of_law = scene.contact.cell_of_law(&scene.road);
         of_law.unwrap_or_else(|| self.cell * (cell_for(scene, highest) / Road::CELL))
     }
 
-    /// Relative error of the rule's rate at fmax, phase and damping together: what another rule has to keep.
+    /// Returns the relative error of the rule's rate at fmax, phase and damping together: what another rule has to
+    /// keep.
     pub(crate) fn rule_error(&self) -> f64 {
         let angle = std::f64::consts::TAU / self.steps_per_period;
         (self.time_rule.relative_rate(angle) - 1.0).norm()

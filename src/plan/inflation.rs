@@ -3,7 +3,8 @@
 use super::settle::Choice;
 use crate::scene::Tyre;
 
-/// Tension of the layers along the belt with what inflation and the sidewalls' arcs give; none for a tyre without them.
+/// Returns the tension of the layers along the belt with what inflation and the sidewalls' arcs give; none for a tyre
+/// without them.
 pub(crate) fn choices(tyre: &Tyre) -> Vec<Choice> {
     let Some(carried) = tyre.carried_tension() else { return Vec::new() };
     let used = tyre.tension_along();

@@ -156,7 +156,7 @@ impl Plan {
         }
     }
 
-    /// How the tyre stands on a smooth road.
+    /// Tells how the tyre stands on a smooth road.
     fn standing(&self) -> Option<StaticContact> {
         *self.standing.get_or_init(|| smooth_contact::standing(&self.decisions.tyre, &self.decisions.axle))
     }
@@ -199,7 +199,7 @@ impl Plan {
         wanted && self.decisions.zone == Zone::Slices
     }
 
-    /// The lattice on which the run sees its road; reads the header of a grid's file.
+    /// Returns the lattice on which the run sees its road; reads the header of a grid's file.
     ///
     /// # Errors
     /// As [`Lattice::choose`].
@@ -209,7 +209,7 @@ impl Plan {
         Lattice::choose(road, self.element, tyre.contact_width, cells_across, cells_along)
     }
 
-    /// The ramp of an axle that is held by its height, in steps.
+    /// Returns the ramp of an axle that is held by its height, in steps.
     pub fn ramp_steps(&self) -> f64 {
         match self.scene.rolling.axle {
             Axle::Indentation { ramp, .. } => ramp / self.time_step,
@@ -224,7 +224,7 @@ impl Plan {
     }
 }
 
-/// The displacement that the contact feels under a tread law.
+/// Returns the displacement that the contact feels under a tread law.
 fn contact_field(tread: Tread) -> Field {
     match tread {
         Tread::Elastic | Tread::Uncoupled => Field::Surface,
@@ -240,7 +240,7 @@ pub(crate) fn kept_poles(plan: &Plan) -> Option<usize> {
     Some(model.order())
 }
 
-/// A number of bytes for people.
+/// Returns a number of bytes for people.
 pub(crate) fn bytes(count: f64) -> String {
     match count {
         c if c < 1e3 => format!("{c:.0} B"),

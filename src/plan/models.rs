@@ -23,7 +23,7 @@ pub(crate) enum ModelError {
     Stopped,
 }
 
-/// A model from the user's cache, or fitted where there is none.
+/// Returns a model from the user's cache, or fitted where there is none.
 ///
 /// # Errors
 /// `FitError` for a fit that is refused, or stopped by `stop`.
@@ -47,7 +47,7 @@ pub(crate) fn refused(loaded: &LoadedScene, error: FitError, right: &str) -> Mod
     }
 }
 
-/// The model that a planned run needs, metered; `right` is what a user whose fit is refused could do instead.
+/// Returns the model that a planned run needs, metered; `right` is what a user whose fit is refused could do instead.
 ///
 /// # Errors
 /// A fit that was [`refused`]; [`ModelError::Stopped`].

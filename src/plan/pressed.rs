@@ -16,7 +16,7 @@ const PRODUCTS: f64 = 300.0;
 const CELL_BYTES: f64 = 1200.0;
 
 impl Plan {
-    /// Elements of a block's own, and all that it presses.
+    /// Returns the elements of a block's own, and all that it presses.
     fn block_elements(&self) -> [f64; 2] {
         let tyre = &self.decisions.tyre;
         let thickness = tyre.layers.last().map_or(0.0, |tread| tread.thickness);

@@ -23,22 +23,22 @@ impl Need {
     /// together.
     pub(crate) const RULE_ERROR: f64 = 0.05;
 
-    /// Elements per texture wavelength V/fmax.
+    /// Returns the elements per texture wavelength V/fmax.
     pub(crate) fn per_wavelength(&self) -> f64 {
         self.row.map_or(4.0, |row| row.per_wavelength)
     }
 
-    /// Longest element \[m\]; 5 mm are 20 of them in a patch of 100 mm.
+    /// Returns the longest element \[m\]; 5 mm are 20 of them in a patch of 100 mm.
     pub(crate) fn longest_element(&self) -> f64 {
         self.row.map_or(5e-3, |row| row.longest_element)
     }
 
-    /// Largest relative error of the rule's rate at fmax, phase and damping together.
+    /// Returns the largest relative error of the rule's rate at fmax, phase and damping together.
     pub(crate) fn rule_error(&self) -> f64 {
         self.row.map_or(Self::RULE_ERROR, FrontRow::rule_error)
     }
 
-    /// Largest w dt of a rule at fmax.
+    /// Returns the largest w dt of a rule at fmax.
     pub(crate) fn largest_angle(&self, rule: TimeRule) -> f64 {
         match self.row {
             Some(row) if row.time_rule == rule => 2.0 * PI / row.steps_per_period,
@@ -81,17 +81,17 @@ impl Resolution {
         Self { elements, substeps }
     }
 
-    /// Highest frequency of the texture that the elements can hold at all: two per wavelength \[Hz\].
+    /// Returns the highest frequency of the texture that the elements can hold at all: two per wavelength \[Hz\].
     pub(crate) fn texture_limit(&self, circumference: f64, speed: f64) -> f64 {
         0.5 * speed * self.elements as f64 / circumference
     }
 
-    /// Highest frequency at which the rule keeps the need's [`Need::rule_error`] \[Hz\].
+    /// Returns the highest frequency at which the rule keeps the need's [`Need::rule_error`] \[Hz\].
     pub(crate) fn rule_limit(&self, need: Need, circumference: f64, speed: f64, rule: TimeRule) -> f64 {
         need.largest_angle(rule) * self.steps_per_second(circumference, speed) / (2.0 * PI)
     }
 
-    /// Time steps in a second.
+    /// Returns the time steps in a second.
     pub(crate) fn steps_per_second(&self, circumference: f64, speed: f64) -> f64 {
         speed * (self.elements * self.substeps) as f64 / circumference
     }

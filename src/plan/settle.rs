@@ -153,7 +153,7 @@ impl Settling<'_> {
         }
     }
 
-    /// Elements and substeps for a need, refused where given ones do not reach it.
+    /// Returns the elements and substeps for a need, refused where given ones do not reach it.
     fn take_resolution(&mut self, need: Need) -> Result<(), SceneError> {
         let Scene { tyre, rolling, numerics, .. } = &mut self.scene;
         let (length, speed, rule) = (tyre.circumference, rolling.speed(), numerics.time_rule);
@@ -219,7 +219,7 @@ impl Settling<'_> {
     }
 }
 
-/// A length in mm, to a hundredth.
+/// Returns a length in mm, to a hundredth.
 fn millimetres(length: f64) -> String {
     short((1e5 * length).round() / 100.0)
 }

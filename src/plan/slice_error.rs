@@ -161,8 +161,9 @@ impl Plan {
     }
 }
 
-/// Errors at a speed \[km/h\]: between two that were measured the larger, above all of them those at the highest. Below
-/// all of them those at the lowest, where the texture waves are as long: the error grows as they get shorter.
+/// Returns the errors at a speed \[km/h\]: between two that were measured the larger, above all of them those at the
+/// highest. Below all of them those at the lowest, where the texture waves are as long: the error grows as they get
+/// shorter.
 fn at_speed(errors: &[[f64; BANDS]; 3], speed: f64) -> [f64; BANDS] {
     let above = SPEEDS.iter().position(|measured| speed <= *measured).unwrap_or(SPEEDS.len() - 1);
     let at_or_below = if speed >= SPEEDS[above] { above } else { above.saturating_sub(1) };

@@ -24,7 +24,8 @@ pub(crate) struct Expected {
     pub length: f64,
 }
 
-/// How a tyre stands on a smooth road; none where it has no static solution, which is refused when it is looked for.
+/// Tells how a tyre stands on a smooth road; none where it has no static solution, which is refused when it is looked
+/// for.
 pub(super) fn standing(tyre: &Tyre, axle: &Axle) -> Option<StaticContact> {
     let sum = InfluenceSum::coarse_at_rest(tyre, Projection::new(tyre, COARSE), COARSE_TOLERANCE);
     let row = sum.static_row(Field::Surface);

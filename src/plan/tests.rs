@@ -44,7 +44,7 @@ fn elements_that_the_tyre_does_not_have_are_refused() {
     assert!(planned(&edited("plots = true", &with("[511, 0]"))).is_ok());
 }
 
-/// The base scene on a made road, without what a row of the table chooses, with keys under `[numerics]`.
+/// Returns the base scene on a made road, without what a row of the table chooses, with keys under `[numerics]`.
 fn open(keys: &str) -> String {
     let chosen = ["elements", "substeps", "time_rule", "history"];
     let left = BASE.lines().filter(|line| !chosen.iter().any(|key| line.starts_with(key)));

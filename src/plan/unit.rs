@@ -63,8 +63,8 @@ pub(crate) enum Unit {
 }
 
 impl Unit {
-    /// Seconds of one core of an AMD EPYC with AVX-512, release build (measured): what plans are checked with where
-    /// nothing was measured.
+    /// Returns the seconds of one core of an AMD EPYC with AVX-512, release build (measured): what plans are checked
+    /// with where nothing was measured.
     pub(crate) const fn typical(self) -> f64 {
         match self {
             Self::Fit => 0.49,
@@ -114,7 +114,7 @@ impl Default for UnitCosts {
 }
 
 impl UnitCosts {
-    /// Seconds of a unit in a stage.
+    /// Returns the seconds of a unit in a stage.
     pub(crate) fn of(&self, stage: Stage, unit: Unit) -> f64 {
         self.stages[stage as usize] * unit.typical()
     }

@@ -46,7 +46,7 @@ fn file() -> Option<PathBuf> {
     Cache::open().ok().map(|cache| cache.folder().join(FILE))
 }
 
-/// The build (size and time of the program's file) and the processor.
+/// Returns the build (size and time of the program's file) and the processor.
 fn machine() -> String {
     let program = std::env::current_exe().and_then(fs::metadata).ok();
     let size = program.as_ref().map_or(0, fs::Metadata::len);

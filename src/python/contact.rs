@@ -19,7 +19,7 @@ pub(super) fn law_number(law: &str) -> Result<usize, Failure> {
     found.ok_or_else(|| Failure::Argument(format!("law is \"{law}\": {} is known", names())))
 }
 
-/// S \[m\], s and pressure over E* of one slice at penetrations.
+/// Returns S \[m\], s and pressure over E* of one slice at penetrations.
 #[pyfunction]
 pub(super) fn slice_curve<'py>(
     py: Python<'py>,
@@ -50,7 +50,7 @@ pub(super) fn slice_curve<'py>(
     Ok(found)
 }
 
-/// A rough body pressed into a half-space of effective modulus E* \[Pa\].
+/// Returns a rough body pressed into a half-space of effective modulus E* \[Pa\].
 #[pyfunction]
 #[pyo3(signature = (heights, cell, modulus, load=None, penetration=None, tolerance=None))]
 pub(super) fn indent<'py>(

@@ -113,7 +113,7 @@ impl From<SliceError> for Failure {
 }
 
 impl Failure {
-    /// Where a run that was stopped is kept.
+    /// Tells where a run that was stopped is kept.
     pub(super) fn kept(&self) -> Option<&Path> {
         match self {
             Self::Run(run::RunError::Interrupted { kept }) => kept.as_deref(),
@@ -121,7 +121,7 @@ impl Failure {
         }
     }
 
-    /// The exception.
+    /// Returns the exception.
     pub(super) fn raised(self, py: Python<'_>) -> PyErr {
         let text = self.to_string();
         match self {
@@ -183,7 +183,7 @@ fn of_results(error: &ResultsError, text: String) -> PyErr {
     }
 }
 
-/// The system's answer, in our words, with its number where it has one.
+/// Returns the system's answer, in our words, with its number where it has one.
 fn of_system(source: &io::Error, text: String) -> PyErr {
     match source.raw_os_error() {
         // Python makes the fitting kind of `OSError` of the number.

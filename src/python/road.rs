@@ -29,7 +29,7 @@ fn sample(loaded: &LoadedScene, start: f64, elements: f64) -> Result<Sample, Fai
     Ok(Sample::of(loaded, start, elements as usize)?)
 }
 
-/// Heights \[m\] with their places along and across \[m\].
+/// Returns the heights \[m\] with their places along and across \[m\].
 #[pyfunction]
 pub(super) fn heights<'py>(py: Python<'py>, scene: &Scene, start: f64, length: f64) -> PyResult<Bound<'py, PyDict>> {
     let loaded = &scene.loaded;
@@ -47,7 +47,7 @@ pub(super) fn heights<'py>(py: Python<'py>, scene: &Scene, start: f64, length: f
     Ok(found)
 }
 
-/// S \[m\] of slices of a scene's road at penetrations, by law: \[slices, penetrations\].
+/// Returns S \[m\] of slices of a scene's road at penetrations, by law: \[slices, penetrations\].
 #[pyfunction]
 pub(super) fn slice_displacements<'py>(
     py: Python<'py>,
@@ -73,7 +73,7 @@ pub(super) fn slice_displacements<'py>(
     Ok(found)
 }
 
-/// A scene's road described, as JSON.
+/// Returns a scene's road described, as JSON.
 #[pyfunction]
 pub(super) fn road_description(py: Python<'_>, scene: &Scene) -> PyResult<String> {
     let loaded = &scene.loaded;

@@ -105,8 +105,9 @@ fn handed<'py, T: Element>(py: Python<'py>, numbers: Vec<T>, columns: Option<usi
     Ok(of_shape(numbers, shape).map_err(|failure| failure.raised(py))?.into_pyarray(py).into_any())
 }
 
-/// Arrays that a run may have: name, unit, meaning, and whether a row is one number, or one for each column of the
-/// window, row of cells across or point (`""`, `"column"`, `"row"`, `"point"`); last, whether every step has a row.
+/// Returns the arrays that a run may have: name, unit, meaning, and whether a row is one number, or one for each column
+/// of the window, row of cells across or point (`""`, `"column"`, `"row"`, `"point"`); last, whether every step has a
+/// row.
 #[pyfunction]
 pub(super) fn channels() -> Vec<(&'static str, &'static str, &'static str, &'static str, bool)> {
     let all = effects::channels().map(|channel| {

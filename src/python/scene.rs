@@ -15,13 +15,13 @@ pub(super) struct Scene {
     pub(super) loaded: LoadedScene,
 }
 
-/// A setting in place of a scene's own.
+/// Returns a setting in place of a scene's own.
 pub(super) fn setting(key: &str, value: &Bound<'_, PyAny>) -> PyResult<Setting> {
     let text = to_toml(value, key)?;
     Setting::parse(&format!("{key}={text}")).map_err(|wrong| Failure::Argument(wrong).raised(value.py()))
 }
 
-/// Settings in place of a scene's own, by key.
+/// Returns the settings in place of a scene's own, by key.
 fn settings(given: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<Setting>> {
     let one = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| setting(&key.extract::<String>()?, &value);
     given.map_or_else(|| Ok(Vec::new()), |given| given.iter().map(one).collect())
@@ -67,29 +67,29 @@ impl Scene {
         Self::from_toml(py, &toml::to_string(&keys).map_err(no_toml)?, name, settings)
     }
 
-    /// The title, or the name where there is none.
+    /// Returns the title, or the name where there is none.
     #[getter]
     fn title(&self) -> String {
         self.loaded.title()
     }
 
-    /// The file's name without its ending.
+    /// Returns the file's name without its ending.
     #[getter]
     fn name(&self) -> String {
         self.loaded.name()
     }
 
-    /// All settings as JSON, defaults filled in, paths as written.
+    /// Returns all settings as JSON, defaults filled in, paths as written.
     fn settings(&self, py: Python<'_>) -> PyResult<String> {
         self.loaded.settings().map(|settings| settings.to_string()).map_err(|error| Failure::from(error).raised(py))
     }
 
-    /// All settings as TOML, defaults filled in, paths as used.
+    /// Returns all settings as TOML, defaults filled in, paths as used.
     fn to_toml(&self, py: Python<'_>) -> PyResult<String> {
         self.loaded.scene.to_toml().map_err(|error| Failure::from(error).raised(py))
     }
 
-    /// SHA-256 of the settings.
+    /// Returns SHA-256 of the settings.
     fn sha256(&self, py: Python<'_>) -> PyResult<String> {
         self.loaded.hash().map_err(|error| Failure::from(error).raised(py))
     }

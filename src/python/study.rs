@@ -35,9 +35,9 @@ const MOST_POINTS: f64 = 1e5;
 /// Lowest and highest frequency of the mobility \[Hz\].
 const MOBILITY: (f64, f64) = (50.0, 3000.0);
 
-/// Modes, contact under loads and mobility of a scene's tyre, as JSON. `range`: most waves round the tyre, lateral
-/// numbers, highest frequency \[Hz\]; `under`: loads \[N\], and whether the tyre is rolled under them; `mobility`:
-/// sides of patches \[m\] and number of frequencies.
+/// Returns the modes, contact under loads and mobility of a scene's tyre, as JSON. `range`: most waves round the tyre,
+/// lateral numbers, highest frequency \[Hz\]; `under`: loads \[N\], and whether the tyre is rolled under them;
+/// `mobility`: sides of patches \[m\] and number of frequencies.
 #[pyfunction]
 #[pyo3(signature = (scene, range, under, mobility, threads=None, progress=None))]
 pub(super) fn tyre(
@@ -80,7 +80,7 @@ pub(super) fn tyre(
     })
 }
 
-/// How a scene's tyre radiates as it stands on a road, as JSON.
+/// Tells how a scene's tyre radiates as it stands on a road, as JSON.
 #[pyfunction]
 #[pyo3(signature = (scene, highest, points, threads=None, progress=None))]
 pub(super) fn radiation(
@@ -125,8 +125,8 @@ pub(super) fn effects(
     })
 }
 
-/// A sweep over speeds \[km/h\], loads \[N\], road files and other keys, into a folder: a dictionary of the names of
-/// its variants, of those that missed their load, and of its tables as CSV.
+/// Sweeps over speeds \[km/h\], loads \[N\], road files and other keys, into a folder: returns a dictionary of the
+/// names of its variants, of those that missed their load, and of its tables as CSV.
 #[pyfunction]
 #[pyo3(signature = (scene, out, axes, factors, threads=None, progress=None))]
 pub(super) fn sweep<'py>(

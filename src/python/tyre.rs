@@ -44,7 +44,7 @@ fn waves_within(what: &str, waves: &[u32], most: u32) -> Result<(), Failure> {
     }
 }
 
-/// C \[m/Pa\], \[waves, frequencies, 3, 3\].
+/// Returns C \[m/Pa\], \[waves, frequencies, 3, 3\].
 #[pyfunction]
 pub(super) fn compliance<'py>(
     py: Python<'py>,
@@ -64,7 +64,7 @@ pub(super) fn compliance<'py>(
     values.into_pyarray(py).reshape(shape).map(|array| array.to_dyn().clone())
 }
 
-/// Driving-point mobility \[m/(N s)\], \[frequencies, patches\].
+/// Returns the driving-point mobility \[m/(N s)\], \[frequencies, patches\].
 #[pyfunction]
 pub(super) fn mobility<'py>(
     py: Python<'py>,
@@ -81,14 +81,14 @@ pub(super) fn mobility<'py>(
     Ok(rows.into_pyarray(py))
 }
 
-/// The model of the influence functions of a scene's tyre as it rolls, from the cache or fitted.
+/// Returns the model of the influence functions of a scene's tyre as it rolls, from the cache or fitted.
 fn model(loaded: &LoadedScene, watched: &Watched) -> Result<RationalModel, Failure> {
     let options = fit_options(&loaded.scene, Field::Surface);
     let fetched = fetch(&Decisions::new(&loaded.scene).tyre, &options, &watched.stop);
     Ok(fetched.map_err(|error| RunError::from(refused(loaded, error, "another tolerance")))?.model)
 }
 
-/// g \[m/(N s)\] over distance and time, \[distances, times\].
+/// Returns g \[m/(N s)\] over distance and time, \[distances, times\].
 #[pyfunction]
 pub(super) fn influence<'py>(
     py: Python<'py>,
@@ -107,7 +107,7 @@ pub(super) fn influence<'py>(
     Ok(rows.into_pyarray(py))
 }
 
-/// H_n \[m/N\] over wavenumber and frequency, \[wavenumbers, frequencies\]; n < 0 against the rotation.
+/// Returns H_n \[m/N\] over wavenumber and frequency, \[wavenumbers, frequencies\]; n < 0 against the rotation.
 #[pyfunction]
 pub(super) fn influence_spectrum<'py>(
     py: Python<'py>,

@@ -8,7 +8,7 @@ use toml::Value;
 /// Tables within tables, at most: a dictionary may hold itself.
 const DEEPEST: usize = 16;
 
-/// A value of a scene; `key` says in a complaint which one.
+/// Returns a value of a scene; `key` says in a complaint which one.
 ///
 /// # Errors
 /// `TypeError` for what TOML has nothing like, `ValueError` for a number that it cannot hold.

@@ -156,7 +156,7 @@ pub(super) fn carried_out<T: Send>(
     }
 }
 
-/// Rows of equal length as an array.
+/// Returns the rows of equal length as an array.
 ///
 /// # Errors
 /// [`Failure::Inside`] for rows of another length.

@@ -33,7 +33,7 @@ pub(crate) struct Targets {
 }
 
 impl Targets {
-    /// All nodes of a mesh, then other points.
+    /// Returns all nodes of a mesh, then other points.
     pub(crate) fn nodes_and(mesh: &Mesh, others: &[Vector]) -> Self {
         let mut this = Self::default();
         let (nodes, order) = (mesh.nodes_per_patch(), mesh.basis.order());
@@ -48,7 +48,7 @@ impl Targets {
         this
     }
 
-    /// Points that are no nodes.
+    /// Returns the points that are no nodes.
     pub(crate) fn points(points: &[Vector]) -> Self {
         let mut this = Self::default();
         for &point in points {
@@ -58,8 +58,8 @@ impl Targets {
         this
     }
 
-    /// Points of a body's surface in the quarter, each a chart and its two parameters; one that no patch holds is a
-    /// free one.
+    /// Returns the points of a body's surface in the quarter, each a chart and its two parameters; one that no patch
+    /// holds is a free one.
     pub(crate) fn on_surface(mesh: &Mesh, points: &[(Chart, [f64; 2])]) -> Self {
         let mut this = Self::default();
         for &(chart, [meridian, turn]) in points {
@@ -86,12 +86,12 @@ impl Targets {
         }
     }
 
-    /// How many.
+    /// Tells how many.
     pub(crate) fn len(&self) -> usize {
         self.places.len()
     }
 
-    /// Where one is.
+    /// Tells where one is.
     pub(crate) fn position(&self, index: usize) -> Vector {
         [self.coordinates.x[index], self.coordinates.y[index], self.coordinates.z[index]]
     }
@@ -126,12 +126,12 @@ pub(crate) struct Panel {
 }
 
 impl Panel {
-    /// Work space for blocks.
+    /// Returns the work space for blocks.
     pub(crate) fn new(blocks: &[Block]) -> Self {
         Self { rows: 0, blocks: blocks.iter().map(|&block| (block, Vec::new(), Vec::new())).collect(), far: Vec::new() }
     }
 
-    /// The entry of a block (by its place in the list) for a node of the patch and a target.
+    /// Returns the entry of a block (by its place in the list) for a node of the patch and a target.
     pub(crate) fn at(&self, block: usize, node: usize, target: usize) -> Complex64 {
         let (_, re, im) = &self.blocks[block];
         Complex64::new(re[node * self.rows + target], im[node * self.rows + target])

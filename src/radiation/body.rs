@@ -55,7 +55,7 @@ const LEAST_SHOULDER: f64 = 1e-4;
 const LOWEST: f64 = 0.05;
 
 impl Body {
-    /// A body whose middle is at `height` \[m\] over a rigid road, or without a road.
+    /// Returns a body whose middle is at `height` \[m\] over a rigid road, or without a road.
     ///
     /// # Errors
     /// Sizes that are not positive or far from any body's, a shoulder larger than the body or of next to nothing, a
@@ -93,7 +93,7 @@ impl Body {
         Ok(Self { shape, height, gap: 0.0 })
     }
 
-    /// A tyre standing on the road with a contact patch of half length `half_length` \[m\]: its axle is
+    /// Returns a tyre standing on the road with a contact patch of half length `half_length` \[m\]: its axle is
     /// sqrt(R^2 - a^2) high.
     ///
     /// # Errors
@@ -105,8 +105,8 @@ impl Body {
         Self::new(Shape::Tyre { radius, width, shoulder }, Some(height))
     }
 
-    /// The same tyre over a slit: the flat underside that the cut leaves is not welded to the road but `gap` \[m\]
-    /// above it, as over the hollows of a rough road; the whole body is that much higher. 0 is the welded body.
+    /// Returns the same tyre over a slit: the flat underside that the cut leaves is not welded to the road but `gap`
+    /// \[m\] above it, as over the hollows of a rough road; the whole body is that much higher. 0 is the welded body.
     ///
     /// # Errors
     /// [`RadiationError::Gap`] where the gap is negative or no number, above a tenth of the patch's half length, below
@@ -134,17 +134,18 @@ impl Body {
         Ok(Self { gap, ..self })
     }
 
-    /// Height of the slit under the patch \[m\].
+    /// Returns the height of the slit under the patch \[m\].
     pub fn gap(&self) -> f64 {
         self.gap
     }
 
-    /// The shape.
+    /// Returns the shape.
     pub fn shape(&self) -> Shape {
         self.shape
     }
 
-    /// Height of the middle over the road, or over the underside if there is a gap \[m\]; none without a road.
+    /// Returns the height of the middle over the road, or over the underside if there is a gap \[m\]; none without a
+    /// road.
     pub fn height(&self) -> Option<f64> {
         self.height
     }
@@ -154,25 +155,25 @@ impl Body {
         self.height.is_some()
     }
 
-    /// Height of the middle \[m\], the gap included; 0 without a road.
+    /// Returns the height of the middle \[m\], the gap included; 0 without a road.
     pub fn middle(&self) -> f64 {
         self.height.unwrap_or(0.0) + self.gap
     }
 
-    /// Radius of the sphere or of the tread \[m\].
+    /// Returns the radius of the sphere or of the tread \[m\].
     pub fn radius(&self) -> f64 {
         match self.shape {
             Shape::Sphere { radius } | Shape::Tyre { radius, .. } => radius,
         }
     }
 
-    /// Half the length of the contact patch \[m\]; 0 where the road does not cut the body.
+    /// Returns half the length of the contact patch \[m\]; 0 where the road does not cut the body.
     pub fn half_patch(&self) -> f64 {
         let radius = self.radius();
         self.height.map_or(0.0, |height| (radius * radius - height * height).max(0.0).sqrt())
     }
 
-    /// Depth of a point below the body's surface \[m\], negative outside; the road is not part of the body.
+    /// Returns the depth of a point below the body's surface \[m\], negative outside; the road is not part of the body.
     pub fn depth(&self, [x, y, z]: Vector) -> f64 {
         let z = z - self.middle();
         match self.shape {

@@ -81,7 +81,7 @@ pub struct SurfacePoint {
 }
 
 impl Chart {
-    /// Tread, shoulder and side of a tyre; `None` for another body.
+    /// Returns the tread, shoulder and side of a tyre; `None` for another body.
     pub fn of_tyre(body: &Body) -> Option<[Self; 3]> {
         let Shape::Tyre { radius, width, shoulder } = body.shape() else { return None };
         let (middle, gap) = (body.height().unwrap_or(0.0), body.gap());
@@ -93,7 +93,7 @@ impl Chart {
         ])
     }
 
-    /// The point at a meridian parameter and an angle.
+    /// Returns the point at a meridian parameter and an angle.
     pub fn point(&self, meridian: f64, turn: f64) -> SurfacePoint {
         let (sin, cos) = turn.sin_cos();
         // A body of revolution about y: distance from the axle r, across y, the normal's two parts.
@@ -131,7 +131,7 @@ impl Chart {
         }
     }
 
-    /// Distance from the axis \[m\].
+    /// Returns the distance from the axis \[m\].
     pub fn axis_distance(&self, meridian: f64) -> f64 {
         match *self {
             Self::Sphere { radius, .. } => radius * meridian.sin(),
@@ -143,7 +143,7 @@ impl Chart {
         }
     }
 
-    /// Length along the section per unit of its parameter \[m\].
+    /// Returns the length along the section per unit of its parameter \[m\].
     pub fn meridian_length(&self) -> f64 {
         match *self {
             Self::Sphere { radius, .. } => radius,
@@ -155,7 +155,7 @@ impl Chart {
         }
     }
 
-    /// The angle at which the road cuts this ring of a tyre; 0 where it does not reach it.
+    /// Returns the angle at which the road cuts this ring of a tyre; 0 where it does not reach it.
     pub fn cut_turn(&self, meridian: f64) -> f64 {
         match *self {
             Self::Sphere { .. } | Self::Underside { .. } | Self::UndersideEdge { .. } => 0.0,
@@ -165,7 +165,7 @@ impl Chart {
         }
     }
 
-    /// The meridian parameter at which the road cuts this section of a tyre.
+    /// Returns the meridian parameter at which the road cuts this section of a tyre.
     pub fn cut_meridian(&self, turn: f64) -> f64 {
         match *self {
             Self::Shoulder { radius, shoulder, middle, .. } => {
@@ -177,13 +177,13 @@ impl Chart {
     }
 }
 
-/// Half the length of the cut along the tread \[m\].
+/// Returns half the length of the cut along the tread \[m\].
 fn half_length(radius: f64, middle: f64) -> f64 {
     (radius * radius - middle * middle).max(0.0).sqrt()
 }
 
-/// How far the cut reaches below the shoulder beyond the tread's edge \[m\], at the angle whose sine is x over half the
-/// cut's length.
+/// Tells how far the cut reaches below the shoulder beyond the tread's edge \[m\], at the angle whose sine is x over
+/// half the cut's length.
 fn cut_width(radius: f64, shoulder: f64, middle: f64, half: f64, turn: f64) -> f64 {
     let (sin, cos) = turn.sin_cos();
     // Radius less distance of the cut from the axle, without cancellation.

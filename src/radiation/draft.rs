@@ -68,8 +68,8 @@ const LOWEST: f64 = 190.0;
 const LOWEST_OF_STANDARDS: f64 = 60.0;
 
 impl DraftErrors {
-    /// Those for a tyre of a radius and a width with its shoulders \[m\]; `None` for a width that nothing was measured
-    /// with.
+    /// Returns those for a tyre of a radius and a width with its shoulders \[m\]; `None` for a width that nothing was
+    /// measured with.
     pub fn of(radius: f64, width: f64) -> Option<Self> {
         let [least, fitted, most] = WIDTHS;
         let relative = width / radius;
@@ -85,7 +85,8 @@ impl DraftErrors {
         Some(Self { of_standards, beside, ahead, radius })
     }
 
-    /// The error at a place \[m\]; `None` where none is stated, too high above the road or too near to the contact.
+    /// Returns the error at a place \[m\]; `None` where none is stated, too high above the road or too near to the
+    /// contact.
     pub fn at(&self, [x, y, z]: Vector) -> Option<DraftError> {
         let away = x.hypot(y);
         let low = z.atan2(away).to_degrees() <= MOST_ELEVATION;
@@ -108,8 +109,8 @@ const STEEPNESS: f64 = 7.035;
 const MIDDLE: f64 = 5.0;
 const RANGE: [f64; 2] = [0.7, 14.2];
 
-/// The horn's gain \[dB\] for a wavenumber times the tyre's radius, the angle from the patch's edge \[rad\] and the
-/// cosine of the receiver's bearing from where the horn opens.
+/// Returns the horn's gain \[dB\] for a wavenumber times the tyre's radius, the angle from the patch's edge \[rad\] and
+/// the cosine of the receiver's bearing from where the horn opens.
 pub(crate) fn horn_gain(wavenumber_radius: f64, angle: f64, bearing: f64) -> f64 {
     let logarithm = (wavenumber_radius.clamp(RANGE[0], RANGE[1]) / MIDDLE).ln();
     let polynomial = |row: &[f64; 4]| row.iter().rev().fold(0.0, |sum, coefficient| sum * logarithm + coefficient);
@@ -117,15 +118,15 @@ pub(crate) fn horn_gain(wavenumber_radius: f64, angle: f64, bearing: f64) -> f64
     amplitude / (1.0 + (wavenumber_radius * angle / DECAY).powf(STEEPNESS))
 }
 
-/// G of a monopole at a point over a rigid road \[1/m\].
+/// Returns G of a monopole at a point over a rigid road \[1/m\].
 pub(crate) fn monopole(point: Vector, receiver: Vector, wavenumber: f64) -> Complex64 {
     let one = |r: f64| Complex64::from_polar(1.0 / (4.0 * std::f64::consts::PI * r), -wavenumber * r);
     let [x, y, z] = receiver;
     one(distance(point, receiver)) + one(distance(point, [x, y, -z]))
 }
 
-/// The transfers of a problem at a wavenumber \[rad/m\]: the even part of a tyre that stands on the road, or both sides
-/// of its tread, whose horn is then taken to be that of the even part.
+/// Returns the transfers of a problem at a wavenumber \[rad/m\]: the even part of a tyre that stands on the road, or
+/// both sides of its tread, whose horn is then taken to be that of the even part.
 pub fn transfers_at(problem: &TransferProblem<'_>, wavenumber: f64) -> Vec<Transfer> {
     let TransferProblem { body, grid, receivers, .. } = *problem;
     let radius = body.radius();
@@ -172,7 +173,7 @@ fn cell_of(cell: usize, around: usize, edge: f64) -> (f64, f64) {
     (((index + 0.5) * width - edge).max(0.0), (index + 1.0 - edge / width).clamp(0.0, 1.0))
 }
 
-/// The transfers of a range: at the frequencies that the full method begins with, and between them.
+/// Returns the transfers of a range: at the frequencies that the full method begins with, and between them.
 ///
 /// # Errors
 /// As [`TransferProblem::check`] and [`FrequencyRange::check`]; [`RadiationError::Height`] without a road,
@@ -188,7 +189,7 @@ pub(crate) fn transfers(problem: &TransferProblem<'_>, range: &FrequencyRange) -
     Ok(TransferSet::new(in_parallel::map(&frequencies(range), |&frequency| at(frequency))))
 }
 
-/// The frequencies of a range, rising \[Hz\].
+/// Returns the frequencies of a range, rising \[Hz\].
 pub(crate) fn frequencies(range: &FrequencyRange) -> Vec<f64> {
     let first = range.first();
     let middles = first.windows(2).map(|ends| 0.5 * (ends[0] + ends[1]));
@@ -272,7 +273,7 @@ mod tests {
         }
     }
 
-    /// Mean square from what vibrates most: the tread within 60 mm of the patch, both ends \[dB\].
+    /// Returns the mean square from what vibrates most: the tread within 60 mm of the patch, both ends \[dB\].
     fn level_near_the_patch(transfer: &Transfer) -> f64 {
         let value = |across: usize, cell: usize| double(transfer.values[transfer.index(0, across, cell)]);
         let cell = |cell: usize| (0..4).map(|across| value(across, cell).norm_sqr()).sum::<f64>();

@@ -39,7 +39,7 @@ pub struct Patch {
 }
 
 impl Patch {
-    /// Local coordinates of a point of its chart; `None` outside of the patch.
+    /// Returns the local coordinates of a point of its chart; `None` outside of the patch.
     pub fn local(&self, meridian: f64, turn: f64) -> Option<[f64; 2]> {
         let at = match self.cut {
             Cut::None => [meridian, turn],
@@ -60,7 +60,7 @@ impl Patch {
         ranges.iter().zip(at).all(within).then(|| [local(0), local(1)])
     }
 
-    /// The point at local coordinates in (-1, 1)^2; `area` is per unit of these.
+    /// Returns the point at local coordinates in (-1, 1)^2; `area` is per unit of these.
     pub fn point(&self, [u, v]: [f64; 2]) -> SurfacePoint {
         let between = |[from, to]: [f64; 2], at: f64| 0.5 * ((to + from) + (to - from) * at);
         let (m, t) = (between(self.meridian, u), between(self.turn, v));
@@ -104,7 +104,7 @@ impl Basis {
         Self { weights: rule.iter().map(|[_, w]| *w).collect(), nodes, barycentric }
     }
 
-    /// Points.
+    /// Returns the points.
     pub fn order(&self) -> usize {
         self.nodes.len()
     }
@@ -160,12 +160,12 @@ impl Mesh {
         Self { patches, basis, nodes, balls, on_road }
     }
 
-    /// Nodes of one patch.
+    /// Returns the nodes of one patch.
     pub fn nodes_per_patch(&self) -> usize {
         self.basis.order() * self.basis.order()
     }
 
-    /// Unknowns: nodes of the quarter.
+    /// Returns the unknowns: nodes of the quarter.
     pub fn unknowns(&self) -> usize {
         self.nodes.len()
     }
@@ -186,7 +186,7 @@ fn ball(patch: &Patch) -> (Vector, f64) {
     (middle, radius)
 }
 
-/// Distance between two points \[m\].
+/// Returns the distance between two points \[m\].
 pub(crate) fn distance(a: Vector, b: Vector) -> f64 {
     ((a[0] - b[0]).powi(2) + (a[1] - b[1]).powi(2) + (a[2] - b[2]).powi(2)).sqrt()
 }

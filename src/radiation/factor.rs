@@ -21,7 +21,7 @@ pub(crate) struct Factor {
 }
 
 impl Factor {
-    /// Factorises, sequentially; 8/3 n^3 real operations.
+    /// Returns the factorises, sequentially; 8/3 n^3 real operations.
     pub(crate) fn of(mut matrix: Mat<Complex64>) -> Self {
         let size = matrix.nrows();
         let norm = (0..size).map(|j| matrix.col(j).iter().map(|entry| entry.norm()).sum()).fold(0.0, f64::max);
@@ -78,8 +78,8 @@ impl Factor {
         work(PermRef::new_checked(&self.rows, &self.rows_inverse, size), MemStack::new(&mut buffer));
     }
 
-    /// Estimate of 1/(|A| |A^-1|) in the 1-norm (W. W. Hager, SIAM J. Sci. Stat. Comput. 5 (1984) 311-316; N. J.
-    /// Higham's form): at most a few solutions.
+    /// Returns the estimate of 1/(|A| |A^-1|) in the 1-norm (W. W. Hager, SIAM J. Sci. Stat. Comput. 5 (1984) 311-316;
+    /// N. J. Higham's form): at most a few solutions.
     pub(crate) fn reciprocal_condition(&self) -> f64 {
         let size = self.factors.nrows();
         let mut x = Mat::<Complex64>::full(size, 1, Complex64::new(1.0 / size as f64, 0.0));

@@ -67,12 +67,12 @@ impl FrequencyRange {
         positive("the speed of sound", self.sound_speed)
     }
 
-    /// Wavenumber of a frequency \[rad/m\].
+    /// Returns the wavenumber of a frequency \[rad/m\].
     pub(crate) fn wavenumber(&self, frequency: f64) -> f64 {
         std::f64::consts::TAU * frequency / self.sound_speed
     }
 
-    /// All frequencies that the choice may ever call for, rising.
+    /// Returns all frequencies that the choice may ever call for, rising.
     pub(crate) fn candidates(&self) -> Vec<f64> {
         let mut candidates = self.first();
         while candidates[1] - candidates[0] >= 2.0 * self.finest {
@@ -83,7 +83,7 @@ impl FrequencyRange {
         candidates
     }
 
-    /// The frequencies to start with.
+    /// Returns the frequencies to start with.
     pub(crate) fn first(&self) -> Vec<f64> {
         let parts = ((self.highest - self.lowest) / self.coarsest - 1e-9).ceil().max(1.0) as usize;
         (0..=parts).map(|i| self.lowest + (self.highest - self.lowest) * i as f64 / parts as f64).collect()
@@ -201,18 +201,18 @@ impl TransferSet {
         Self { found }
     }
 
-    /// The frequencies, rising.
+    /// Returns the frequencies, rising.
     pub(crate) fn frequencies(&self) -> &[FrequencyTransfers] {
         &self.found
     }
 
-    /// The same, to be taken apart.
+    /// Returns the same, to be taken apart.
     pub(crate) fn into_frequencies(self) -> Vec<FrequencyTransfers> {
         self.found
     }
 
-    /// The grid of G_N of a receiver at any frequency \[Hz\] within the range; beyond its ends it is extrapolated from
-    /// the nearest. None where nothing is known.
+    /// Returns the grid of G_N of a receiver at any frequency \[Hz\] within the range; beyond its ends it is
+    /// extrapolated from the nearest. None where nothing is known.
     pub(crate) fn at(&self, body: &Body, receiver: usize, frequency: f64) -> Option<Transfer> {
         let known: Vec<f64> = self.found.iter().map(|entry| entry.frequency).collect();
         let near = lagrange::cubic_neighbours(&known, frequency);
@@ -315,7 +315,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// All wanted frequencies, in their order.
+    /// Returns all wanted frequencies, in their order.
     fn solve(&mut self, wanted: &[f64], watch: &mut Watch<'_>) -> Result<Vec<FrequencyTransfers>, RadiationError> {
         let mut known = (watch.known)(wanted);
         let mut found: Vec<_> = wanted.iter().map(|&frequency| self.lookup(&mut known, frequency)).collect();

@@ -12,7 +12,7 @@ use super::body::{Body, Shape, Vector};
 /// Least depth of a point below the surface relative to the body's smallest half size.
 const LEAST_DEPTH: f64 = 0.12;
 
-/// How many points for a wavenumber \[rad/m\], in each of the four blocks.
+/// Tells how many points for a wavenumber \[rad/m\], in each of the four blocks.
 ///
 /// The body's inside resonates first at k d = pi at the earliest, d being its smallest size; below 80 % of that there
 /// is nothing to keep out. Above, the number of resonances of one parity within a band of k grows with k^2.
@@ -60,7 +60,7 @@ pub(crate) fn points(body: &Body, count: usize) -> Vec<Vector> {
     found
 }
 
-/// Halton's sequence: the digits of an index mirrored at the point.
+/// Returns the halton's sequence: the digits of an index mirrored at the point.
 fn halton(index: usize, base: usize) -> f64 {
     let (mut rest, mut digit, mut value) = (index, 1.0 / base as f64, 0.0);
     while rest > 0 {

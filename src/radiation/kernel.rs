@@ -129,7 +129,7 @@ impl FarColumn<'_> {
     }
 }
 
-/// The value where the weight is not 0, else 0: also where the value is no number, at the source itself.
+/// Returns the value where the weight is not 0, else 0: also where the value is no number, at the source itself.
 #[inline(always)]
 fn select<S: Simd>(simd: S, weight: S::f64s, value: S::f64s) -> S::f64s {
     let zero = simd.splat_f64s(0.0);
@@ -203,7 +203,7 @@ impl WithSimd for NearCell<'_> {
     }
 }
 
-/// The processor's widest vectors.
+/// Returns the processor's widest vectors.
 pub(crate) fn arch() -> Arch {
     Arch::new()
 }

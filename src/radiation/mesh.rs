@@ -32,7 +32,7 @@ pub struct Resolution {
 }
 
 impl Resolution {
-    /// Elements of 4 x 4 nodes with so many nodes per wavelength.
+    /// Returns the elements of 4 x 4 nodes with so many nodes per wavelength.
     pub fn of(nodes_per_wavelength: f64) -> Self {
         Self { order: 4, nodes_per_wavelength, wedge: Self::WEDGE }
     }
@@ -139,7 +139,7 @@ impl Sizes {
     }
 }
 
-/// The patches of a body's quarter for a wavenumber \[rad/m\].
+/// Returns the patches of a body's quarter for a wavenumber \[rad/m\].
 ///
 /// # Errors
 /// Refusals of [`Resolution::check`]; a wavenumber that is not positive; [`RadiationError::Patches`].
@@ -176,7 +176,7 @@ pub(crate) fn patches(body: &Body, wavenumber: f64, resolution: &Resolution) -> 
     Ok(blocks.patches)
 }
 
-/// The mesh of a body's quarter for a wavenumber \[rad/m\].
+/// Returns the mesh of a body's quarter for a wavenumber \[rad/m\].
 ///
 /// # Errors
 /// As [`patches`].

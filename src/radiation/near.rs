@@ -304,7 +304,7 @@ impl<'a> NearPatch<'a> {
         }
     }
 
-    /// The near rule on (0, 1).
+    /// Returns the near rule on (0, 1).
     fn unit_rule(&self) -> Vec<[f64; 2]> {
         self.rule
             .nodes

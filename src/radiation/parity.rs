@@ -31,13 +31,13 @@ impl Block {
     /// The two that are even across: all that forces and vibration centred on the tread call for.
     pub const EVEN_ACROSS: [Self; 2] = [Self::ALL[0], Self::ALL[1]];
 
-    /// chi of a mirror.
+    /// Returns chi of a mirror.
     pub fn sign(&self, mirror: usize) -> f64 {
         let odd = (self.fore_aft_odd && mirror & 1 != 0) ^ (self.across_odd && mirror & 2 != 0);
         if odd { -1.0 } else { 1.0 }
     }
 
-    /// The part of a function with this symmetry, at a point.
+    /// Returns the part of a function with this symmetry, at a point.
     pub fn part<T>(&self, point: Vector, function: impl Fn(Vector) -> T) -> T
     where
         T: std::ops::Mul<f64, Output = T> + std::iter::Sum,
@@ -46,7 +46,7 @@ impl Block {
     }
 }
 
-/// A point's mirror: bit 0 fore-aft, bit 1 across, bit 2 in the road.
+/// Returns a point's mirror: bit 0 fore-aft, bit 1 across, bit 2 in the road.
 pub(crate) fn mirrored([x, y, z]: Vector, mirror: usize) -> Vector {
     let sign = |bit: usize| if mirror & bit == 0 { 1.0 } else { -1.0 };
     [sign(1) * x, sign(2) * y, sign(4) * z]

@@ -95,18 +95,18 @@ impl Problem {
         Ok(Self { body: *body, mesh, wavenumber, blocks: blocks.to_vec(), interior })
     }
 
-    /// The same with other interior points, for tests of what they are good for.
+    /// Returns the same with other interior points, for tests of what they are good for.
     pub fn with_interior_points(mut self, count: usize) -> Self {
         self.interior = interior::points(&self.body, count);
         self
     }
 
-    /// The mesh.
+    /// Returns the mesh.
     pub fn mesh(&self) -> &Mesh {
         &self.mesh
     }
 
-    /// The blocks that are solved.
+    /// Returns the blocks that are solved.
     pub fn blocks(&self) -> &[Block] {
         &self.blocks
     }

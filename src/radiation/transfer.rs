@@ -51,14 +51,14 @@ pub struct Transfer {
     pub values: Vec<Complex32>,
 }
 
-/// Points of (0, w) and weights that sum to w, of half a tread of width w \[m\].
+/// Returns the points of (0, w) and weights that sum to w, of half a tread of width w \[m\].
 pub(crate) fn across_points(half_width: f64, count: usize) -> Vec<[f64; 2]> {
     let basis = Basis::new(count);
     let scaled = |(node, weight): (&f64, &f64)| [0.5 * half_width * (1.0 + node), 0.5 * half_width * weight];
     basis.nodes.iter().zip(&basis.weights).map(scaled).collect()
 }
 
-/// Half the width of a tyre's straight tread \[m\]; 0 for other bodies.
+/// Returns half the width of a tyre's straight tread \[m\]; 0 for other bodies.
 pub(crate) fn half_tread(body: &Body) -> f64 {
     match body.shape() {
         Shape::Tyre { width, shoulder, .. } => 0.5 * width - shoulder,
@@ -66,24 +66,25 @@ pub(crate) fn half_tread(body: &Body) -> f64 {
     }
 }
 
-/// r0: from a receiver to the contact's centre, or to the road below the body, or to its middle without a road \[m\].
+/// Returns r0: from a receiver to the contact's centre, or to the road below the body, or to its middle without a road
+/// \[m\].
 pub(crate) fn contact_distance(body: &Body, receiver: Vector) -> f64 {
     distance(receiver, [0.0; 3]).max(if body.on_road() { 0.0 } else { body.radius() })
 }
 
 impl Transfer {
-    /// Rows of a side.
+    /// Returns the rows of a side.
     pub fn rows(&self) -> usize {
         self.values.len() / (self.sides * self.grid.around)
     }
 
-    /// The place of a value.
+    /// Returns the place of a value.
     pub fn index(&self, side: usize, row: usize, around: usize) -> usize {
         (side * self.rows() + row) * self.grid.around + around
     }
 
-    /// Horn amplification at a cell \[dB\]: |G_N| over that of direct sound and road's reflection without the tyre, at
-    /// the cell's middle; minus infinity within the patch.
+    /// Returns the horn amplification at a cell \[dB\]: |G_N| over that of direct sound and road's reflection without
+    /// the tyre, at the cell's middle; minus infinity within the patch.
     pub fn horn(&self, body: &Body, side: usize, across: usize, around: usize) -> f64 {
         let theta = std::f64::consts::TAU * (around as f64 + 0.5) / self.grid.around as f64;
         let y = across_points(half_tread(body), self.grid.across)[across][0];
@@ -102,8 +103,8 @@ impl Transfer {
         20.0 * (double(self.values[self.index(side, across, around)]).norm() / free.norm()).log10()
     }
 
-    /// p(r)/(i w rho) of a velocity of the tread given by its cell means, in the order of the values: the sum over the
-    /// grid.
+    /// Returns p(r)/(i w rho) of a velocity of the tread given by its cell means, in the order of the values: the sum
+    /// over the grid.
     pub fn sum(&self, body: &Body, velocity: &[Complex64]) -> Complex64 {
         let cell = std::f64::consts::TAU / self.grid.around as f64 * body.radius();
         let both = if self.sides == 1 { 2.0 } else { 1.0 };
@@ -155,7 +156,7 @@ impl TransferProblem<'_> {
         self.receivers.iter().try_for_each(|&receiver| self.body.check_receiver(receiver))
     }
 
-    /// 1 where blocks even across alone are solved, else 2.
+    /// Returns 1 where blocks even across alone are solved, else 2.
     pub fn sides(&self) -> usize {
         if self.blocks.len() == Block::ALL.len() { 2 } else { 1 }
     }
@@ -174,7 +175,7 @@ impl TransferProblem<'_> {
         self.solve_unless(wavenumber, &|| false)
     }
 
-    /// The same; asks again and again whether to go on, as [`Problem::solve_unless`].
+    /// Returns the same; asks again and again whether to go on, as [`Problem::solve_unless`].
     ///
     /// # Errors
     /// As [`Self::solve`]; [`RadiationError::Interrupted`].
@@ -239,7 +240,7 @@ struct Panels {
 const MEAN_POINTS: usize = 3;
 
 impl Panels {
-    /// Those of the elements in the tread's first ring.
+    /// Returns those of the elements in the tread's first ring.
     fn of(mesh: &Mesh) -> Self {
         let mut breaks = Vec::new();
         for patch in &mesh.patches {
@@ -253,14 +254,14 @@ impl Panels {
         Self { breaks, basis: Basis::new(mesh.basis.order() + 2) }
     }
 
-    /// The same in proportion, from another angle to the top.
+    /// Returns the same in proportion, from another angle to the top.
     fn begun_at(&self, start: f64) -> Self {
         let ends = [self.breaks.first(), self.breaks.last()].map(|end| end.copied().unwrap_or(0.0));
         let moved = |at: &f64| start + (at - ends[0]) * (ends[1] - start) / (ends[1] - ends[0]);
         Self { breaks: self.breaks.iter().map(moved).collect(), basis: self.basis.clone() }
     }
 
-    /// All points' angles.
+    /// Returns all points' angles.
     fn turns(&self) -> Vec<f64> {
         let panel = |ends: &[f64]| {
             let (from, to) = (ends[0], ends[1]);
@@ -269,7 +270,7 @@ impl Panels {
         self.breaks.windows(2).flat_map(panel).collect()
     }
 
-    /// The cell of the first half whose mean a cell has, and whether mirrored: cell c mirrors cell n - 1 - c.
+    /// Returns the cell of the first half whose mean a cell has, and whether mirrored: cell c mirrors cell n - 1 - c.
     fn source(cell: usize, around: usize) -> (usize, bool) {
         if 2 * cell < around { (cell, false) } else { (around - 1 - cell, true) }
     }

@@ -94,7 +94,7 @@ impl Comparison {
         report
     }
 
-    /// Settings that differ.
+    /// Returns the settings that differ.
     pub(crate) fn settings_table(&self) -> Table {
         let header = std::iter::once("setting".to_owned()).chain(self.names.iter().cloned());
         let rows = self.settings.iter().map(|setting| {
@@ -103,7 +103,7 @@ impl Comparison {
         words(header, rows)
     }
 
-    /// Figures, each with its difference from the first result in per cent, or in the unit for levels.
+    /// Returns the figures, each with its difference from the first result in per cent, or in the unit for levels.
     pub(crate) fn figures_table(&self) -> Table {
         let rows = self.figures.iter().map(|figure| {
             let first = figure.values.first().copied().flatten();
@@ -119,7 +119,7 @@ impl Comparison {
         aligned(self.header("figure".to_owned()), rows)
     }
 
-    /// Levels, with their differences from the first result.
+    /// Returns the levels, with their differences from the first result.
     pub(crate) fn spectrum_table(&self, spectrum: &SpectrumComparison) -> Table {
         let title = if spectrum.name.is_empty() { "Hz".to_owned() } else { format!("Hz, {}", spectrum.name) };
         let rows = spectrum.bands.iter().map(|band| {
@@ -134,8 +134,8 @@ impl Comparison {
         aligned(self.header(format!("{}, {title}", spectrum.quantity)), rows)
     }
 
-    /// Figures and levels in one table: a row each, a column for each result. Numbers are written so that reading gives
-    /// the same bits.
+    /// Returns the figures and levels in one table: a row each, a column for each result. Numbers are written so that
+    /// reading gives the same bits.
     pub(crate) fn csv(&self) -> String {
         let header = ["quantity", "signal", "nominal_hz", "valid"].map(str::to_owned).into_iter();
         let number = |value: &Option<f64>| value.map_or(String::new(), |value| value.to_string());
@@ -155,13 +155,13 @@ impl Comparison {
         csv(header.chain(self.names.iter().cloned()), figures.chain(bands))
     }
 
-    /// The first column's title, the first result, then each other one with its difference.
+    /// Returns the first column's title, the first result, then each other one with its difference.
     fn header(&self, first: String) -> Vec<String> {
         let others = self.names.iter().skip(1).flat_map(|name| [name.clone(), "difference".to_owned()]);
         [first].into_iter().chain(self.names.first().cloned()).chain(others).collect()
     }
 
-    /// A row in the order of [`Self::header`].
+    /// Returns a row in the order of [`Self::header`].
     fn row(
         &self,
         name: String,

@@ -58,7 +58,7 @@ pub(crate) fn document(title: &str, content: &Markup) -> String {
     page.into_string()
 }
 
-/// A report for the terminal, as a page has it.
+/// Returns a report for the terminal, as a page has it.
 pub(super) fn report(report: &Report) -> Markup {
     html! {
         @for part in report.parts() {

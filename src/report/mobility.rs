@@ -11,7 +11,7 @@ pub(crate) type Quantity = (&'static str, fn(Complex64) -> f64);
 /// Its level.
 pub(crate) const LEVEL: Quantity = ("Driving-point mobility [dB re 1 m/(N s)]", level);
 
-/// A curve for each patch.
+/// Returns a curve for each patch.
 pub(crate) fn plot<'a>(
     mobility: &Mobility,
     title: &'a str,

@@ -16,7 +16,7 @@ use crate::study::trial::level_changes;
 pub(crate) const PAGE_HEAD: &str =
     "<!DOCTYPE html><html lang=\"en\"><head><meta name=\"generator\" content=\"tyrewave\">";
 
-/// The page of some results; several are compared with the first one.
+/// Returns the page of some results; several are compared with the first one.
 ///
 /// # Errors
 /// [`ReportError`].
@@ -32,7 +32,7 @@ pub fn page(all: &[Stored]) -> Result<String, ReportError> {
     Ok(document(&title, &content))
 }
 
-/// A section with its heading; nothing where there is nothing in it.
+/// Returns a section with its heading; nothing where there is nothing in it.
 fn section(index: usize, heading: &str, content: &Markup) -> Markup {
     let id = format!("{}-{index}", heading.to_ascii_lowercase().replace(' ', "-"));
     html! { @if !content.0.is_empty() { section id=(id) { h2 { (heading) } (content) } } }
@@ -88,7 +88,8 @@ fn comparison(all: &[Stored], of: &Comparison) -> Result<Markup, ReportError> {
     })
 }
 
-/// Levels of all results over each other, and their differences from the first; grey where a level is not vouched for.
+/// Returns the levels of all results over each other, and their differences from the first; grey where a level is not
+/// vouched for.
 pub(super) fn curves(
     all: &[Stored],
     of: &Comparison,

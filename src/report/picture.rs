@@ -3,8 +3,8 @@
 /// Elements that pictures are drawn with.
 const ELEMENTS: [&str; 10] = ["svg", "g", "path", "rect", "line", "polyline", "polygon", "circle", "text", "title"];
 
-/// The picture, if it consists of drawn elements alone: no script, no link, nothing that a page would fetch or execute.
-/// Returns a picture that is safe to embed: a results folder may come from a stranger.
+/// Returns the picture, if it consists of drawn elements alone: no script, no link, nothing that a page would fetch or
+/// execute. Returns a picture that is safe to embed: a results folder may come from a stranger.
 pub(super) fn harmless(svg: &str) -> Option<&str> {
     let mut rest = svg.trim();
     let whole = rest;

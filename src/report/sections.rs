@@ -20,7 +20,7 @@ use crate::scene::{Axle, Road, Scene, Zone};
 /// Sound files longer than this are left in their folder \[bytes\].
 const MOST_SOUND: usize = 16 << 20;
 
-/// Which effects are simulated, how and why.
+/// Tells which effects are simulated, how and why.
 pub(crate) fn decision_table(plan: &Plan) -> Table {
     let effects = plan.decisions.rows.iter().map(|decision| {
         let state = if decision.on { "on" } else { "off" };
@@ -29,7 +29,7 @@ pub(crate) fn decision_table(plan: &Plan) -> Table {
     words(["effect", "", "how", "why"], effects)
 }
 
-/// The scene in a few sentences.
+/// Returns the scene in a few sentences.
 pub(super) fn in_words(stored: &Stored) -> String {
     let Plan { scene, element, time_step, .. } = &stored.plan;
     let Scene { tyre, rolling, contact, numerics, .. } = scene;
@@ -99,7 +99,7 @@ pub(super) fn warnings(stored: &Stored) -> Markup {
     }
 }
 
-/// The plan: which effects, why, and up to where levels are good.
+/// Returns the plan: which effects, why, and up to where levels are good.
 pub(super) fn plan(stored: &Stored) -> Markup {
     let of = &stored.plan;
     html! {
@@ -112,7 +112,7 @@ pub(super) fn plan(stored: &Stored) -> Markup {
     }
 }
 
-/// The road in colours, its texture spectrum and its measures.
+/// Returns the road in colours, its texture spectrum and its measures.
 pub(super) fn road(stored: &Stored) -> Result<Markup, ReportError> {
     let scene = &stored.plan.scene;
     if let Some(file) = scene.road.file().filter(|_| !stored.knows_road) {
@@ -188,7 +188,7 @@ pub(super) fn cost(stored: &Stored) -> Markup {
     report(&cost_table(&stored.summary.cost))
 }
 
-/// All that is needed to run it again.
+/// Returns all that is needed to run it again.
 pub(super) fn repeat(stored: &Stored) -> Result<Markup, ReportError> {
     let summary = &stored.summary;
     let scene = toml::to_string_pretty(&summary.settings).unwrap_or_default();

@@ -7,8 +7,8 @@ use crate::study::slices::{LAWS, SliceView};
 /// Points of a drawn curve.
 const POINTS: usize = 200;
 
-/// Profile with the indentation levels, pressure under them, displacement S(y) and stiffness s(y) by both laws, each
-/// with the name of its file.
+/// Returns the profile with the indentation levels, pressure under them, displacement S(y) and stiffness s(y) by both
+/// laws, each with the name of its file.
 ///
 /// # Errors
 /// [`PlotError`].

@@ -77,7 +77,7 @@ impl StoredSweep {
         Ok(document(&self.title, &content))
     }
 
-    /// Factors in words, each with its values or their number and ends.
+    /// Returns the factors in words, each with its values or their number and ends.
     fn varied(&self) -> String {
         let factors = self.variants.first().map_or(&[][..], |(label, _)| &label.choices);
         let words = factors.iter().enumerate().map(|(place, choice)| {
@@ -122,7 +122,7 @@ impl StoredSweep {
     }
 }
 
-/// Third octaves of sound and force over each other, with their differences from the first run.
+/// Returns the third octaves of sound and force over each other, with their differences from the first run.
 fn third_octaves(names: &[String], shown: &[Stored]) -> Result<Markup, ReportError> {
     let of = Comparison { names: names.to_vec(), ..Comparison::of(shown) };
     let mut parts = Vec::new();
@@ -137,7 +137,7 @@ fn third_octaves(names: &[String], shown: &[Stored]) -> Result<Markup, ReportErr
     })
 }
 
-/// Players of all runs side by side, receiver by receiver, as far as there is room for them.
+/// Returns the players of all runs side by side, receiver by receiver, as far as there is room for them.
 fn sounds(names: &[String], shown: &[Stored]) -> Result<Markup, ReportError> {
     let (mut room, mut left, mut receivers) = (MOST_SOUND, Vec::new(), Vec::<(String, Vec<Markup>)>::new());
     for (name, stored) in names.iter().zip(shown) {

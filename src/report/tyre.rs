@@ -19,7 +19,7 @@ pub(crate) struct UnderLoad {
 }
 
 impl UnderLoad {
-    /// Load over deflection \[N/m\].
+    /// Returns the load over deflection \[N/m\].
     pub(crate) fn secant_stiffness(&self) -> f64 {
         self.standing.force / self.standing.indentation
     }
@@ -36,7 +36,7 @@ impl UnderLoad {
     }
 }
 
-/// All numbers of a tyre whose elements are so long \[m\], as JSON.
+/// Returns all numbers of a tyre whose elements are so long \[m\], as JSON.
 pub(crate) fn tyre_record(title: &str, element: f64, modes: &Modes, loads: &[UnderLoad], mobility: &Mobility) -> Value {
     json!({
         "title": title,
@@ -65,7 +65,8 @@ fn unconfirmed_json(&(n, m, pole): &(usize, usize, Complex64)) -> Value {
     json!({ "n": n, "m": m, "pole": [pole.re, pole.im] })
 }
 
-/// Frequencies \[Hz\] and, for each patch, its side \[m\], levels \[dB re 1 m/(N s)\] and phases \[degrees\].
+/// Returns the frequencies \[Hz\] and, for each patch, its side \[m\], levels \[dB re 1 m/(N s)\] and phases
+/// \[degrees\].
 fn mobility_json(mobility: &Mobility) -> Value {
     let of = |column: usize| mobility.values.iter().map(move |row| row[column]);
     let patches = mobility.patches.iter().enumerate().map(|(column, side)| {

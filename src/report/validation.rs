@@ -19,7 +19,7 @@ const LEGEND: &str = "outside: distance from the published range; 0 inside. coul
 lacks, or limits of the comparison, that act on this quantity in this direction; nothing there points to a fault. \
 Third octaves: A-weighted, along the coast-by line on dac-11, relative to the energy sum of 200 to 2000 Hz.";
 
-/// Digits of a value in the unit of its row.
+/// Returns the digits of a value in the unit of its row.
 fn value(value: f64) -> String {
     if value.abs() >= 1000.0 { format!("{value:.0}") } else { format!("{value:.1}") }
 }
@@ -45,7 +45,7 @@ fn reasons(row: &Row) -> String {
     row.could_explain.iter().map(|reason| Missing::title(*reason)).collect::<Vec<_>>().join(", ")
 }
 
-/// All rows in one table.
+/// Returns all rows in one table.
 fn whole(rows: &[Row]) -> Table {
     let header = ["", "quantity", "unit", "computed", "published", "sets", "outside", "could explain"];
     let mut last = None;
@@ -78,7 +78,7 @@ fn worst(summary: &Summary, rows: &[Row]) -> String {
     worst.map_or_else(|| "-".to_owned(), |row| format!("{}: {} {}", row.title, outside(row), row.unit))
 }
 
-/// A table of the groups.
+/// Returns a table of the groups.
 fn groups(rows: &[Row]) -> Table {
     let cells = summaries(rows)
         .into_iter()
@@ -139,7 +139,7 @@ pub(crate) fn markdown(rows: &[Row]) -> String {
     lines.join("\n") + "\n"
 }
 
-/// Pictures of a validation: name of the file, picture, caption.
+/// Returns the pictures of a validation: name of the file, picture, caption.
 ///
 /// # Errors
 /// [`PlotError`].
@@ -169,7 +169,7 @@ fn sentence(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// Range and values of a group of bands; `None` where none was computed.
+/// Returns the range and values of a group of bands; `None` where none was computed.
 fn bands(rows: &[Row], group: Group, title: &str, quantity: &str) -> Result<Option<String>, PlotError> {
     let rows: Vec<&Row> = rows.iter().filter(|row| row.group == group).collect();
     // The bands of a group follow each other from 200 Hz on.
@@ -189,7 +189,7 @@ fn bands(rows: &[Row], group: Group, title: &str, quantity: &str) -> Result<Opti
     plot(title, quantity, "Frequency [Hz]", series).map(Some)
 }
 
-/// Coast-by levels of all roads at 80 km/h; `None` without such a run.
+/// Returns the coast-by levels of all roads at 80 km/h; `None` without such a run.
 fn roads(measured: &Measured) -> Result<Option<String>, PlotError> {
     let of_speed = measured.runs.iter().filter(|run| (run.speed_kmh - PUBLISHED_SPEEDS[1]).abs() < 1e-9);
     let series: Vec<Series<'_>> = of_speed

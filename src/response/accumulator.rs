@@ -59,8 +59,8 @@ pub struct SpectrumAccumulator {
 }
 
 impl PowerSpectrum {
-    /// Spectrum of `signal`, sampled every `time_step` seconds, from segments 2h of about `segment` seconds (cut to the
-    /// record; `None`: the whole record at once).
+    /// Returns the spectrum of `signal`, sampled every `time_step` seconds, from segments 2h of about `segment` seconds
+    /// (cut to the record; `None`: the whole record at once).
     ///
     /// # Errors
     /// Fewer than 8 samples, a time that is not positive and finite, a sample that is not finite.
@@ -129,7 +129,7 @@ impl SpectrumAccumulator {
         Ok(Self { fade: ((fade / time_step) as u64).clamp(1, accumulator.samples / 4), ..accumulator })
     }
 
-    /// Bytes of one whose segments are so long \[s\], and of its spectrum.
+    /// Returns the bytes of one whose segments are so long \[s\], and of its spectrum.
     pub fn bytes(time_step: f64, segment: f64) -> f64 {
         // Two segments, three sums and the power of half as many bins.
         8.0 * (2.0 + 2.0) * segment / time_step
@@ -166,7 +166,7 @@ impl SpectrumAccumulator {
         }
     }
 
-    /// The spectrum of the whole record.
+    /// Returns the spectrum of the whole record.
     ///
     /// # Errors
     /// [`SpectrumError::TooShort`] before the last sample, [`SpectrumError::NotFinite`] with the first sample that is
@@ -204,18 +204,18 @@ impl SpectrumAccumulator {
         })
     }
 
-    /// Distance of a sample from a segment's centre, in hops. Sample n sits in the middle of its interval (n, n + 1),
-    /// so that both ends of the record are alike.
+    /// Returns the distance of a sample from a segment's centre, in hops. Sample n sits in the middle of its interval
+    /// (n, n + 1), so that both ends of the record are alike.
     fn distance(&self, index: i64, segment: u64) -> f64 {
         (index as f64 + 0.5 - segment as f64 * self.hop) / self.hop
     }
 
-    /// The first sample of a segment's buffer.
+    /// Returns the first sample of a segment's buffer.
     fn begin(&self, segment: u64) -> i64 {
         (segment as f64 * self.hop - self.hop).floor() as i64
     }
 
-    /// The weight of a sample in a segment.
+    /// Returns the weight of a sample in a segment.
     fn weight(&self, index: i64, segment: u64) -> f64 {
         let distance = self.distance(index, segment);
         if self.fade == 0 {
@@ -293,7 +293,7 @@ fn slope(part: f64) -> f64 {
     (FRAC_PI_2 * (FRAC_PI_2 * part.clamp(0.0, 1.0)).sin().powi(2)).sin()
 }
 
-/// The window at a distance from a segment's centre, in hops.
+/// Returns the window at a distance from a segment's centre, in hops.
 fn weight(distance: f64) -> f64 {
     if distance.abs() < 1.0 { (FRAC_PI_2 * distance).cos() } else { 0.0 }
 }
@@ -307,7 +307,7 @@ mod tests {
     use super::*;
     use crate::storage::state::read_back;
 
-    /// The oracle: the whole record kept, its mean removed first, segments filled by looking back into it.
+    /// Returns the oracle: the whole record kept, its mean removed first, segments filled by looking back into it.
     fn of_whole_record(signal: &[f64], time_step: f64, segment: Option<f64>) -> Vec<f64> {
         let plan = SpectrumAccumulator::new(signal.len(), time_step, segment).unwrap();
         let (samples, length) = (signal.len() as i64, plan.segments[0].len());
@@ -370,14 +370,14 @@ mod tests {
         }
     }
 
-    /// Spectrum of a signal at 12 kHz as that of sound is taken.
+    /// Returns the spectrum of a signal at 12 kHz as that of sound is taken.
     fn faded(signal: &[f64]) -> PowerSpectrum {
         let mut accumulator = SpectrumAccumulator::faded(signal.len(), 1.0 / 12e3, 1.0, 0.25).unwrap();
         signal.iter().for_each(|&value| accumulator.push(value));
         accumulator.finish().unwrap()
     }
 
-    /// Two seconds and a bit of a tone of the level 0 dB \[Hz\].
+    /// Returns two seconds and a bit of a tone of the level 0 dB \[Hz\].
     fn tone(frequency: f64) -> Vec<f64> {
         let angle = |n: usize| std::f64::consts::TAU * frequency * n as f64 / 12e3 + 0.3;
         (0..25_013).map(|n| 2.0_f64.sqrt() * angle(n).sin()).collect()

@@ -31,8 +31,8 @@ impl LateralForces {
         }
     }
 
-    /// The components of a step's forces, stage after stage by cell, in windows of so many columns: stage after stage
-    /// and m by m by column \[N\].
+    /// Returns the components of a step's forces, stage after stage by cell, in windows of so many columns: stage after
+    /// stage and m by m by column \[N\].
     pub(crate) fn of(&mut self, forces: &[f64], columns: usize) -> &[f64] {
         let Self { across, numbers, shapes, even, sides: [sums, differences], components } = self;
         let (across, half, count) = (*across, sums.len(), numbers.len());

@@ -14,7 +14,7 @@ pub(crate) struct LevelErrors {
 }
 
 impl LevelErrors {
-    /// Both errors; `part` tells which of those by slices.
+    /// Returns both errors; `part` tells which of those by slices.
     pub(crate) fn new(numerical: Option<(f64, f64)>, slices: Option<&SliceErrors>, part: Part) -> Self {
         Self { numerical, slices: SliceErrors::by_band(slices, part) }
     }

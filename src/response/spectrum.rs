@@ -86,14 +86,14 @@ pub struct BandLevel {
 }
 
 impl PowerSpectrum {
-    /// The same, vouched for up to a frequency \[Hz\] only.
+    /// Returns the same, vouched for up to a frequency \[Hz\] only.
     #[must_use]
     pub fn valid_to(self, valid_to: f64) -> Self {
         Self { valid_to, ..self }
     }
 
-    /// The spectrum of what was recorded through a response: every bin over the square of `response` at its frequency
-    /// \[Hz\].
+    /// Returns the spectrum of what was recorded through a response: every bin over the square of `response` at its
+    /// frequency \[Hz\].
     #[must_use]
     pub fn without(mut self, response: impl Fn(f64) -> f64) -> Self {
         for (bin, power) in self.power.iter_mut().enumerate() {
@@ -102,12 +102,12 @@ impl PowerSpectrum {
         self
     }
 
-    /// Mean square of the signal less its mean: all the power there is \[unit^2\].
+    /// Returns the mean square of the signal less its mean: all the power there is \[unit^2\].
     pub fn mean_square(&self) -> f64 {
         self.power.iter().sum()
     }
 
-    /// Power between two frequencies \[unit^2\].
+    /// Returns the power between two frequencies \[unit^2\].
     pub fn power_within(&self, frequencies: Range<f64>) -> f64 {
         let (from, to) = (frequencies.start.max(0.0), frequencies.end.min(self.nyquist));
         if from.is_nan() || to.is_nan() || from >= to {
@@ -124,8 +124,8 @@ impl PowerSpectrum {
             .sum()
     }
 
-    /// Third-octave levels re `reference` (1 N for forces) of all bands that lie whole between `lowest` \[Hz\] and the
-    /// Nyquist frequency.
+    /// Returns the third-octave levels re `reference` (1 N for forces) of all bands that lie whole between `lowest`
+    /// \[Hz\] and the Nyquist frequency.
     pub fn third_octaves(&self, lowest: f64, reference: f64) -> Vec<BandLevel> {
         // A band that ends on the Nyquist frequency must not be lost to the rounding of 0.5/dt.
         ThirdOctaveBand::within(lowest..self.nyquist * (1.0 + 1e-12))
@@ -139,7 +139,7 @@ impl PowerSpectrum {
             .collect()
     }
 
-    /// Narrow-band spectrum: frequency \[Hz\] and power spectral density \[unit^2/Hz\] of each bin.
+    /// Returns the narrow-band spectrum: frequency \[Hz\] and power spectral density \[unit^2/Hz\] of each bin.
     pub fn density(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         self.power.iter().enumerate().map(|(k, power)| {
             let bin = self.bin_interval(k);
@@ -186,7 +186,7 @@ mod tests {
         10.0 * ratio.log10()
     }
 
-    /// Mean square of the part of the record between two frequencies, by one plain transform of all of it.
+    /// Returns the mean square of the part of the record between two frequencies, by one plain transform of all of it.
     fn brick_wall(signal: &[f64], rate: f64, band: Range<f64>) -> f64 {
         let samples = signal.len();
         let transform = RealFftPlanner::<f64>::new().plan_fft_forward(samples);

@@ -16,8 +16,8 @@ pub struct ThirdOctaveBand(pub i32);
 const NOMINAL: [f64; 10] = [1.0, 1.25, 1.6, 2.0, 2.5, 3.15, 4.0, 5.0, 6.3, 8.0];
 
 impl ThirdOctaveBand {
-    /// The band that holds a frequency; a band holds its lower edge. `None` unless `frequency` \[Hz\] is positive and
-    /// finite.
+    /// Returns the band that holds a frequency; a band holds its lower edge. `None` unless `frequency` \[Hz\] is
+    /// positive and finite.
     pub fn containing(frequency: f64) -> Option<Self> {
         if !(frequency.is_finite() && frequency > 0.0) {
             return None;
@@ -33,7 +33,7 @@ impl ThirdOctaveBand {
         })
     }
 
-    /// The bands that lie in `frequencies` \[Hz\] with both edges, lowest first; none if the range is empty.
+    /// Returns the bands that lie in `frequencies` \[Hz\] with both edges, lowest first; none if the range is empty.
     ///
     /// Lists the bands within a range. A lower limit of 0 gives no bands: there is no first one.
     pub fn within(frequencies: Range<f64>) -> Vec<Self> {
@@ -57,22 +57,22 @@ impl ThirdOctaveBand {
         1000.0 * 10.0_f64.powf(f64::from(self.0) / 10.0)
     }
 
-    /// Lower edge \[Hz\]: the very number that the band below has as its upper edge.
+    /// Returns the lower edge \[Hz\]: the very number that the band below has as its upper edge.
     pub fn lower_edge(self) -> f64 {
         1000.0 * 10.0_f64.powf(f64::from(2 * self.0 - 1) / 20.0)
     }
 
-    /// Upper edge \[Hz\].
+    /// Returns the upper edge \[Hz\].
     pub fn upper_edge(self) -> f64 {
         Self(self.0 + 1).lower_edge()
     }
 
-    /// Bandwidth \[Hz\].
+    /// Returns the bandwidth \[Hz\].
     pub fn width(self) -> f64 {
         self.upper_edge() - self.lower_edge()
     }
 
-    /// Nominal mid-frequency \[Hz\]: 31.5, 40, 50, ...
+    /// Returns the nominal mid-frequency \[Hz\]: 31.5, 40, 50, ...
     pub fn nominal_frequency(self) -> f64 {
         let decade = 3 + self.0.div_euclid(10);
         // Dividing by a power of ten rounds better than multiplying by 0.1, 0.01, ...
@@ -80,7 +80,7 @@ impl ThirdOctaveBand {
         if decade >= 0 { value * 10.0_f64.powi(decade) } else { value / 10.0_f64.powi(-decade) }
     }
 
-    /// Nominal mid-frequency as it is written along an axis: `31.5`, `400`, `1k`, `1.25k`.
+    /// Returns the nominal mid-frequency as it is written along an axis: `31.5`, `400`, `1k`, `1.25k`.
     pub fn label(self) -> String {
         let nominal = self.nominal_frequency();
         if nominal >= 1000.0 { format!("{}k", nominal / 1000.0) } else { format!("{nominal}") }

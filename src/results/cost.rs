@@ -124,7 +124,7 @@ impl StageRecord {
 }
 
 impl Cost {
-    /// Cost of a run as its meter has it.
+    /// Returns the cost of a run as its meter has it.
     pub fn new(meter: &Meter, wall_seconds: f64, threads: usize) -> Self {
         let steps = meter.steps();
         let (seconds, cpu_seconds) = (steps.wall.as_secs_f64(), steps.cpu_seconds());
@@ -161,12 +161,12 @@ impl Cost {
         &self.stages[&stage]
     }
 
-    /// The value of a counter.
+    /// Returns the value of a counter.
     pub fn counted(&self, counter: Counter) -> u64 {
         self.counters[&counter]
     }
 
-    /// The same with the processor time of the whole run.
+    /// Returns the same with the processor time of the whole run.
     #[must_use]
     pub fn with_cpu(self, cpu: Option<Duration>) -> Self {
         let cpu_seconds = cpu.map(|cpu| cpu.as_secs_f64());

@@ -35,8 +35,8 @@ pub(super) fn aside(working: &Path) -> PathBuf {
     with_suffix(working, "-old")
 }
 
-/// The same where names cannot be exchanged: the old folder steps aside, and gets its name back on failure. Between the
-/// two renames nothing has the name.
+/// Returns the same where names cannot be exchanged: the old folder steps aside, and gets its name back on failure.
+/// Between the two renames nothing has the name.
 fn replace_in_two(working: &Path, target: &Path) -> Result<PathBuf, ResultsError> {
     let aside = aside(working);
     rename(target, &aside)?;
@@ -58,13 +58,13 @@ fn exchange(one: &Path, other: &Path) -> io::Result<()> {
     Ok(renameat_with(CWD, one, CWD, other, RenameFlags::EXCHANGE)?)
 }
 
-/// No such thing here, as on file systems that do not know it.
+/// Returns no such thing here, as on file systems that do not know it.
 #[cfg(not(any(target_os = "linux", target_os = "macos")))]
 fn exchange(_: &Path, _: &Path) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
 }
 
-/// Parents of `target` that do not exist, innermost first.
+/// Returns the parents of `target` that do not exist, innermost first.
 pub(super) fn missing_parents(target: &Path) -> Vec<PathBuf> {
     target
         .ancestors()
@@ -74,7 +74,7 @@ pub(super) fn missing_parents(target: &Path) -> Vec<PathBuf> {
         .collect()
 }
 
-/// A path with more at the end of its name.
+/// Returns a path with more at the end of its name.
 pub(super) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut name: OsString = path.file_name().unwrap_or(OsStr::new("results")).to_owned();
     name.push(suffix);

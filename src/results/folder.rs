@@ -99,18 +99,18 @@ impl ResultsFolder {
         self.keep = false;
     }
 
-    /// Where the files are now.
+    /// Tells where the files are now.
     pub(crate) fn working(&self) -> &Path {
         &self.working
     }
 
-    /// Where the results will be found.
+    /// Tells where the results will be found.
     #[cfg(test)]
     pub(crate) fn target(&self) -> &Path {
         &self.target
     }
 
-    /// Where a file of that name is to be written now.
+    /// Tells where a file of that name is to be written now.
     pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.working.join(name)
     }
@@ -359,7 +359,7 @@ pub(super) mod tests {
         }
     }
 
-    /// An unfinished run with a checkpoint, as a process that was killed leaves it.
+    /// Returns an unfinished run with a checkpoint, as a process that was killed leaves it.
     fn killed(target: &Path) -> PathBuf {
         let mut folder = ResultsFolder::create(target).unwrap();
         folder.write_text("time.npy", "half").unwrap();

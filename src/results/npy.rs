@@ -29,7 +29,7 @@ pub trait NpyNumber: Copy {
     const DESCRIPTOR: &'static str;
     /// Its bytes.
     type Bytes: AsRef<[u8]>;
-    /// The bytes, little-endian.
+    /// Returns the bytes, little-endian.
     fn bytes(self) -> Self::Bytes;
 }
 
@@ -221,12 +221,12 @@ impl<T: NpyNumber> NpyWriter<T> {
         Ok(())
     }
 
-    /// The file.
+    /// Returns the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Bytes so far, header included.
+    /// Returns the bytes so far, header included.
     pub fn bytes(&self) -> u64 {
         HEADER_BYTES as u64 + size_of::<T>() as u64 * self.rows * self.row.length() as u64
     }
@@ -249,7 +249,7 @@ impl<T: NpyNumber> NpyWriter<T> {
             .map_err(ResultsError::writing(&self.path))
     }
 
-    /// Patches the header a last time and brings the data to the disk; returns the number of rows.
+    /// Returns the patches the header a last time and brings the data to the disk; returns the number of rows.
     ///
     /// # Errors
     /// [`ResultsError::Write`].
@@ -259,7 +259,7 @@ impl<T: NpyNumber> NpyWriter<T> {
     }
 }
 
-/// A whole array as the content of a file; values row by row.
+/// Returns a whole array as the content of a file; values row by row.
 pub(crate) fn array_file<T: NpyNumber>(values: &[T], row: Row) -> Vec<u8> {
     let rows = values.len().checked_div(row.length()).unwrap_or_default();
     let mut file = Vec::with_capacity(HEADER_BYTES + size_of_val(values));
@@ -268,7 +268,7 @@ pub(crate) fn array_file<T: NpyNumber>(values: &[T], row: Row) -> Vec<u8> {
     file
 }
 
-/// Magic string, version 1.0, length and the dictionary, padded with spaces, a newline last.
+/// Returns the magic string, version 1.0, length and the dictionary, padded with spaces, a newline last.
 fn header(descriptor: &str, row: Row, rows: u64) -> [u8; HEADER_BYTES] {
     let shape = match row {
         Row::Scalar => format!("({rows},)"),

@@ -94,7 +94,7 @@ fn clear_after(folder: &Path) -> bool {
     true
 }
 
-/// The folder that a mark names: one beside it, of a run to the same place.
+/// Returns the folder that a mark names: one beside it, of a run to the same place.
 fn mark(folder: &Path) -> Option<PathBuf> {
     let name = fs::read_to_string(folder.join(LOCK_FILE))
         .ok()
@@ -104,13 +104,13 @@ fn mark(folder: &Path) -> Option<PathBuf> {
     (final_name(&marked)? == target).then_some(marked)
 }
 
-/// The part of a folder's summary that says whose it is, where there is one of ours.
+/// Returns the part of a folder's summary that says whose it is, where there is one of ours.
 fn marker(folder: &Path) -> Option<Marker> {
     let bytes = input::read(&folder.join(SUMMARY_FILE), TABLE_BYTES).ok()?;
     serde_json::from_slice::<Marker>(&bytes).ok().filter(|marker| marker.format == FORMAT)
 }
 
-/// Ok if nothing, an empty folder, or an untouched results folder stands at `target`.
+/// Returns the ok if nothing, an empty folder, or an untouched results folder stands at `target`.
 pub(super) fn check_replaceable(target: &Path) -> Result<(), ResultsError> {
     let present = match fs::symlink_metadata(target) {
         Ok(metadata) if metadata.is_dir() => entries(target).map_err(ResultsError::creating(target))?,
@@ -160,7 +160,7 @@ mod tests {
     const NEW: &str = "run.partial-7";
     const OLD: &str = "run.partial-7-old";
 
-    /// Every state that a kill may leave at the end of a run: what stands under which name.
+    /// Returns every state that a kill may leave at the end of a run: what stands under which name.
     fn states() -> Vec<Vec<(&'static str, &'static str, Option<&'static str>)>> {
         vec![
             // Before the move, with and without older results.

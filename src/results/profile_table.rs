@@ -5,9 +5,9 @@ use super::cost::Cost;
 use super::table::{Report, Table, aligned, grouped};
 use crate::counters::{Counter, Stage};
 
-/// Stage times and counters as text, a newline last: processor time and the threads' idle share, memory, rates beside
-/// what a core of the machine can do. What no stage has is listed as the rest; what was at work in the background
-/// stands beside and is no part of it.
+/// Returns the stage times and counters as text, a newline last: processor time and the threads' idle share, memory,
+/// rates beside what a core of the machine can do. What no stage has is listed as the rest; what was at work in the
+/// background stands beside and is no part of it.
 pub fn cost_table(cost: &Cost) -> Report {
     let steps = cost.counted(Counter::Steps);
     let mut report = Report::default();

@@ -47,7 +47,7 @@ impl Table {
         Ok(Self { columns: columns.collect() })
     }
 
-    /// A column of numbers.
+    /// Returns a column of numbers.
     pub(crate) fn numbers(&self, wanted: &str) -> Option<&[f64]> {
         self.columns.iter().find_map(|(name, column)| match column {
             Column::Numbers(numbers) if name == wanted => Some(&numbers[..]),
@@ -55,8 +55,8 @@ impl Table {
         })
     }
 
-    /// The rows of each signal, which follow each other: its name, made of what stands in the columns before the first
-    /// one of frequencies, and the rows.
+    /// Returns the rows of each signal, which follow each other: its name, made of what stands in the columns before
+    /// the first one of frequencies, and the rows.
     pub(crate) fn signals(&self) -> Vec<(String, Range<usize>)> {
         let before = self.columns.iter().take_while(|(name, _)| !name.ends_with("_hz"));
         let before: Vec<&Column> = before.map(|(_, column)| column).collect();

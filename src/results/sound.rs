@@ -28,9 +28,9 @@ pub struct ReceiverSpectrum {
     pub error: SoundError,
 }
 
-/// Third-octave levels: nominal and exact mid-frequency \[Hz\], level \[dB re 20 uPa\], A-weighted level \[dB(A)\], 1
-/// where the run vouches for it and 0 beyond, how far off the level may be there by the numerical solution and the
-/// sound's way, and by slices; empty where that is not known \[dB\].
+/// Returns the third-octave levels: nominal and exact mid-frequency \[Hz\], level \[dB re 20 uPa\], A-weighted level
+/// \[dB(A)\], 1 where the run vouches for it and 0 beyond, how far off the level may be there by the numerical solution
+/// and the sound's way, and by slices; empty where that is not known \[dB\].
 pub(crate) fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, slices: Option<&SliceErrors>) -> String {
     let header = "receiver,nominal_hz,mid_frequency_hz,level_db_re_20upa,level_db_a,valid,error_db,slice_error_db";
     let rows = spectra.iter().flat_map(|ReceiverSpectrum { name, spectrum, error }| {
@@ -48,7 +48,7 @@ pub(crate) fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, slices
     csv(header.split(','), rows)
 }
 
-/// Narrow-band spectra: frequency \[Hz\] and power spectral density \[Pa^2/Hz\].
+/// Returns the narrow-band spectra: frequency \[Hz\] and power spectral density \[Pa^2/Hz\].
 pub(crate) fn sound_narrow_csv(spectra: &[ReceiverSpectrum]) -> String {
     let rows = spectra.iter().flat_map(|ReceiverSpectrum { name, spectrum, .. }| {
         spectrum.density().map(move |(frequency, density)| row([name, &frequency, &density]))
@@ -90,12 +90,12 @@ pub struct SoundError {
 }
 
 impl SoundError {
-    /// The frequency \[Hz\] from which on the error of third octaves holds, and how large it is \[dB\].
+    /// Returns the frequency \[Hz\] from which on the error of third octaves holds, and how large it is \[dB\].
     pub fn of_bands(&self) -> (f64, f64) {
         (self.from, self.band)
     }
 
-    /// Error of a third octave by its mid-frequency \[Hz\], where it is known \[dB\].
+    /// Returns the error of a third octave by its mid-frequency \[Hz\], where it is known \[dB\].
     pub fn of_band(&self, mid_frequency: f64) -> Option<f64> {
         (mid_frequency >= self.from).then_some(self.band)
     }
@@ -207,14 +207,14 @@ pub struct RatedLevel {
 }
 
 impl RatedLevel {
-    /// Name of the quantity: `coast-by, maximum F`, or `cpx`.
+    /// Returns the name of the quantity: `coast-by, maximum F`, or `cpx`.
     pub fn label(&self) -> String {
         if self.passed { format!("{}, maximum F", self.name) } else { self.name.clone() }
     }
 }
 
 impl ReceiverSummary {
-    /// The level by which runs are compared.
+    /// Returns the level by which runs are compared.
     pub fn rated(&self) -> RatedLevel {
         let passed = self.pass_by.is_some() || self.no_pass_by.is_some();
         let level = match &self.pass_by {
@@ -224,7 +224,7 @@ impl ReceiverSummary {
         RatedLevel { name: self.name.clone(), passed, level }
     }
 
-    /// Its levels in a line.
+    /// Returns its levels in a line.
     pub fn text(&self) -> String {
         let error = self.level_a_error;
         let least = if self.bands.is_some_and(|bands| bands.lower_bound) { "at least " } else { "" };

@@ -14,10 +14,10 @@ pub(crate) const FORCE_LEVEL: &str = "Contact force level [dB re 1 N]";
 /// Lowest band \[Hz\]: below, a run of seconds says little.
 pub(crate) const LOWEST_FREQUENCY: f64 = 20.0;
 
-/// The file's text. Columns: nominal frequency, exact mid-frequency and edges \[Hz\], mean square \[N^2\], level \[dB
-/// re 1 N\], 1 where the run vouches for the level and 0 beyond, the numerical error of the level and that of slices
-/// \[dB\]. Numbers are written so that reading gives the same bits; where there is none
-/// (the level of silence, an error that is not known) the cell is empty.
+/// Returns the file's text. Columns: nominal frequency, exact mid-frequency and edges \[Hz\], mean square \[N^2\],
+/// level \[dB re 1 N\], 1 where the run vouches for the level and 0 beyond, the numerical error of the level and that
+/// of slices \[dB\]. Numbers are written so that reading gives the same bits; where there is none (the level of
+/// silence, an error that is not known) the cell is empty.
 pub(crate) fn force_levels_csv(levels: &[BandLevel], errors: &LevelErrors) -> String {
     let header = "nominal_hz,mid_frequency_hz,lower_edge_hz,upper_edge_hz,mean_square_n2,level_db_re_1n,valid,error_db,\
                   slice_error_db";
@@ -31,7 +31,7 @@ pub(crate) fn force_levels_csv(levels: &[BandLevel], errors: &LevelErrors) -> St
     csv(header.split(','), rows)
 }
 
-/// The levels in such a text, bit by bit; `None` where it is none.
+/// Returns the levels in such a text, bit by bit; `None` where it is none.
 pub(crate) fn read_force_levels(text: &str) -> Option<Vec<BandLevel>> {
     /// The columns that are read.
     #[derive(Deserialize)]

@@ -115,8 +115,8 @@ impl RollingResistance {
     /// Its columns in tables.
     pub const COLUMNS: [&str; 3] = ["rolling_resistance", "rolling_resistance_n", "rolling_resistance_w"];
 
-    /// Its cells in tables, in the order of [`Self::COLUMNS`], written so that reading gives the same bits; empty where
-    /// there is none.
+    /// Returns its cells in tables, in the order of [`Self::COLUMNS`], written so that reading gives the same bits;
+    /// empty where there is none.
     pub fn cells(resistance: Option<Self>) -> [String; 3] {
         resistance.map_or_else(Default::default, |Self { coefficient, force, power }| {
             [coefficient, force, power].map(|number| number.to_string())
@@ -178,7 +178,7 @@ pub struct ContactQuality {
 }
 
 impl Summary {
-    /// A summary of a run that has only begun: the lead fields filled in, no outcome, not complete.
+    /// Returns a summary of a run that has only begun: the lead fields filled in, no outcome, not complete.
     pub(crate) fn begun(title: &str, settings: serde_json::Value, cost: Cost) -> Self {
         Self {
             format: FORMAT.into(),
@@ -199,7 +199,7 @@ impl Summary {
         }
     }
 
-    /// Pretty JSON with a newline at the end; keys in a fixed order, those of the settings sorted.
+    /// Returns the pretty JSON with a newline at the end; keys in a fixed order, those of the settings sorted.
     ///
     /// # Errors
     /// [`ResultsError::Json`], which names `path`.

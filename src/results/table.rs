@@ -11,8 +11,8 @@ const GAP: usize = 1;
 
 /// The cells of a row, from the left: whatever can be shown, one after the other.
 pub(crate) trait Cells {
-    /// Their texts. Numbers are written so that reading gives the same bits; where there is none (the level of silence,
-    /// the mean of nothing) the cell is empty.
+    /// Returns their texts. Numbers are written so that reading gives the same bits; where there is none (the level of
+    /// silence, the mean of nothing) the cell is empty.
     fn texts(self) -> Vec<String>;
 }
 
@@ -26,12 +26,12 @@ impl<R: IntoIterator<Item: ToString>> Cells for R {
 /// How what is no number is written.
 const NO_NUMBERS: [&str; 3] = ["-inf", "inf", "NaN"];
 
-/// A row of cells of many kinds.
+/// Returns a row of cells of many kinds.
 pub(crate) fn row<const COUNT: usize>(cells: [&dyn fmt::Display; COUNT]) -> Vec<String> {
     cells.texts()
 }
 
-/// A cell that is empty where there is nothing to show.
+/// Returns a cell that is empty where there is nothing to show.
 pub(crate) fn optional(cell: Option<impl ToString>) -> String {
     cell.map_or_else(String::new, |cell| cell.to_string())
 }
@@ -44,7 +44,7 @@ pub struct Table {
     alignment: fn(usize) -> CellAlignment,
 }
 
-/// A table with words in the first column to the left, numbers in the others to the right.
+/// Returns a table with words in the first column to the left, numbers in the others to the right.
 pub(crate) fn aligned(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> Table {
     Table::new(header, rows, |column| if column == 0 { CellAlignment::Left } else { CellAlignment::Right })
 }
@@ -60,17 +60,17 @@ pub(crate) fn words(header: impl Cells, rows: impl IntoIterator<Item: Cells>) ->
 }
 
 impl Table {
-    /// Columns of the same number in header and rows; without a header only rows.
+    /// Returns the columns of the same number in header and rows; without a header only rows.
     fn new(header: impl Cells, rows: impl IntoIterator<Item: Cells>, alignment: fn(usize) -> CellAlignment) -> Self {
         Self { header: header.texts(), rows: rows.into_iter().map(Cells::texts).collect(), alignment }
     }
 
-    /// The cells over the columns; empty where there are none.
+    /// Returns the cells over the columns; empty where there are none.
     pub fn header(&self) -> &[String] {
         &self.header
     }
 
-    /// The rows, each with a cell for every column.
+    /// Returns the rows, each with a cell for every column.
     pub fn rows(&self) -> &[Vec<String>] {
         &self.rows
     }
@@ -126,7 +126,7 @@ impl Table {
     }
 }
 
-/// A line in as many of at most so many columns as it needs; a longer word has one of its own.
+/// Returns a line in as many of at most so many columns as it needs; a longer word has one of its own.
 fn wrapped(line: &str, width: usize) -> String {
     if line.trim_end().chars().count() <= width {
         return line.to_owned();
@@ -145,7 +145,7 @@ fn wrapped(line: &str, width: usize) -> String {
     text
 }
 
-/// Lines without blanks at their ends, a newline last.
+/// Returns the lines without blanks at their ends, a newline last.
 fn trimmed(table: &comfy_table::Table) -> String {
     table.lines().map(|line| format!("{}\n", line.trim_end())).collect()
 }
@@ -187,7 +187,7 @@ impl Report {
         self.0.extend(other.0);
     }
 
-    /// Its parts, in their order.
+    /// Returns its parts, in their order.
     pub fn parts(&self) -> &[Part] {
         &self.0
     }
@@ -228,8 +228,8 @@ impl fmt::Display for Report {
     }
 }
 
-/// Header and rows as CSV; cells are quoted where they need it, and a blank stands before words that spreadsheets would
-/// take for a formula.
+/// Returns the header and rows as CSV; cells are quoted where they need it, and a blank stands before words that
+/// spreadsheets would take for a formula.
 pub(crate) fn csv(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> String {
     let mut writer = csv::WriterBuilder::new().flexible(true).from_writer(Vec::new());
     let harmless = |cell: String| {
@@ -243,7 +243,7 @@ pub(crate) fn csv(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> S
     written.ok().and_then(|()| String::from_utf8(writer.into_inner().ok()?).ok()).unwrap_or_default()
 }
 
-/// A number with thin groups of three: 21 233 664.
+/// Returns a number with thin groups of three: 21 233 664.
 pub(crate) fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let groups: Vec<&str> = (0..digits.len())

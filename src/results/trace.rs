@@ -17,7 +17,7 @@ pub(crate) const TRACE_HEAD: &str = "{\"displayTimeUnit\":\"ms\",\"otherData\":"
 /// How folded stacks begin.
 pub(crate) const FOLDED_HEAD: &str = "tyrewave;run";
 
-/// Chrome's trace events of a run that has ended.
+/// Returns the chrome's trace events of a run that has ended.
 pub(crate) fn chrome_trace(trace: &Trace, title: &str) -> String {
     let thread = |row: Row| match row {
         Row::March => 1,
@@ -56,7 +56,8 @@ pub(crate) fn chrome_trace(trace: &Trace, title: &str) -> String {
     format!("{document}\n")
 }
 
-/// Folded stacks of a run that has ended. What no stage has is its phase's own, what no phase has is the run's own.
+/// Returns the folded stacks of a run that has ended. What no stage has is its phase's own, what no phase has is the
+/// run's own.
 pub(crate) fn folded_stacks(trace: &Trace) -> String {
     let microseconds = |time: std::time::Duration| u64::try_from(time.as_micros()).unwrap_or(u64::MAX);
     let mut text = String::new();
@@ -97,7 +98,7 @@ mod tests {
         }
     }
 
-    /// A run of 300 steps.
+    /// Returns a run of 300 steps.
     fn meter() -> Meter {
         let mut meter = Meter::new(Watch { trace: true, ..Watch::EVERY });
         let open = meter.open();

@@ -12,7 +12,7 @@ pub(super) const LOCK_FILE: &str = "lock";
 /// Ending that the folder of an unfinished run adds to the final name.
 pub(super) const PARTIAL: &str = ".partial";
 
-/// The folder of an unfinished run with a checkpoint, by the run's final name or by the folder's own.
+/// Returns the folder of an unfinished run with a checkpoint, by the run's final name or by the folder's own.
 ///
 /// # Errors
 /// [`CheckpointError`] unless there is exactly one.
@@ -34,7 +34,7 @@ pub(crate) fn unfinished(path: &Path) -> Result<PathBuf, CheckpointError> {
     }
 }
 
-/// Folders of unfinished runs of a final name, sorted.
+/// Returns the folders of unfinished runs of a final name, sorted.
 pub(super) fn partial_folders(target: &Path) -> Vec<PathBuf> {
     let Some(name) = target.file_name() else { return Vec::new() };
     let parent = target.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
@@ -59,7 +59,7 @@ pub(crate) fn forget_abandoned(target: &Path) {
     }
 }
 
-/// The final name of an unfinished run's folder.
+/// Returns the final name of an unfinished run's folder.
 pub(super) fn final_name(folder: &Path) -> Option<PathBuf> {
     let name = folder.file_name()?.to_str()?;
     let (name, rest) = name.rsplit_once(PARTIAL)?;

@@ -46,7 +46,7 @@ pub struct VelocitySpectrum {
 }
 
 impl VelocitySpectrum {
-    /// Field with frame or place, for legends.
+    /// Returns the field with frame or place, for legends.
     pub fn name(&self) -> String {
         match self.place {
             VelocityPlace::Everywhere => format!("{}, {}", self.field, self.frame),
@@ -55,7 +55,7 @@ impl VelocitySpectrum {
         }
     }
 
-    /// Its [`NAMES`] and some numbers.
+    /// Returns its [`NAMES`] and some numbers.
     fn row<const COUNT: usize>(&self, numbers: [f64; COUNT]) -> Vec<String> {
         let [position, element] = match self.place {
             VelocityPlace::Everywhere => [String::new(), String::new()],
@@ -68,9 +68,9 @@ impl VelocitySpectrum {
     }
 }
 
-/// Third-octave levels: nominal and exact mid-frequency \[Hz\], mean square \[m^2/s^2\], level \[dB re 1 m/s\], 1 where
-/// the run vouches for it and 0 beyond, its error by slices where that is known \[dB\], of all bands from `lowest`
-/// \[Hz\] on.
+/// Returns the third-octave levels: nominal and exact mid-frequency \[Hz\], mean square \[m^2/s^2\], level \[dB re 1
+/// m/s\], 1 where the run vouches for it and 0 beyond, its error by slices where that is known \[dB\], of all bands
+/// from `lowest` \[Hz\] on.
 pub(crate) fn vibration_levels_csv(spectra: &[VelocitySpectrum], lowest: f64, errors: &LevelErrors) -> String {
     let header = "nominal_hz,mid_frequency_hz,mean_square_m2_s2,level_db_re_1m_s,valid,slice_error_db";
     let rows = spectra.iter().flat_map(|named| {
@@ -83,7 +83,7 @@ pub(crate) fn vibration_levels_csv(spectra: &[VelocitySpectrum], lowest: f64, er
     csv(NAMES.into_iter().chain(header.split(',')), rows)
 }
 
-/// Narrow-band spectra: frequency \[Hz\] and power spectral density \[m^2/s^2/Hz\].
+/// Returns the narrow-band spectra: frequency \[Hz\] and power spectral density \[m^2/s^2/Hz\].
 pub(crate) fn vibration_narrow_csv(spectra: &[VelocitySpectrum]) -> String {
     let rows = spectra
         .iter()

@@ -97,7 +97,8 @@ impl RoadAhead {
         Ok(())
     }
 
-    /// The chunk that begins with an element: no further than the run will reach, and empty past the road's end.
+    /// Returns the chunk that begins with an element: no further than the run will reach, and empty past the road's
+    /// end.
     fn chunk(&self, begin: i64) -> Range<i64> {
         let whole = begin + CHUNK_ROWS;
         let wanted = if begin < self.reached { whole.min(self.reached) } else { whole };
@@ -167,18 +168,19 @@ impl RoadAhead {
         Ok(())
     }
 
-    /// The slice of an element that an earlier pass has made.
+    /// Returns the slice of an element that an earlier pass has made.
     fn kept(&self, element: i64) -> Option<RoadSlice> {
         let period = self.period.len() as i64;
         if period == 0 { None } else { self.period[element.rem_euclid(period) as usize].clone() }
     }
 
-    /// Largest difference of a curve from that of all its slice's cells, of those that the tyre has reached \[m\].
+    /// Returns the largest difference of a curve from that of all its slice's cells, of those that the tyre has reached
+    /// \[m\].
     pub fn slice_error(&self) -> f64 {
         self.slice_error
     }
 
-    /// The slices.
+    /// Returns the slices.
     pub fn slices(&self) -> &RoadStrip {
         &self.queue
     }

@@ -229,7 +229,7 @@ impl RoadError {
         matches!(self, Self::File { fault: RoadFileFault(FileFault::OtherKind { .. }), .. })
     }
 
-    /// A fault of the file at `path`.
+    /// Returns a fault of the file at `path`.
     pub(crate) fn file(path: &Path, fault: impl Into<FileFault>) -> Self {
         Self::File { path: path.to_owned(), fault: RoadFileFault(fault.into()) }
     }

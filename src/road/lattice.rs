@@ -30,33 +30,33 @@ impl Lattice {
         positive("contact.cells_along", self.along as f64)
     }
 
-    /// Cells of a size across a width \[m\], as nearly as can be.
+    /// Returns the cells of a size across a width \[m\], as nearly as can be.
     pub fn across(contact_width: f64, cell: f64) -> usize {
         (contact_width / cell).round().max(1.0) as usize
     }
 
-    /// Length of a cell: the spacing of rows \[m\].
+    /// Returns the length of a cell: the spacing of rows \[m\].
     pub fn cell(&self) -> f64 {
         self.dx / self.along as f64
     }
 
-    /// Place of a row's middle in units of `spacing` \[m\]: the road coordinate itself in units of 1 m.
+    /// Returns the place of a row's middle in units of `spacing` \[m\]: the road coordinate itself in units of 1 m.
     pub fn place(&self, row: i64, spacing: f64) -> f64 {
         // One ratio for all rows: where it is a round number, so are the places.
         (row as f64 - 0.5 * (self.along as f64 - 1.0)) * (self.cell() / spacing)
     }
 
-    /// Heights of one element.
+    /// Returns the heights of one element.
     pub fn cells(&self) -> usize {
         self.along * self.columns
     }
 
-    /// Width covered \[m\].
+    /// Returns the width covered \[m\].
     pub fn width(&self) -> f64 {
         self.dy * self.columns as f64
     }
 
-    /// Lateral position of a column's centre from the tyre's middle \[m\].
+    /// Returns the lateral position of a column's centre from the tyre's middle \[m\].
     pub fn y(&self, column: usize) -> f64 {
         (column as f64 - 0.5 * (self.columns as f64 - 1.0)) * self.dy
     }

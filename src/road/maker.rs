@@ -64,7 +64,8 @@ pub enum SliceForm {
 
 /// Maker of curves that depend on the road beside a slice, too.
 pub trait StripCurves: Send + Sync {
-    /// The curves of some elements' slices: the same for an element whatever is asked before, after and with it.
+    /// Returns the curves of some elements' slices: the same for an element whatever is asked before, after and with
+    /// it.
     ///
     /// # Errors
     /// Errors of the road and of its slices.
@@ -88,7 +89,7 @@ struct Chunk {
 }
 
 impl Chunk {
-    /// Stages with their begins and times.
+    /// Returns the stages with their begins and times.
     fn stages(&self) -> [(Stage, Instant, Duration); 2] {
         let [begin, made, end] = self.times;
         [(Stage::Road, begin, made - begin), (Stage::Slices, made, end - made)]
@@ -131,8 +132,8 @@ impl RoadMaker {
         }
     }
 
-    /// The slices of the earliest chunk begun behind and not taken, waited for if need be; of `rows`, made here and
-    /// now, if there is none.
+    /// Returns the slices of the earliest chunk begun behind and not taken, waited for if need be; of `rows`, made here
+    /// and now, if there is none.
     ///
     /// # Errors
     /// Errors of the road and of its slices.

@@ -131,7 +131,7 @@ pub struct RoadReport {
 }
 
 impl RoadReport {
-    /// Highest frequency \[Hz\] that the road excites at a speed \[m/s\]; `None` for the plane.
+    /// Returns the highest frequency \[Hz\] that the road excites at a speed \[m/s\]; `None` for the plane.
     pub fn highest_frequency(&self, speed: f64) -> Option<f64> {
         self.shortest_wavelength.map(|wavelength| speed / wavelength)
     }

@@ -48,17 +48,17 @@ impl Resampled {
         Self { lattice, at_end, dx, rows, stored, kernel, aligned, spectrum: OnceLock::new() }
     }
 
-    /// Number of rows of the map.
+    /// Returns the number of rows of the map.
     fn count(&self) -> i64 {
         (self.rows.len() / self.stored) as i64
     }
 
-    /// Available road coordinates \[m\]; `None` when the road goes on for ever.
+    /// Returns the available road coordinates \[m\]; `None` when the road goes on for ever.
     pub fn extent(&self) -> Option<(f64, f64)> {
         (self.at_end == AtEnd::Refuse).then(|| (0.0, (self.count() - 1) as f64 * self.dx))
     }
 
-    /// Highest stored height, at least 0 \[m\].
+    /// Returns the highest stored height, at least 0 \[m\].
     pub fn highest(&self) -> f64 {
         self.rows.iter().fold(0.0, |highest, &height| highest.max(height))
     }
@@ -68,7 +68,8 @@ impl Resampled {
         self.stored == 1
     }
 
-    /// Spectrum of the profiles along, at the map's own spacing, averaged over columns spread evenly across.
+    /// Returns the spectrum of the profiles along, at the map's own spacing, averaged over columns spread evenly
+    /// across.
     pub fn spectrum(&self) -> &ProfileSpectrum {
         self.spectrum.get_or_init(|| self.find_spectrum())
     }
@@ -87,7 +88,8 @@ impl Resampled {
         spectrum
     }
 
-    /// Elements after which the road is the same again; `None` where it ends or does not fall on the elements.
+    /// Returns the elements after which the road is the same again; `None` where it ends or does not fall on the
+    /// elements.
     pub fn period(&self) -> Option<i64> {
         self.aligned?;
         let rows = match self.at_end {
@@ -98,7 +100,7 @@ impl Resampled {
         Some(rows / greatest_common_divisor(rows, self.lattice.along as i64))
     }
 
-    /// First and last element on the road; `None` when it goes on for ever.
+    /// Returns the first and last element on the road; `None` when it goes on for ever.
     pub fn elements(&self) -> Option<(i64, i64)> {
         let (_, end) = self.extent()?;
         // Rounding must not lose the last row of a map at the run's own spacing.
@@ -142,7 +144,7 @@ impl Resampled {
         if self.stored == 1 { out.fill(source[0]) } else { out.copy_from_slice(source) }
     }
 
-    /// A row of the continued map.
+    /// Returns a row of the continued map.
     fn row(&self, index: i64) -> &[f64] {
         let count = self.count();
         let inside = match self.at_end {
@@ -157,7 +159,7 @@ fn greatest_common_divisor(a: i64, b: i64) -> i64 {
     if b == 0 { a } else { greatest_common_divisor(b, a % b) }
 }
 
-/// The map's rows at the run's columns.
+/// Returns the map's rows at the run's columns.
 fn across(map: &HeightMap, lattice: &Lattice, kernel: &WindowedSinc) -> Vec<f64> {
     let place = |column: usize| (lattice.y(column) - map.first_y) / map.dy;
     let offset = place(0);

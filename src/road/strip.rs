@@ -21,7 +21,7 @@ pub enum RoadSlice {
 }
 
 impl RoadSlice {
-    /// Its curve, if it is told as one.
+    /// Returns its curve, if it is told as one.
     pub fn curve(&self) -> Option<&StiffnessCurve> {
         match self {
             Self::Curve(curve) => Some(curve),
@@ -37,17 +37,17 @@ impl From<StiffnessCurve> for RoadSlice {
 }
 
 impl RoadStrip {
-    /// An empty queue whose first slice will be that of element `first`.
+    /// Returns an empty queue whose first slice will be that of element `first`.
     pub fn starting_at(first: i64) -> Self {
         Self { first, slices: VecDeque::new() }
     }
 
-    /// Element number of the first slice.
+    /// Returns the element number of the first slice.
     pub fn first(&self) -> i64 {
         self.first
     }
 
-    /// Element number after the last slice.
+    /// Returns the element number after the last slice.
     pub fn end(&self) -> i64 {
         self.first + self.slices.len() as i64
     }
@@ -74,12 +74,12 @@ impl RoadStrip {
         matches!(self.slices.front(), None | Some(RoadSlice::Heights(_)))
     }
 
-    /// The curve of an element's slice, if there is road there.
+    /// Returns the curve of an element's slice, if there is road there.
     pub fn curve(&self, element: i64) -> Option<&StiffnessCurve> {
         self.slice(element).and_then(RoadSlice::curve)
     }
 
-    /// Heights of the cells under an element \[m\], if there is road there.
+    /// Returns the heights of the cells under an element \[m\], if there is road there.
     pub fn heights(&self, element: i64) -> Option<&[f64]> {
         match self.slice(element) {
             Some(RoadSlice::Heights(heights)) => Some(heights),

@@ -26,7 +26,7 @@ pub struct Limits {
 }
 
 impl Default for Limits {
-    /// 2 GB: a road larger than that is more likely a mistake.
+    /// Returns 2 GB: a road larger than that is more likely a mistake.
     fn default() -> Self {
         Self { bytes: 2_000_000_000 }
     }
@@ -71,7 +71,7 @@ impl RoadSurface {
         Self::on(lattice, source, limits, report)
     }
 
-    /// A source, with the report of its reading, on a lattice.
+    /// Returns a source, with the report of its reading, on a lattice.
     pub(super) fn on(
         lattice: Lattice,
         source: Source,
@@ -116,7 +116,7 @@ impl RoadSurface {
         Ok(Self { lattice, heights, report })
     }
 
-    /// The lattice that it was opened on.
+    /// Returns the lattice that it was opened on.
     pub fn lattice(&self) -> Lattice {
         self.lattice
     }
@@ -136,7 +136,8 @@ impl RoadSurface {
         &self.report
     }
 
-    /// Available road coordinates \[m\]; `None` when the road is endless (smooth, made, repeated, mirrored).
+    /// Returns the available road coordinates \[m\]; `None` when the road is endless (smooth, made, repeated,
+    /// mirrored).
     pub fn extent(&self) -> Option<(f64, f64)> {
         match &self.heights {
             Heights::Measured(road) => road.extent(),
@@ -144,7 +145,7 @@ impl RoadSurface {
         }
     }
 
-    /// First and last element that there is road under; `None` when it is endless.
+    /// Returns the first and last element that there is road under; `None` when it is endless.
     pub fn elements(&self) -> Option<(i64, i64)> {
         match &self.heights {
             Heights::Measured(road) => road.elements(),
@@ -152,7 +153,7 @@ impl RoadSurface {
         }
     }
 
-    /// Elements after which the road is the same again, bit for bit; `None` where that is not so.
+    /// Returns the elements after which the road is the same again, bit for bit; `None` where that is not so.
     pub fn period(&self) -> Option<i64> {
         match &self.heights {
             Heights::Plane => Some(1),
@@ -161,8 +162,8 @@ impl RoadSurface {
         }
     }
 
-    /// Highest point above z = 0 that is to be expected \[m\]: of a measured road the highest there is, of a made one
-    /// five times the root-mean-square height.
+    /// Returns the highest point above z = 0 that is to be expected \[m\]: of a measured road the highest there is, of
+    /// a made one five times the root-mean-square height.
     pub fn highest(&self) -> f64 {
         match &self.heights {
             Heights::Plane => 0.0,
@@ -174,9 +175,9 @@ impl RoadSurface {
         }
     }
 
-    /// Mean wavenumber of the surface's texture \[rad/m\], see `wavenumber`: of a made road from the bands that it
-    /// has, of a measured one from its heights. `None` for a road without texture. Costs some transforms of a measured
-    /// road's length.
+    /// Returns the mean wavenumber of the surface's texture \[rad/m\], see `wavenumber`: of a made road from the bands
+    /// that it has, of a measured one from its heights. `None` for a road without texture. Costs some transforms of a
+    /// measured road's length.
     pub fn mean_wavenumber(&self) -> Option<f64> {
         match &self.heights {
             Heights::Plane => None,
@@ -188,8 +189,8 @@ impl RoadSurface {
         }
     }
 
-    /// Root-mean-square height of the surface's macrotexture \[m\], waves of 4 to 50 mm: of a made road by the bands
-    /// that it has, of a measured one from its heights. `None` for a road without texture. Costs as
+    /// Returns the root-mean-square height of the surface's macrotexture \[m\], waves of 4 to 50 mm: of a made road by
+    /// the bands that it has, of a measured one from its heights. `None` for a road without texture. Costs as
     /// [`Self::mean_wavenumber`], once for both.
     pub fn macrotexture(&self) -> Option<f64> {
         let mean_square = match &self.heights {
@@ -216,7 +217,8 @@ impl RoadSurface {
         }
     }
 
-    /// Heights \[m\] of the cells of `elements` elements from `first` on into `out`, element by element, row by row.
+    /// Returns the heights \[m\] of the cells of `elements` elements from `first` on into `out`, element by element,
+    /// row by row.
     ///
     /// The same element has the same heights whatever is asked before, after and with it, and on any number of threads.
     /// Cost O(cells) for elements asked in either order; a made road keeps the last few patches that it has drawn.

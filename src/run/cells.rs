@@ -90,8 +90,8 @@ impl<'a> CellContact<'a> {
         Ok(meter.time(Stage::Influence, || self.sums.kept_instant(rate, columns)))
     }
 
-    /// The cells of a window, at rest, longer by `margin` columns at either end than what is told; the past is that of
-    /// the waves that carry it, or of direct sums.
+    /// Returns the cells of a window, at rest, longer by `margin` columns at either end than what is told; the past is
+    /// that of the waves that carry it, or of direct sums.
     fn zone(&self, instant: CellInfluence, carried: &[CarriedWaves], margin: usize, meter: &mut Meter) -> CellZone {
         let numerics = &self.plan.scene.numerics;
         let past = match numerics.history {
@@ -105,7 +105,7 @@ impl<'a> CellContact<'a> {
         CellZone::new(instant, self.crown.clone(), past, tolerance, margin)
     }
 
-    /// The sums over a tyre's waves.
+    /// Returns the sums over a tyre's waves.
     fn sums_of(plan: &Plan, tyre: &Tyre) -> CellSums {
         let numerics = &plan.scene.numerics;
         let grid = CellGrid::new(tyre, numerics.elements, plan.cell_grid().across);
@@ -120,7 +120,7 @@ impl<'a> CellContact<'a> {
         }
     }
 
-    /// The waves that carry the past through a window of so many columns, ring by ring.
+    /// Returns the waves that carry the past through a window of so many columns, ring by ring.
     ///
     /// # Errors
     /// A fit that is refused, or stopped.
@@ -181,7 +181,7 @@ impl<'a> CellContact<'a> {
         WavePast::new(rings, numerics.time_rule, self.plan.time_step)
     }
 
-    /// The model of a band, from the user's cache or fitted.
+    /// Returns the model of a band, from the user's cache or fitted.
     fn model(
         &self,
         sums: &CellSums,

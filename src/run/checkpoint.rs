@@ -195,12 +195,12 @@ impl Checkpoints {
         Ok(Self { owner, scene, interval, last: Instant::now(), begin, begin_cpu, earlier })
     }
 
-    /// Wall time of the whole run until `now`.
+    /// Returns the wall time of the whole run until `now`.
     pub(crate) fn wall(&self, now: Instant) -> Duration {
         self.earlier[0] + now.saturating_duration_since(self.begin)
     }
 
-    /// Processor time of all threads for the whole run so far; `None` where the system does not tell.
+    /// Returns the processor time of all threads for the whole run so far; `None` where the system does not tell.
     pub(crate) fn cpu(&self) -> Option<Duration> {
         cpu_time().zip(self.begin_cpu).map(|(now, begin)| self.earlier[1] + now.saturating_sub(begin))
     }
@@ -230,14 +230,14 @@ impl Checkpoints {
     }
 }
 
-/// SHA-256 of the first weights: other bits there mean other bits everywhere.
+/// Returns SHA-256 of the first weights: other bits there mean other bits everywhere.
 fn influence_digest(prepared: &Prepared) -> String {
     let mut hash = Sha256::new();
     prepared.march.first_weights().iter().for_each(|value| hash.update(value.to_le_bytes()));
     hexadecimal(hash.finalize())
 }
 
-/// SHA-256 of a file's content.
+/// Returns SHA-256 of a file's content.
 pub(crate) fn file_digest(path: &Path) -> std::io::Result<String> {
     let mut reader = BufReader::with_capacity(1 << 16, input::open(path)?.0);
     let (mut hash, mut block) = (Sha256::new(), vec![0; 1 << 16]);
@@ -263,7 +263,8 @@ mod tests {
         Scene::from_str_with(DEFAULT, "default", &settings).unwrap()
     }
 
-    /// A run over cells whose forces are told over a part of the rigid chord, in a window so many times as long.
+    /// Returns a run over cells whose forces are told over a part of the rigid chord, in a window so many times as
+    /// long.
     fn run_over(reach: f64, window: f64) -> Simulation {
         let settings = [
             "contact={zone=\"cells\",cells_across=1}",

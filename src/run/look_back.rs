@@ -7,7 +7,7 @@ use crate::results::summary::{ContactQuality, Cost, LoadResult, Outcome, Summary
 use crate::run::simulation::Simulation;
 use crate::scene::LoadedScene;
 
-/// Findings of a run's effects, complete or not: those of a complete one write their files.
+/// Returns the findings of a run's effects, complete or not: those of a complete one write their files.
 ///
 /// # Errors
 /// Errors of the files and pictures.
@@ -21,7 +21,7 @@ pub(crate) fn look_back(run: &mut Simulation, files: &dyn ResultFiles, is_comple
     Ok(found)
 }
 
-/// The summary of a run that has ended, with what its effects have found.
+/// Returns the summary of a run that has ended, with what its effects have found.
 ///
 /// # Errors
 /// Settings that JSON cannot hold.

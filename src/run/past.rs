@@ -31,7 +31,7 @@ pub(crate) struct Past<'a> {
     pub stop: &'a AtomicBool,
 }
 
-/// The warning of a rule that is marginal.
+/// Returns the warning of a rule that is marginal.
 fn ringing(rule: TimeRule, time_step: f64) -> String {
     format!(
         "time_rule = \"{}\" is marginal: the force rings at half the sampling frequency ({:.0} Hz) without decay; \
@@ -46,7 +46,7 @@ fn ringing(rule: TimeRule, time_step: f64) -> String {
 pub(crate) type Kernels = (ContactKernel, Box<dyn PastForces>, Option<RationalModel>);
 
 impl Past<'_> {
-    /// Weights summed on the contour of the quadrature, for the lags of the scene's memory.
+    /// Returns the weights summed on the contour of the quadrature, for the lags of the scene's memory.
     ///
     /// # Errors
     /// As [`ContactKernel::new`]; [`RunError::Interrupted`].
@@ -80,7 +80,7 @@ impl Past<'_> {
         })
     }
 
-    /// Poles fitted to the influence functions.
+    /// Returns the poles fitted to the influence functions.
     ///
     /// # Errors
     /// A fit that was refused; as [`ContactKernel::new`].

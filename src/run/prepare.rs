@@ -42,7 +42,7 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Ingredients of the observers of its effects; `in_memory` is true for a run whose results stay there.
+    /// Returns the ingredients of the observers of its effects; `in_memory` is true for a run whose results stay there.
     pub fn begin<'a>(
         &'a mut self,
         loaded: &'a LoadedScene,
@@ -135,7 +135,7 @@ fn unexcited(plan: &Plan, highest: f64) -> Option<String> {
     Some(format!("the road's resolution excites nothing above {highest:.0} Hz at {speed:.0} km/h{missed}"))
 }
 
-/// The plan of a scene that can be run; its road is opened, nothing is simulated.
+/// Returns the plan of a scene that can be run; its road is opened, nothing is simulated.
 ///
 /// # Errors
 /// Whatever can be known to be wrong without running.

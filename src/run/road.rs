@@ -31,7 +31,7 @@ pub(crate) fn road_limits(scene: &Scene) -> Limits {
     Limits { bytes: scene.numerics.memory_bytes() }
 }
 
-/// A road's complaint, placed in the scene at the key that it is about.
+/// Returns a road's complaint, placed in the scene at the key that it is about.
 pub(crate) fn in_scene(loaded: &LoadedScene, error: RoadError) -> RunError {
     let (key, right) = match &error {
         error if error.is_of_another_kind() => {

@@ -36,7 +36,7 @@ const WIDER: f64 = 1.5;
 /// Observer with the name of its effect.
 type Named = (&'static str, Box<dyn EffectObserver>);
 
-/// The first observer of a type, if there is one.
+/// Returns the first observer of a type, if there is one.
 fn first_of<T: EffectObserver>(observers: &[Named]) -> Option<&T> {
     observers.iter().find_map(|(_, observer)| (observer.as_ref() as &dyn Any).downcast_ref())
 }
@@ -156,7 +156,7 @@ impl Simulation {
         Ok(run)
     }
 
-    /// Power of the contact, about to take in its first step.
+    /// Returns the power of the contact, about to take in its first step.
     fn contact_power(&self) -> ContactPower {
         let points = self.prepared.contact.shape.points();
         ContactPower::new(self.plan.scene.numerics.time_rule, self.plan.time_step, points)
@@ -172,7 +172,7 @@ impl Simulation {
         self
     }
 
-    /// The caller's first observer of a type, if there is one.
+    /// Returns the caller's first observer of a type, if there is one.
     pub fn observer<T: Observer>(&self) -> Option<&T> {
         self.own.iter().find_map(|observer| (observer.as_ref() as &dyn Any).downcast_ref())
     }
@@ -193,17 +193,17 @@ impl Simulation {
         self.meter.set_timing(timing);
     }
 
-    /// Time step \[s\].
+    /// Returns the time step \[s\].
     pub fn time_step(&self) -> f64 {
         self.plan.time_step
     }
 
-    /// Number of the next step; the number of all steps after the last.
+    /// Returns the number of the next step; the number of all steps after the last.
     pub fn next_step(&self) -> u64 {
         self.next_step
     }
 
-    /// Indentation of the tyre at rest at a step \[m\]: without what a turning tyre grows by.
+    /// Returns the indentation of the tyre at rest at a step \[m\]: without what a turning tyre grows by.
     pub(crate) fn indentation(&self, step: u64) -> f64 {
         self.prepared.axle.indentation(step) - self.plan.decisions.growth
     }
@@ -237,13 +237,13 @@ impl Simulation {
         Ok(true)
     }
 
-    /// Contact forces of the last step by column of the window, the first one that of element
+    /// Returns the contact forces of the last step by column of the window, the first one that of element
     /// [`StepResult::first_element`] \[N\].
     pub fn forces(&self) -> &[f64] {
         self.prepared.march.footprint().column_mean()
     }
 
-    /// Velocities of the steps so far, where the scene asks for them and a segment of them is complete.
+    /// Returns the velocities of the steps so far, where the scene asks for them and a segment of them is complete.
     pub fn vibration(&mut self) -> Option<HeardVibration> {
         let Self { observers, meter, .. } = self;
         first_of::<VibrationObserver>(observers).and_then(|observer| observer.heard_so_far(meter))
@@ -275,7 +275,7 @@ impl Simulation {
         }
     }
 
-    /// End of the run as its effects see it.
+    /// Returns the end of the run as its effects see it.
     fn end(&self) -> End<'_> {
         let Prepared { march, road, contact, .. } = &self.prepared;
         End {
@@ -381,7 +381,7 @@ impl Simulation {
         done == steps || done < steps && self.window() > 1.0
     }
 
-    /// Length of the window of cells over that whose forces are told.
+    /// Returns the length of the window of cells over that whose forces are told.
     pub(crate) fn window(&self) -> f64 {
         self.plan.window
     }
@@ -441,7 +441,8 @@ impl Simulation {
         Ok(Some(result))
     }
 
-    /// Time that the stages of its steps have taken so far, as far as steps were timed: all of it if every step is.
+    /// Returns the time that the stages of its steps have taken so far, as far as steps were timed: all of it if every
+    /// step is.
     pub fn spent(&self) -> [Duration; Stage::OF_A_STEP.len()] {
         Stage::OF_A_STEP.map(|stage| self.meter.spent(stage))
     }

@@ -99,7 +99,8 @@ impl ZoneMaker for SliceContact<'_> {
     }
 }
 
-/// The pressed curves of a plan's road, where its slices have such ones; a single cell presses flat, by every law.
+/// Returns the pressed curves of a plan's road, where its slices have such ones; a single cell presses flat, by every
+/// law.
 fn pressed_road(plan: &Plan, lattice: Lattice) -> Option<PressedRoad> {
     if plan.decisions.slices != Slices::Pressed || lattice.cells() == 1 {
         return None;
@@ -119,7 +120,7 @@ fn slice_law(plan: &Plan, kappa: Option<f64>) -> SliceLaw {
     }
 }
 
-/// The maker of a law's stiffness curves on a lattice.
+/// Returns the maker of a law's stiffness curves on a lattice.
 ///
 /// # Errors
 /// As [`SliceBuilder`]'s constructors; [`SliceError::Together`] for the law of a pressed road.
@@ -135,8 +136,8 @@ pub(crate) fn slice_builder(law: Slices, lattice: Lattice) -> Result<SliceBuilde
     .with_lines(lattice.along)
 }
 
-/// Static contact under the axle, and what a bedding makes of the influence functions: nothing for the other
-/// laws.
+/// Returns the static contact under the axle, and what a bedding makes of the influence functions: nothing for the
+/// other laws.
 fn static_contact(plan: &Plan, sum: &InfluenceSum) -> Result<(StaticContact, EqualBedding), RunError> {
     let Plan { scene, field, .. } = plan;
     let circumference = scene.tyre.circumference;
@@ -159,7 +160,7 @@ fn static_contact(plan: &Plan, sum: &InfluenceSum) -> Result<(StaticContact, Equ
     Ok((on(&StaticTyre { influence: &carcass, circumference })?, bedding))
 }
 
-/// A mass on the axle, refused where the time step is too long for it.
+/// Returns a mass on the axle, refused where the time step is too long for it.
 fn moving_axle(
     loaded: &LoadedScene,
     plan: &Plan,

@@ -28,8 +28,8 @@ fn rolling_resistance_on_a_smooth_road_is_the_moment_of_the_forces() {
     }
 }
 
-/// Rolling resistance on a smooth road, the mean moment of its forces times the speed of rotation \[W\], and the
-/// speed; forces belong to a time `lag` steps before the end.
+/// Returns the rolling resistance on a smooth road, the mean moment of its forces times the speed of rotation \[W\],
+/// and the speed; forces belong to a time `lag` steps before the end.
 fn smooth(rule: &str, lag: f64) -> (RollingResistance, f64, f64) {
     let rule = format!("\"{rule}\"");
     let loaded = scene(&[("road", "{ kind = \"smooth\" }"), ("numerics.time_rule", &rule)]);
@@ -63,8 +63,8 @@ fn uncoupled_points_have_no_rolling_resistance() {
     assert_eq!(run.finish().rolling_resistance, None);
 }
 
-/// `scenes/cells.toml` of so many elements and cells across, to a tolerance of the contact conditions: forces, and
-/// processor seconds a step.
+/// Returns `scenes/cells.toml` of so many elements and cells across, to a tolerance of the contact conditions: forces,
+/// and processor seconds a step.
 fn cells_to(elements: usize, across: usize, tolerance: f64, seconds: f64) -> (Vec<f64>, f64, f64) {
     let settings = [
         format!("contact={{zone=\"cells\",cells_across={across}}}"),

@@ -195,7 +195,7 @@ impl<'a> PlannedRun<'a> {
         Ok(RunReport { folder, summary: Summary { complete: true, ..summary }, meter: run.meter, wall })
     }
 
-    /// Arrays, spectra, plots and summary of a run that has ended or been stopped.
+    /// Returns the arrays, spectra, plots and summary of a run that has ended or been stopped.
     fn end(
         &self,
         run: &mut Simulation,

@@ -18,7 +18,7 @@ pub(crate) struct Source {
 }
 
 impl Source {
-    /// Line and column of a byte, both from 1, the column in characters.
+    /// Returns the line and column of a byte, both from 1, the column in characters.
     pub(crate) fn position(&self, byte: usize) -> (usize, usize) {
         let before = self.text.get(..byte).unwrap_or(&self.text);
         let line = before.matches('\n').count() + 1;
@@ -26,7 +26,7 @@ impl Source {
         (line, column)
     }
 
-    /// Bytes of the line that a byte lies in, without its end.
+    /// Returns the bytes of the line that a byte lies in, without its end.
     pub(crate) fn line(&self, byte: usize) -> Range<usize> {
         let (before, after) = self.text.split_at_checked(byte).unwrap_or((&self.text, ""));
         let begin = before.rfind('\n').map_or(0, |end| end + 1);
@@ -44,22 +44,23 @@ pub struct Diagnostic {
 }
 
 impl Diagnostic {
-    /// Name of the file.
+    /// Returns the name of the file.
     pub fn file(&self) -> &str {
         &self.source.name
     }
 
-    /// Line in the file, from 1.
+    /// Returns the line in the file, from 1.
     pub fn line(&self) -> usize {
         self.source.position(self.span.start).0
     }
 
-    /// Column in characters, from 1.
+    /// Returns the column in characters, from 1.
     pub fn column(&self) -> usize {
         self.source.position(self.span.start).1
     }
 
-    /// Path of the key, such as `tyre.layers[1].thickness`, array items from 0; empty where no key is concerned.
+    /// Returns the path of the key, such as `tyre.layers[1].thickness`, array items from 0; empty where no key is
+    /// concerned.
     pub fn key(&self) -> &str {
         &self.key
     }
@@ -69,12 +70,12 @@ impl Diagnostic {
         &self.problem
     }
 
-    /// Key and what is wrong with it.
+    /// Returns the key and what is wrong with it.
     fn title(&self) -> String {
         if self.key.is_empty() { self.problem.to_string() } else { format!("{}: {}", self.key, self.problem) }
     }
 
-    /// The message with the lines concerned, the place marked, and what would be right; `colour` for terminals.
+    /// Returns the message with the lines concerned, the place marked, and what would be right; `colour` for terminals.
     pub fn render(&self, colour: bool) -> String {
         let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
         // What begins where a text in quotes does not end would be the rest of the file.

@@ -28,7 +28,7 @@ pub(super) struct Document {
 }
 
 impl Document {
-    /// The document of a scene's own file.
+    /// Returns the document of a scene's own file.
     pub(super) fn new(source: &Arc<Source>, table: &DeTable<'_>) -> Self {
         let mut document = Self { root: Arc::clone(source), places: BTreeMap::new() };
         document.index(source, table, "");
@@ -108,8 +108,8 @@ impl Document {
         self.places.contains_key(key)
     }
 
-    /// A problem with a key, placed at the key or its value; a key that is not in the file is placed at the nearest
-    /// table around it that is.
+    /// Returns a problem with a key, placed at the key or its value; a key that is not in the file is placed at the
+    /// nearest table around it that is.
     pub(super) fn diagnose(&self, key: &str, problem: Problem) -> Diagnostic {
         let mut around = Some(key);
         while let Some(path) = around {
@@ -126,7 +126,8 @@ impl Document {
         Diagnostic { source: Arc::clone(&self.root), key: key.to_owned(), span: 0..0, problem }
     }
 
-    /// The key whose definition a byte of `source` belongs to: the last one that begins at or before it, in its line.
+    /// Returns the key whose definition a byte of `source` belongs to: the last one that begins at or before it, in its
+    /// line.
     pub(super) fn key_at(&self, source: &Arc<Source>, byte: usize) -> Option<&str> {
         let line = source.line(byte).start;
         let keys = self.places.iter().filter(|(_, place)| Arc::ptr_eq(&place.source, source));
@@ -136,7 +137,7 @@ impl Document {
         Some(path)
     }
 
-    /// The table whose `[header]` is the last one before a byte of `source`; "" before the first header.
+    /// Returns the table whose `[header]` is the last one before a byte of `source`; "" before the first header.
     pub(super) fn table_at(&self, source: &Arc<Source>, byte: usize) -> &str {
         // A header's brackets lie around its key; those of an array come after it.
         let is_header =
@@ -149,14 +150,14 @@ impl Document {
     }
 }
 
-/// `prefix.key`, the key in quotes where TOML needs them.
+/// Returns `prefix.key`, the key in quotes where TOML needs them.
 pub(super) fn join(prefix: &str, key: &str) -> String {
     let bare = !key.is_empty() && key.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
     let dot = if prefix.is_empty() { "" } else { "." };
     if bare { format!("{prefix}{dot}{key}") } else { format!("{prefix}{dot}{key:?}") }
 }
 
-/// The table or array that a key path lies in.
+/// Returns the table or array that a key path lies in.
 fn parent(path: &str) -> Option<&str> {
     path.rfind(['.', '[']).map(|end| &path[..end])
 }
@@ -206,7 +207,8 @@ impl<'a> Complaints<'a> {
         self.add_with(key, || problem);
     }
 
-    /// All complaints in the order of the text, those in the scene's own file first, and how many more there were.
+    /// Returns all complaints in the order of the text, those in the scene's own file first, and how many more there
+    /// were.
     pub(super) fn finish(self) -> (Vec<Diagnostic>, usize) {
         let mut found = self.found.into_inner();
         found.sort_by_key(|diagnostic| (!Arc::ptr_eq(&diagnostic.source, &self.document.root), diagnostic.span.start));

@@ -83,7 +83,7 @@ impl SceneError {
         Self::Invalid { diagnostics, more }
     }
 
-    /// The mistakes found in the text; empty if it could not be read at all.
+    /// Returns the mistakes found in the text; empty if it could not be read at all.
     pub fn diagnostics(&self) -> &[Diagnostic] {
         match self {
             Self::Invalid { diagnostics, .. } => diagnostics,
@@ -96,7 +96,7 @@ impl SceneError {
         self.diagnostics().first().map_or_else(|| self.to_string(), |first| first.problem().to_string())
     }
 
-    /// The message for people: lines of the file, places marked; `colour` for terminals.
+    /// Returns the message for people: lines of the file, places marked; `colour` for terminals.
     pub fn render(&self, colour: bool) -> String {
         match self {
             Self::Invalid { diagnostics, more } => {
@@ -110,7 +110,7 @@ impl SceneError {
         }
     }
 
-    /// The error that opening or reading `path` ended with.
+    /// Returns the error that opening or reading `path` ended with.
     pub(super) fn reading(path: &Path, source: io::Error) -> Self {
         let path = path.to_owned();
         match source.kind() {

@@ -36,7 +36,8 @@ macro_rules! keys {
         }
 
         impl $table {
-            /// All keys are read before the first failure counts, so that independent mistakes are reported together.
+            /// Returns all keys are read before the first failure counts, so that independent mistakes are reported
+            /// together.
             pub(in crate::scene) fn read(table: &mut $crate::scene::table::Table<'_>) -> Option<Self> {
                 $(let $key = $crate::scene::keys::keys!(@key table, ($key $($name)?), $kind $(, $default)?);)*
                 Some(Self { $($key: $key?,)* $($($own: $own_value,)*)? })

@@ -34,7 +34,7 @@ impl Bounds {
         Self { low, high, unit, plausible: None }
     }
 
-    /// Any finite number.
+    /// Returns the any finite number.
     pub(crate) const fn any(unit: &'static str) -> Self {
         Self::new(Bound::Unbounded, Bound::Unbounded, unit)
     }
@@ -44,7 +44,7 @@ impl Bounds {
         Self::new(Bound::Excluded(0.0), Bound::Unbounded, unit)
     }
 
-    /// Zero and above.
+    /// Returns the zero and above.
     pub(crate) const fn not_negative(unit: &'static str) -> Self {
         Self::new(Bound::Included(0.0), Bound::Unbounded, unit)
     }
@@ -59,8 +59,8 @@ impl Bounds {
         Self::new(Bound::Included(low), Bound::Included(high), unit)
     }
 
-    /// The same, and what of it is plausible, from toys to earth movers: numbers of another magnitude, 0 apart, are
-    /// asked about unless the scene allows them.
+    /// Returns the same, and what of it is plausible, from toys to earth movers: numbers of another magnitude, 0 apart,
+    /// are asked about unless the scene allows them.
     pub(crate) const fn plausible(self, least: f64, most: f64) -> Self {
         Self { plausible: Some([least, most]), ..self }
     }
@@ -158,7 +158,7 @@ impl<T> Whole<T> {
         Self::between(least, u64::MAX)
     }
 
-    /// Both limits accepted.
+    /// Returns both limits accepted.
     pub(super) const fn between(least: u64, most: u64) -> Self {
         Self(least, most, PhantomData)
     }
@@ -452,13 +452,13 @@ impl<T: DeserializeOwned> OneOf<T> {
         T::deserialize(deserializer)
     }
 
-    /// The words.
+    /// Returns the words.
     pub(super) fn words() -> &'static [&'static str] {
         // No variant is called "": the refusal carries the list.
         Self::parse("").err().map_or(&[], |refused| refused.0)
     }
 
-    /// One table or another, as the word of the key `tag` says.
+    /// Returns one table or another, as the word of the key `tag` says.
     pub(super) fn tables(tag: &'static str, about: &str, table: fn(T) -> Json) -> Json {
         let alternative = |&word: &&str| Some(schema::tagged(tag, word, about, table(Self::parse(word).ok()?)));
         json!({ "oneOf": Self::words().iter().filter_map(alternative).collect::<Vec<_>>() })

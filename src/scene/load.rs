@@ -99,7 +99,7 @@ impl Scene {
         LoadedScene::new(text, path.to_owned(), folder, settings, reach)
     }
 
-    /// The default scene on the tyre of a file, with settings in place of its own.
+    /// Returns the default scene on the tyre of a file, with settings in place of its own.
     ///
     /// # Errors
     /// As [`Self::load`].
@@ -128,16 +128,16 @@ impl Scene {
         LoadedScene::new(text.to_owned(), PathBuf::from(name), PathBuf::new(), settings, Reach::Anywhere)
     }
 
-    /// The JSON Schema (draft 2020-12) of scene files: keys, types, bounds and words; each key has a `title`, what has
-    /// to stand there in words, and a `description`. What has to fit together beyond that is told when a scene is
-    /// loaded.
+    /// Returns the JSON Schema (draft 2020-12) of scene files: keys, types, bounds and words; each key has a `title`,
+    /// what has to stand there in words, and a `description`. What has to fit together beyond that is told when a scene
+    /// is loaded.
     pub fn json_schema() -> serde_json::Value {
         let mut schema = Self::schema();
         schema["$schema"] = "https://json-schema.org/draft/2020-12/schema".into();
         schema
     }
 
-    /// The scene as TOML, every default spelt out; [`Scene::from_str`] reads it back to an equal scene.
+    /// Returns the scene as TOML, every default spelt out; [`Scene::from_str`] reads it back to an equal scene.
     ///
     /// # Errors
     /// [`SceneError::NotToml`] for numbers or paths that TOML cannot hold.
@@ -145,7 +145,7 @@ impl Scene {
         toml::to_string(self).map_err(|source| SceneError::NotToml { source })
     }
 
-    /// The scene as JSON, with the keys of the TOML file.
+    /// Returns the scene as JSON, with the keys of the TOML file.
     ///
     /// # Errors
     /// [`SceneError::NotJson`] for paths that are not UTF-8.
@@ -163,7 +163,8 @@ impl LoadedScene {
         Self::new(scene.to_toml()?, PathBuf::from(name), PathBuf::new(), &[], Reach::Anywhere)
     }
 
-    /// A scene that was loaded before: its settings as written and as used, both as TOML, and where they came from.
+    /// Returns a scene that was loaded before: its settings as written and as used, both as TOML, and where they came
+    /// from.
     ///
     /// # Errors
     /// As [`Scene::from_str`].
@@ -173,7 +174,7 @@ impl LoadedScene {
         Ok(Self { scene: used.scene, folder, ..written })
     }
 
-    /// Settings that a run has recorded, as TOML: no file is read, whatever they name.
+    /// Returns the settings that a run has recorded, as TOML: no file is read, whatever they name.
     ///
     /// # Errors
     /// As [`Scene::from_str`]; of a tyre that is not a table.
@@ -181,7 +182,7 @@ impl LoadedScene {
         Self::new(text.to_owned(), PathBuf::from(name), PathBuf::new(), &[], Reach::Recorded)
     }
 
-    /// Another scene in this one's folder, from a text and settings that may name files there.
+    /// Returns another scene in this one's folder, from a text and settings that may name files there.
     ///
     /// # Errors
     /// As [`Scene::from_str_with`].
@@ -200,7 +201,7 @@ impl LoadedScene {
         Self { scene, settled: true, ..self }
     }
 
-    /// The scene as a TOML table: its tables and their keys that are given, no others.
+    /// Returns the scene as a TOML table: its tables and their keys that are given, no others.
     ///
     /// # Errors
     /// As [`Scene::to_toml`].
@@ -215,7 +216,7 @@ impl LoadedScene {
         Ok(scene)
     }
 
-    /// The settings with paths as written, as [`Scene::to_toml`].
+    /// Returns the settings with paths as written, as [`Scene::to_toml`].
     ///
     /// # Errors
     /// As [`Scene::to_toml`].
@@ -231,7 +232,7 @@ impl LoadedScene {
         scene
     }
 
-    /// The scene's name: its file's name without the ending.
+    /// Returns the scene's name: its file's name without the ending.
     pub fn name(&self) -> String {
         self.path.file_stem().unwrap_or(self.path.as_os_str()).to_string_lossy().into_owned()
     }
@@ -243,7 +244,7 @@ impl LoadedScene {
         title.replace(char::is_control, " ")
     }
 
-    /// The settings with paths as written, as [`Scene::to_json`].
+    /// Returns the settings with paths as written, as [`Scene::to_json`].
     ///
     /// # Errors
     /// As [`Scene::to_json`].
@@ -251,7 +252,7 @@ impl LoadedScene {
         self.as_written().to_json()
     }
 
-    /// Hash of the settings: the same for two scenes that differ in formatting, comments, folder, omitted
+    /// Returns the hash of the settings: the same for two scenes that differ in formatting, comments, folder, omitted
     /// defaults, or in whether the tyre has its own file.
     ///
     /// # Errors
@@ -416,8 +417,8 @@ fn syntax(source: &Arc<Source>, document: &Document, error: &toml::de::Error) ->
     Diagnostic { source: Arc::clone(source), key, span, problem }
 }
 
-/// SHA-256 of settings as compact JSON with sorted keys, in hexadecimal: two scenes have the same hash exactly if they
-/// say the same, however they are written.
+/// Returns SHA-256 of settings as compact JSON with sorted keys, in hexadecimal: two scenes have the same hash exactly
+/// if they say the same, however they are written.
 pub(crate) fn settings_hash(settings: &serde_json::Value) -> String {
     sha256(&[&settings.to_string()])
 }

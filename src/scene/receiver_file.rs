@@ -174,7 +174,7 @@ fn not_a_number(text: &str) -> String {
     if text.is_empty() { "a number is missing".to_owned() } else { format!("\"{text}\" is not a number") }
 }
 
-/// A range of a text without the blanks at its ends, and without a mark of the byte order.
+/// Returns a range of a text without the blanks at its ends, and without a mark of the byte order.
 fn within(text: &str, range: Range<usize>) -> Range<usize> {
     let part = &text[range.clone()];
     let blank = |sign: char| sign.is_whitespace() || sign == '\u{feff}';
@@ -183,7 +183,7 @@ fn within(text: &str, range: Range<usize>) -> Range<usize> {
     start..start + trimmed.trim_end_matches(blank).len()
 }
 
-/// The fields of a line, between its commas.
+/// Returns the fields of a line, between its commas.
 fn fields(text: &str, line: &Range<usize>) -> Vec<Range<usize>> {
     let mut begin = line.start;
     let field = |field: &str| {
@@ -203,7 +203,7 @@ mod tests {
     use super::super::{LoadedScene, Reach, ReceiverPlace, Scene, Setting};
     use super::*;
 
-    /// A scene with receivers, and a file beside it.
+    /// Returns a scene with receivers, and a file beside it.
     fn written(folder: &Path, receivers: &str, array: &str) -> Result<LoadedScene, SceneError> {
         fs::write(folder.join("array.csv"), array).unwrap();
         let path = folder.join("scene.toml");
@@ -211,7 +211,7 @@ mod tests {
         Scene::load(path)
     }
 
-    /// A scene with the file between two other receivers.
+    /// Returns a scene with the file between two other receivers.
     fn load(array: &str) -> Result<LoadedScene, SceneError> {
         let folder = tempfile::tempdir().unwrap();
         let others = "[[receiver]]\nstandard = \"cpx\"\n[[receiver]]\nfile = \"array.csv\"\n[[receiver]]\n\

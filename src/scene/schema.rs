@@ -16,7 +16,7 @@ pub(crate) struct Section<'a> {
     pub schema: &'a Value,
 }
 
-/// All tables of a schema, each before those in it; one whose keys depend on a word in it, once for each word.
+/// Returns all tables of a schema, each before those in it; one whose keys depend on a word in it, once for each word.
 pub(crate) fn sections(schema: &Value) -> Vec<Section<'_>> {
     let mut sections = Vec::new();
     collect(String::new(), false, schema, &mut sections);
@@ -36,7 +36,7 @@ fn collect<'a>(path: String, repeated: bool, schema: &'a Value, sections: &mut V
     }
 }
 
-/// A table of keys, each with what it means and whether it must be given; no others may stand in it.
+/// Returns a table of keys, each with what it means and whether it must be given; no others may stand in it.
 pub(super) fn table<const COUNT: usize>(about: &str, keys: [(&str, &str, (Value, bool)); COUNT]) -> Value {
     let required: Vec<&str> = keys.iter().filter(|(_, _, (_, required))| *required).map(|(name, ..)| *name).collect();
     let described = |(name, about, (mut key, _)): (&str, &str, (Value, bool))| {
@@ -67,7 +67,7 @@ pub(super) fn key<T>(kind: &impl Kind<Output = T>, default: Option<T>) -> (Value
     (schema, default.is_none())
 }
 
-/// A table that must have a word at a key to be this one.
+/// Returns a table that must have a word at a key to be this one.
 pub(super) fn tagged(key: &str, word: &str, about: &str, mut table: Value) -> Value {
     table["properties"][key] = json!({ "const": word, "title": format!("\"{word}\""), "description": about });
     if let Some(required) = table["required"].as_array_mut() {
@@ -76,7 +76,7 @@ pub(super) fn tagged(key: &str, word: &str, about: &str, mut table: Value) -> Va
     table
 }
 
-/// A comment of the documentation as one line of plain text.
+/// Returns a comment of the documentation as one line of plain text.
 fn plain(comment: &str) -> String {
     comment.trim().replace("  ", " ").replace("\\[", "[").replace("\\]", "]")
 }

@@ -49,23 +49,23 @@ impl Setting {
         Ok(Self { steps, source: Arc::new(Source { name: format!("--set {key}"), text }), key, plain })
     }
 
-    /// The key as given.
+    /// Returns the key as given.
     pub fn key(&self) -> &str {
         &self.key
     }
 
-    /// The value as given, a text without its quotes.
+    /// Returns the value as given, a text without its quotes.
     pub fn value(&self) -> &str {
         let text = self.plain.as_deref().unwrap_or(&self.source.text);
         text.strip_prefix('"').and_then(|text| text.strip_suffix('"')).unwrap_or(text)
     }
 
-    /// The value as given, where it is no TOML: a text without quotes.
+    /// Returns the value as given, where it is no TOML: a text without quotes.
     pub fn plain_text(&self) -> Option<&str> {
         self.plain.as_deref()
     }
 
-    /// The tyre of a file.
+    /// Returns the tyre of a file.
     pub(super) fn tyre(file: &str) -> Self {
         let (key, text) = (TYRE.to_owned(), toml::Value::from(file).to_string());
         let source = Arc::new(Source { name: format!("--set {key}"), text });
@@ -117,7 +117,7 @@ impl Setting {
     }
 }
 
-/// The steps of a path; `None` for one that is empty somewhere.
+/// Returns the steps of a path; `None` for one that is empty somewhere.
 fn steps(key: &str) -> Option<Vec<Step>> {
     let mut steps = Vec::new();
     for part in key.split('.') {
@@ -131,7 +131,7 @@ fn steps(key: &str) -> Option<Vec<Step>> {
     Some(steps)
 }
 
-/// Where a path leads to, in a tree of tables and arrays. The last key, and tables on the way, are made.
+/// Tells where a path leads to, in a tree of tables and arrays. The last key, and tables on the way, are made.
 fn place<'t, 'a>(root: &'t mut DeTable<'a>, steps: &'a [Step]) -> Option<&'t mut Spanned<DeValue<'a>>> {
     let (Step::Key(first), rest) = steps.split_first()? else { return None };
     let made = || Spanned::new(0..0, DeValue::Table(DeTable::new()));

@@ -19,10 +19,10 @@ pub(super) trait Kind {
     /// Reads it, or complains and returns `None`.
     fn read(&self, value: &Value<'_>) -> Option<Self::Output>;
 
-    /// The same as a JSON Schema.
+    /// Returns the same as a JSON Schema.
     fn schema(&self) -> Json;
 
-    /// How a value that was read is written; null for what is left out.
+    /// Tells how a value that was read is written; null for what is left out.
     fn written(&self, output: &Self::Output) -> Json {
         json!(output)
     }
@@ -36,7 +36,7 @@ pub(super) struct Value<'a> {
 }
 
 impl<'a> Value<'a> {
-    /// The value as parsed.
+    /// Returns the value as parsed.
     pub(super) fn get(&self) -> &'a DeValue<'a> {
         self.value
     }
@@ -66,7 +66,7 @@ impl<'a> Value<'a> {
         self.complaints.slack
     }
 
-    /// An array of at least one item, each of a kind.
+    /// Returns an array of at least one item, each of a kind.
     pub(super) fn each<K: Kind>(&self, kind: &K, array: &impl Kind) -> Option<Vec<K::Output>> {
         let Some(items) = self.items() else { return self.wrong_type(array) };
         if items.is_empty() {
@@ -77,7 +77,7 @@ impl<'a> Value<'a> {
         items.into_iter().collect()
     }
 
-    /// The items of an array; `None` for anything else, without a complaint.
+    /// Returns the items of an array; `None` for anything else, without a complaint.
     pub(super) fn items(&self) -> Option<Vec<Value<'a>>> {
         let items = self.value.as_array()?;
         let item = |(number, item): (usize, &'a toml::Spanned<DeValue<'a>>)| Value {
@@ -105,7 +105,7 @@ pub(super) struct Table<'a> {
 }
 
 impl<'a> Table<'a> {
-    /// The table at a key path; "" is the document.
+    /// Returns the table at a key path; "" is the document.
     pub(super) fn new(
         complaints: &'a Complaints<'a>,
         key: String,
@@ -115,7 +115,7 @@ impl<'a> Table<'a> {
         Self { complaints, key, title, entries, known: Vec::new(), refused: Vec::new(), lenient: false }
     }
 
-    /// The value at a key, if given and not refused.
+    /// Returns the value at a key, if given and not refused.
     pub(super) fn take(&mut self, key: &'static str) -> Option<Value<'a>> {
         self.known.push(key);
         let value = self.entries.get(key).filter(|_| !self.refused.contains(&key))?;
@@ -155,7 +155,7 @@ impl<'a> Table<'a> {
         self.entries.contains_key(key)
     }
 
-    /// The value at a key that must be given; `None` after a complaint.
+    /// Returns the value at a key that must be given; `None` after a complaint.
     pub(super) fn required<K: Kind>(&mut self, key: &'static str, kind: &K) -> Option<K::Output> {
         match self.take(key) {
             Some(value) => kind.read(&value),
@@ -163,7 +163,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// The value at a key or the default; `None` after a complaint.
+    /// Returns the value at a key or the default; `None` after a complaint.
     pub(super) fn or<K: Kind>(&mut self, key: &'static str, kind: &K, default: K::Output) -> Option<K::Output> {
         match self.take(key) {
             Some(value) => kind.read(&value),
@@ -206,7 +206,7 @@ impl<'a> Table<'a> {
         format!("{}{dot}{key}", self.key)
     }
 
-    /// All keys that the table has, read or refused.
+    /// Returns all keys that the table has, read or refused.
     fn keys(&self) -> Vec<&'static str> {
         let refused = self.refused.iter().filter(|key| !self.known.contains(key));
         self.known.iter().chain(refused).copied().collect()
@@ -239,7 +239,7 @@ impl<'a> Table<'a> {
     }
 }
 
-/// The schema of an array of at least one item of a kind.
+/// Returns the schema of an array of at least one item of a kind.
 pub(super) fn array(kind: &impl Kind) -> Json {
     json!({ "type": "array", "items": kind.schema(), "minItems": 1 })
 }

@@ -30,12 +30,12 @@ impl Arc {
     /// Hoop over shear stiffness of rubber across inextensible cords: without a strain along them it is 4 G t.
     pub const HOOP_OVER_SHEAR: f64 = 4.0;
 
-    /// Length of the arc from bead to belt \[m\].
+    /// Returns the length of the arc from bead to belt \[m\].
     pub fn length(&self) -> f64 {
         2.0 * self.radius * self.angle
     }
 
-    /// Radius of the bead \[m\]; a sidewall needs a positive one.
+    /// Returns the radius of the bead \[m\]; a sidewall needs a positive one.
     pub fn bead_radius(&self) -> f64 {
         self.edge_radius - 2.0 * self.radius * self.angle.sin()
     }

@@ -33,12 +33,12 @@ pub(crate) struct SidewallEntry {
 }
 
 impl SidewallEntry {
-    /// Its name.
+    /// Returns its name.
     pub(crate) fn name(&self) -> &str {
         &self.name
     }
 
-    /// The sidewall, or the fault of its numbers with the remedy.
+    /// Returns the sidewall, or the fault of its numbers with the remedy.
     pub(crate) fn sidewall(self) -> Result<Sidewall, &'static str> {
         let Self { radius, angle, pressure, mass, shear, edge_radius, omega, relaxation, .. } = self;
         let positive = |value: f64| value > 0.0 && value.is_finite();
@@ -71,7 +71,7 @@ impl SidewallEntry {
     }
 }
 
-/// K of a case, each entry \[re, im\], or the fault of the case.
+/// Returns K of a case, each entry \[re, im\], or the fault of the case.
 pub(crate) fn answer(sidewall: &Sidewall, n: i64, s: Complex64) -> Result<[[[f64; 2]; 2]; 2], &'static str> {
     let steps = sidewall.reference_steps(n, s);
     if steps.is_nan() || steps > MOST_STEPS {

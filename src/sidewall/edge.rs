@@ -63,7 +63,7 @@ pub(super) const FINE_STEP: f64 = 0.2;
 /// Fewest steps along an arc. They serve a car's sidewall up to 1.9 kHz: K is there as smooth in s as it is.
 pub(super) const FEWEST_STEPS: usize = 32;
 
-/// Wavenumber along the arc to which steps are fitted \[1/m\].
+/// Returns the wavenumber along the arc to which steps are fitted \[1/m\].
 pub(super) fn wavenumber(arc: &Arc, n: f64, s: Complex64) -> f64 {
     let along = ((arc.mass * arc.radius / arc.pressure) * s.norm_sqr() + 2.0).sqrt() / arc.radius;
     along.max(n.abs() / arc.bead_radius())
@@ -120,7 +120,7 @@ impl<T: ComplexField> Equations<T> {
         }
     }
 
-    /// Derivative of (t, u, V, Tt, Tn, Tv) along the arc, over units.
+    /// Returns the derivative of (t, u, V, Tt, Tn, Tv) along the arc, over units.
     #[inline(always)]
     fn system(&self, point: &Point, units: &Units) -> Matrix<T, 6> {
         let Self { n, lossy_n, loss, over_loss, inertia, coriolis, spin, pressure, shear, hoop } = *self;
@@ -173,8 +173,8 @@ impl<T: ComplexField> Equations<T> {
     }
 }
 
-/// K of a wave over the arc's points, three in each of equal steps. `widest`: the wave of the largest |n| among those
-/// in lockstep, for the exponentials' scale.
+/// Returns K of a wave over the arc's points, three in each of equal steps. `widest`: the wave of the largest |n| among
+/// those in lockstep, for the exponentials' scale.
 #[inline(always)]
 pub(super) fn edge_impedance<T: ComplexField>(
     arc: &Arc,
@@ -186,8 +186,8 @@ pub(super) fn edge_impedance<T: ComplexField>(
     edge_response::<T, 0>(arc, edge, points, &vec![[]; points.len()], wave, widest).0
 }
 
-/// The same, and K sums of the arc's motion by w and V of the edge; `sums` has the weights of t and u in them, at the
-/// end of each step.
+/// Returns the same, and K sums of the arc's motion by w and V of the edge; `sums` has the weights of t and u in them,
+/// at the end of each step.
 #[inline(always)]
 pub(super) fn edge_response<T: ComplexField, const K: usize>(
     arc: &Arc,
@@ -231,7 +231,7 @@ pub(super) fn edge_response<T: ComplexField, const K: usize>(
     (at_edge(arc, edge, &impedance, &units), by_edge)
 }
 
-/// A row times a matrix.
+/// Returns a row times a matrix.
 #[inline(always)]
 fn over<T: ComplexField>(row: &[T; 3], matrix: &Matrix<T, 3>) -> [T; 3] {
     let mut result = *row;
@@ -241,7 +241,7 @@ fn over<T: ComplexField>(row: &[T; 3], matrix: &Matrix<T, 3>) -> [T; 3] {
     result
 }
 
-/// Squarings that the exponentials need.
+/// Returns the squarings that the exponentials need.
 fn squarings(arc: &Arc, points: &[[Point; 3]], widest: &Wave<Complex64>, units: &Units, step: f64) -> u32 {
     let equations = Equations::new(arc, widest);
     let norm = |point: &Point| {
@@ -256,7 +256,7 @@ fn squarings(arc: &Arc, points: &[[Point; 3]], widest: &Wave<Complex64>, units: 
 
 // Loops and functions that are inlined by force, no closures: the vector instructions of the lanes end at a call.
 
-/// Exponent of a step by its three points: Magnus' expansion of sixth order.
+/// Returns the exponent of a step by its three points: Magnus' expansion of sixth order.
 #[inline(always)]
 fn expansion<T: ComplexField>(
     first: &Matrix<T, 6>,
@@ -276,7 +276,7 @@ fn expansion<T: ComplexField>(
     plus(&plus(&mean, 1.0 / 12.0, &bend), 1.0 / 240.0, &c3)
 }
 
-/// exp of a matrix: twelve terms of its series at a 2^-k of it, squared k times.
+/// Returns exp of a matrix: twelve terms of its series at a 2^-k of it, squared k times.
 #[inline(always)]
 fn exponential<T: ComplexField>(matrix: &Matrix<T, 6>, squarings: u32) -> Matrix<T, 6> {
     let one = scaled(matrix, 0.5_f64.powi(squarings as i32));
@@ -292,7 +292,7 @@ fn exponential<T: ComplexField>(matrix: &Matrix<T, 6>, squarings: u32) -> Matrix
     result
 }
 
-/// Terms k, k + 1, ... k + 3 of the series over the matrix to the k.
+/// Returns the terms k, k + 1, ... k + 3 of the series over the matrix to the k.
 #[inline(always)]
 fn terms<T: ComplexField>(k: u32, one: &Matrix<T, 6>, two: &Matrix<T, 6>, three: &Matrix<T, 6>) -> Matrix<T, 6> {
     let mut sum = scaled(one, inverse_factorial(k + 1));
@@ -308,14 +308,14 @@ fn inverse_factorial(k: u32) -> f64 {
     (1..=k).map(|j| 1.0 / f64::from(j)).product()
 }
 
-/// Y <- (E11 Y + E12) M, and M = (E21 Y + E22)^-1.
+/// Returns Y <- (E11 Y + E12) M, and M = (E21 Y + E22)^-1.
 #[inline(always)]
 fn handed_on<T: ComplexField>(moved: &Matrix<T, 6>, compliance: &Matrix<T, 3>) -> (Matrix<T, 3>, Matrix<T, 3>) {
     let before = inverse(&half(moved, 3, compliance));
     (product(&half(moved, 0, compliance), &before), before)
 }
 
-/// Three rows of the step on (Y, 1).
+/// Returns three rows of the step on (Y, 1).
 #[inline(always)]
 fn half<T: ComplexField>(moved: &Matrix<T, 6>, from: usize, compliance: &Matrix<T, 3>) -> Matrix<T, 3> {
     let mut sum = *compliance;
@@ -331,7 +331,7 @@ fn half<T: ComplexField>(moved: &Matrix<T, 6>, from: usize, compliance: &Matrix<
     sum
 }
 
-/// K from the impedance over units at the belt's edge.
+/// Returns K from the impedance over units at the belt's edge.
 #[inline(always)]
 fn at_edge<T: ComplexField>(arc: &Arc, edge: &EdgeStatics, scaled: &Matrix<T, 3>, units: &Units) -> EdgeImpedance<T> {
     let (sine, cosine) = edge.angle.sin_cos();
@@ -369,7 +369,7 @@ fn commutator<T: ComplexField>(a: &Matrix<T, 6>, b: &Matrix<T, 6>) -> Matrix<T, 
     plus(&product(a, b), -1.0, &product(b, a))
 }
 
-/// a + factor b.
+/// Returns a + factor b.
 #[inline(always)]
 fn plus<T: ComplexField>(a: &Matrix<T, 6>, factor: f64, b: &Matrix<T, 6>) -> Matrix<T, 6> {
     let mut sum = *a;
@@ -392,7 +392,7 @@ fn scaled<T: ComplexField>(a: &Matrix<T, 6>, factor: f64) -> Matrix<T, 6> {
     result
 }
 
-/// a^-1 by cofactors; a singular one gives non-finite entries.
+/// Returns a^-1 by cofactors; a singular one gives non-finite entries.
 #[inline(always)]
 fn inverse<T: ComplexField>(a: &Matrix<T, 3>) -> Matrix<T, 3> {
     let first = minor(a, 0, 0);
@@ -406,7 +406,7 @@ fn inverse<T: ComplexField>(a: &Matrix<T, 3>) -> Matrix<T, 3> {
     result
 }
 
-/// Cofactor of an entry.
+/// Returns the cofactor of an entry.
 #[inline(always)]
 fn minor<T: ComplexField>(a: &Matrix<T, 3>, i: usize, j: usize) -> T {
     let [r, s] = [(i + 1) % 3, (i + 2) % 3];

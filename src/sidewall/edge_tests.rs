@@ -2,7 +2,7 @@ use super::*;
 use crate::numeric::SplitRule;
 use crate::sidewall::{Meridian, Pieces, Relaxation, Sidewall};
 
-/// The sidewall of the reference values, without losses.
+/// Returns the sidewall of the reference values, without losses.
 fn arc() -> Arc {
     Arc {
         radius: 0.055,
@@ -26,7 +26,7 @@ fn states(arc: &Arc, points: &[[Point; 3]], wave: &Wave<Complex64>) -> [[Complex
     states_and(arc, points, wave, |point| point.radius)
 }
 
-/// The same with the integral of u times any function.
+/// Returns the same with the integral of u times any function.
 fn states_and(
     arc: &Arc,
     points: &[[Point; 3]],

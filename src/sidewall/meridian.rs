@@ -61,7 +61,7 @@ pub struct EdgeStatics {
 }
 
 impl EdgeStatics {
-    /// Force per length by which the sidewall pulls the belt's edge inwards, N_b cos a_b \[N/m\].
+    /// Returns the force per length by which the sidewall pulls the belt's edge inwards, N_b cos a_b \[N/m\].
     pub fn pull(&self) -> f64 {
         self.tension * self.angle.cos()
     }
@@ -110,7 +110,7 @@ impl Load {
         state
     }
 
-    /// N(0) and a(0) of the arc that ends at the belt's edge; `None` where Newton's method does not find them.
+    /// Returns N(0) and a(0) of the arc that ends at the belt's edge; `None` where Newton's method does not find them.
     fn found(&self, arc: &Arc, start: [f64; 2]) -> Option<[f64; 2]> {
         let (bead, length) = (arc.bead_radius(), arc.length());
         let rounded = ROUNDED.max(LAST_PLACES * f64::EPSILON * arc.edge_radius / length);
@@ -149,8 +149,8 @@ impl Load {
 }
 
 impl Meridian {
-    /// The steady meridian of an arc; `None` where there is none: measures without an arc between bead and belt, or a
-    /// rotation under which its cords would bear no tension.
+    /// Returns the steady meridian of an arc; `None` where there is none: measures without an arc between bead and
+    /// belt, or a rotation under which its cords would bear no tension.
     pub(crate) fn new(arc: &Arc) -> Option<Self> {
         let start = [arc.pressure * arc.radius, -arc.angle];
         let spin = arc.mass * arc.angular_velocity * arc.angular_velocity;
@@ -180,17 +180,17 @@ impl Meridian {
         (is_tense && is_arc && edge.tension > 0.0).then_some(meridian)
     }
 
-    /// Tension and angle at its ends.
+    /// Returns the tension and angle at its ends.
     pub(crate) fn edge(&self) -> EdgeStatics {
         self.edge
     }
 
-    /// Length of the arc \[m\].
+    /// Returns the length of the arc \[m\].
     pub(super) fn length(&self) -> f64 {
         self.length
     }
 
-    /// Gauss's points of so many equal steps, three in each.
+    /// Returns the gauss's points of so many equal steps, three in each.
     pub(super) fn points(&self, steps: usize) -> Vec<[Point; 3]> {
         let step = self.length / steps as f64;
         let offset = 0.1 * 15.0_f64.sqrt() * step;
@@ -200,7 +200,7 @@ impl Meridian {
         middles.map(|middle| [middle - offset, middle, middle + offset].map(&mut at)).collect()
     }
 
-    /// The angle and the place at each z \[m\], one after the other along the arc.
+    /// Returns the angle and the place at each z \[m\], one after the other along the arc.
     pub(super) fn along(&self) -> impl FnMut(f64) -> (f64, Point) {
         let mut state = self.begin;
         let mut from = 0.0;

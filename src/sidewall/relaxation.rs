@@ -23,7 +23,7 @@ pub struct Relaxation {
 }
 
 impl Relaxation {
-    /// Terms with nearly one loss factor from 100 Hz to 3 kHz; none for 0.
+    /// Returns the terms with nearly one loss factor from 100 Hz to 3 kHz; none for 0.
     pub fn of_loss_factor(loss_factor: f64) -> Self {
         if loss_factor <= 0.0 {
             return Self::default();
@@ -33,7 +33,7 @@ impl Relaxation {
         Self { terms: (0..TERMS).map(term).collect() }
     }
 
-    /// f(s).
+    /// Returns f(s).
     pub fn at(&self, s: Complex64) -> Complex64 {
         let sum: Complex64 = self.terms.iter().map(|&[strength, time]| s * (strength * time) / (s * time + 1.0)).sum();
         sum + 1.0

@@ -21,7 +21,7 @@ pub(super) type Weights = [[f64; 2]; SplitRule::POINTS];
 /// Points of the quadrature within a step, or a part of one.
 const POINTS: usize = 6;
 
-/// Weights at the ends of so many equal steps.
+/// Returns the weights at the ends of so many equal steps.
 pub(super) fn weights(meridian: &Meridian, rule: &SplitRule, steps: usize) -> Vec<Weights> {
     let (length, [bead, belt]) = (meridian.length(), [meridian.edge().bead_angle, meridian.edge().angle]);
     let step = length / steps as f64;
@@ -72,7 +72,7 @@ pub(super) fn weights(meridian: &Meridian, rule: &SplitRule, steps: usize) -> Ve
     sums
 }
 
-/// z at which the arc has turned by a part of its angle from the belt's edge \[m\].
+/// Returns z at which the arc has turned by a part of its angle from the belt's edge \[m\].
 fn split_place(meridian: &Meridian, part: f64) -> f64 {
     let (length, [bead, belt]) = (meridian.length(), [meridian.edge().bead_angle, meridian.edge().angle]);
     let wanted = belt - part * (belt - bead);

@@ -50,7 +50,7 @@ pub struct Pieces {
 }
 
 impl Pieces {
-    /// Pieces by a rule from the belt to the bead.
+    /// Returns the pieces by a rule from the belt to the bead.
     pub fn new(rule: SplitRule) -> Self {
         Self { rule, weights: std::array::from_fn(|_| OnceLock::new()) }
     }
@@ -62,30 +62,30 @@ impl PartialEq for Sidewall {
     }
 }
 
-/// Bytes of the impedances at one s, of so many waves.
+/// Returns the bytes of the impedances at one s, of so many waves.
 pub(crate) fn table_bytes(waves: usize) -> f64 {
     (waves.div_ceil(MOST_LANES) * (size_of::<OnceLock<Box<BothWays>>>() + MOST_LANES * size_of::<BothWays>())) as f64
 }
 
 impl Sidewall {
-    /// The sidewall of an arc.
+    /// Returns the sidewall of an arc.
     pub fn new(arc: Arc) -> Self {
         let meridian = Meridian::new(&arc);
         Self { arc, meridian, points: std::array::from_fn(|_| OnceLock::new()) }
     }
 
-    /// Its measures.
+    /// Returns its measures.
     pub fn arc(&self) -> &Arc {
         &self.arc
     }
 
-    /// Statics of its edge; `None` where the arc has no steady state.
+    /// Returns the statics of its edge; `None` where the arc has no steady state.
     pub fn edge(&self) -> Option<EdgeStatics> {
         self.meridian.as_ref().map(Meridian::edge)
     }
 
-    /// Width of the belt on which the pressure would act as it does with the sidewalls' pull: B_e = B - 2 N_b
-    /// cos(a_b)/p \[m\] for a belt of the width B.
+    /// Returns the width of the belt on which the pressure would act as it does with the sidewalls' pull: B_e = B - 2
+    /// N_b cos(a_b)/p \[m\] for a belt of the width B.
     pub fn effective_width(&self, width: f64) -> Option<f64> {
         self.edge().map(|edge| width - 2.0 * edge.pull() / self.arc.pressure)
     }
@@ -96,8 +96,8 @@ impl Sidewall {
         steps.ceil().max(2.0 * FEWEST_STEPS as f64)
     }
 
-    /// K(n, s) with steps so fine that its error is below 1e-7 of its largest entry, a wave at a time; not finite where
-    /// the arc has no steady state.
+    /// Returns K(n, s) with steps so fine that its error is below 1e-7 of its largest entry, a wave at a time; not
+    /// finite where the arc has no steady state.
     pub fn reference(&self, n: i64, s: Complex64) -> EdgeImpedance {
         let Some(meridian) = &self.meridian else { return NOTHING };
         let points = meridian.points(self.reference_steps(n, s) as usize);
@@ -105,14 +105,14 @@ impl Sidewall {
         edge_impedance(&self.arc, &meridian.edge(), &points, &wave, &wave)
     }
 
-    /// K(n, s) as runs take it, within 1e-5 of its largest entry.
+    /// Returns K(n, s) as runs take it, within 1e-5 of its largest entry.
     pub fn impedance(&self, n: i64, s: Complex64) -> EdgeImpedance {
         let Some((meridian, place)) = self.steps(n as f64, s) else { return NOTHING };
         let wave = self.wave(n as f64, s);
         edge_impedance(&self.arc, &meridian.edge(), self.points(meridian, place), &wave, &wave)
     }
 
-    /// Flow of a wave, with as many steps as are asked for; not finite where the arc has no steady state.
+    /// Returns the flow of a wave, with as many steps as are asked for; not finite where the arc has no steady state.
     pub fn flow(&self, n: i64, s: Complex64, rule: &SplitRule, steps: usize) -> Flow {
         let Some(meridian) = &self.meridian else { return NO_FLOW };
         let (points, weights) = (meridian.points(steps), swept::weights(meridian, rule, steps));
@@ -120,7 +120,7 @@ impl Sidewall {
         edge_response(&self.arc, &meridian.edge(), &points, &weights, &wave, &wave).1
     }
 
-    /// Its waves n = 0 ..= `largest` at s. Above, the largest stands for all.
+    /// Returns its waves n = 0 ..= `largest` at s. Above, the largest stands for all.
     pub fn at(self: &Shared<Self>, s: Complex64, largest: usize) -> SidewallAt {
         let blocks = (0..=largest / MOST_LANES).map(|_| OnceLock::new());
         SidewallAt { sidewall: Shared::clone(self), s, largest, blocks: blocks.collect() }
@@ -130,7 +130,7 @@ impl Sidewall {
         Wave { n: n.into(), s, loss: self.arc.relaxation.at(s) }
     }
 
-    /// The meridian, and the place in the ladder of as many steps as waves up to n want.
+    /// Returns the meridian, and the place in the ladder of as many steps as waves up to n want.
     fn steps(&self, n: f64, s: Complex64) -> Option<(&Meridian, usize)> {
         let meridian = self.meridian.as_ref()?;
         let steps = |n: f64, s: Complex64| self.arc.length() * wavenumber(&self.arc, n, s) / STEP;
@@ -162,19 +162,19 @@ pub struct SidewallAt {
 }
 
 impl SidewallAt {
-    /// K of the wave n >= 0, forwards and backwards.
+    /// Returns K of the wave n >= 0, forwards and backwards.
     pub fn both_ways(&self, n: usize) -> &BothWays {
         let n = n.min(self.largest);
         let block = n / MOST_LANES;
         &self.blocks[block].get_or_init(|| Box::new(self.block(block * MOST_LANES)))[n % MOST_LANES]
     }
 
-    /// Largest wave; above it stands for all.
+    /// Returns the largest wave; above it stands for all.
     pub fn largest(&self) -> usize {
         self.largest
     }
 
-    /// Flows of [`MOST_LANES`] waves from one on that is a multiple of these; their K is found with them.
+    /// Returns the flows of [`MOST_LANES`] waves from one on that is a multiple of these; their K is found with them.
     pub fn flows(&self, first: usize, pieces: &Pieces) -> [BothWays<Flow>; MOST_LANES] {
         let (mut found, mut flows) = ([BothWays::of(NOTHING); MOST_LANES], [BothWays::of(NO_FLOW); MOST_LANES]);
         if let Some((meridian, place)) = self.sidewall.steps((first + MOST_LANES - 1) as f64, self.s) {
@@ -191,7 +191,7 @@ impl SidewallAt {
         flows
     }
 
-    /// K of waves from `first` on.
+    /// Returns K of waves from `first` on.
     fn block(&self, first: usize) -> [BothWays; MOST_LANES] {
         let mut found = [BothWays::of(NOTHING); MOST_LANES];
         if let Some((meridian, place)) = self.sidewall.steps((first + MOST_LANES - 1) as f64, self.s) {
@@ -235,7 +235,7 @@ impl SidewallAt {
 type Response<const K: usize> = (EdgeImpedance, [[Complex64; 2]; K]);
 
 impl<T: Copy> BothWays<T> {
-    /// The same both ways.
+    /// Returns the same both ways.
     const fn of(value: T) -> Self {
         Self { forwards: value, backwards: value }
     }

@@ -26,7 +26,7 @@ pub struct Air {
 }
 
 impl Air {
-    /// Air of a temperature \[degC\]; `None` unless it is finite and above absolute zero.
+    /// Returns the air of a temperature \[degC\]; `None` unless it is finite and above absolute zero.
     ///
     /// ```
     /// let air = tyrewave::sound::Air::at(20.0).ok_or("no such air")?;
@@ -42,7 +42,7 @@ impl Air {
         })
     }
 
-    /// Characteristic impedance rho c \[Pa s/m\].
+    /// Returns the characteristic impedance rho c \[Pa s/m\].
     pub fn impedance(&self) -> f64 {
         self.density * self.sound_speed
     }

@@ -15,7 +15,7 @@ const FALLS: [f64; 2] = [0.1, 0.02];
 /// Silence behind the signal, so that its end does not ring into its beginning \[s\].
 const SILENCE: f64 = 0.2;
 
-/// The part of a signal, sampled at `rate` \[Hz\], between two frequencies \[Hz\].
+/// Returns the part of a signal, sampled at `rate` \[Hz\], between two frequencies \[Hz\].
 pub(crate) fn band_pass(signal: &[f64], rate: f64, band: &Range<f64>) -> Vec<f64> {
     let length = transform_length(signal.len() + (SILENCE * rate) as usize);
     let mut planner = RealFftPlanner::new();

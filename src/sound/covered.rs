@@ -48,14 +48,14 @@ impl CoveredBands {
         Some(Self { lowest, highest, missing, lower_bound: missing.is_none_or(|missing| missing > MATTERS) })
     }
 
-    /// `25 Hz - 2 kHz`.
+    /// Returns `25 Hz - 2 kHz`.
     pub(crate) fn text(&self) -> String {
         let frequency =
             |hertz: f64| if hertz < 1000.0 { format!("{hertz} Hz") } else { format!("{} kHz", hertz / 1000.0) };
         format!("{} - {}", frequency(self.lowest), frequency(self.highest))
     }
 
-    /// Why the level is a lower bound, if it is.
+    /// Tells why the level is a lower bound, if it is.
     pub(crate) fn doubt(&self) -> Option<String> {
         self.lower_bound.then(|| match self.missing {
             Some(missing) => {
@@ -92,7 +92,7 @@ mod tests {
     use super::*;
     use crate::sound::levels::{energetic_sum, mean_square};
 
-    /// Bands from 25 Hz on of these levels.
+    /// Returns the bands from 25 Hz on of these levels.
     fn bands(last: i32, level: impl Fn(i32) -> f64) -> Vec<BandLevel> {
         let band = |n: i32| {
             let level = level(n);

@@ -23,7 +23,7 @@ pub enum TimeWeighting {
 }
 
 impl TimeWeighting {
-    /// Time constant tau \[s\].
+    /// Returns the time constant tau \[s\].
     pub fn time_constant(self) -> f64 {
         match self {
             Self::Fast => 0.125,
@@ -59,8 +59,8 @@ impl Detector {
         Self { share, mean_square: 0.0, highest: None, count: 0 }
     }
 
-    /// The same, with a sound of that mean square \[Pa^2\] before the first sample: for a record that begins in the
-    /// midst of a noise. Without it the level of a steady noise is 0.6 dB low after 2 tau and 0.1 dB after 4.
+    /// Returns the same, with a sound of that mean square \[Pa^2\] before the first sample: for a record that begins in
+    /// the midst of a noise. Without it the level of a steady noise is 0.6 dB low after 2 tau and 0.1 dB after 4.
     #[must_use]
     pub fn after(self, mean_square: f64) -> Self {
         Self { mean_square, ..self }
@@ -76,17 +76,17 @@ impl Detector {
         self.mean_square
     }
 
-    /// The level now \[dB re 20 uPa\].
+    /// Returns the level now \[dB re 20 uPa\].
     pub fn level(&self) -> f64 {
         level(self.mean_square)
     }
 
-    /// The highest level so far \[dB re 20 uPa\] and the sample that it was reached with; `None` before any.
+    /// Returns the highest level so far \[dB re 20 uPa\] and the sample that it was reached with; `None` before any.
     pub fn maximum(&self) -> Option<(usize, f64)> {
         self.highest.map(|(sample, mean_square)| (sample, level(mean_square)))
     }
 
-    /// The level of a signal \[Pa\] after each sample \[dB re 20 uPa\].
+    /// Returns the level of a signal \[Pa\] after each sample \[dB re 20 uPa\].
     pub fn levels(&mut self, signal: &[f64]) -> Vec<f64> {
         signal.iter().map(|&pressure| level(self.push(pressure))).collect()
     }
@@ -115,7 +115,7 @@ mod tests {
 
     const RATE: f64 = 48_000.0;
 
-    /// Highest level of a 4 kHz burst of 1 Pa amplitude over the level of the same tone, lasting.
+    /// Returns the highest level of a 4 kHz burst of 1 Pa amplitude over the level of the same tone, lasting.
     fn burst_response(weighting: TimeWeighting, milliseconds: f64) -> f64 {
         let mut detector = Detector::new(weighting, RATE);
         let samples = (milliseconds * 1e-3 * RATE).round() as usize;

@@ -87,14 +87,15 @@ impl Intensity {
         })
     }
 
-    /// A-weighted level of the bands that are vouched for, what comes the other way subtracted \[dB(A) re 1 pW/m^2\].
+    /// Returns the A-weighted level of the bands that are vouched for, what comes the other way subtracted \[dB(A) re 1
+    /// pW/m^2\].
     pub(crate) fn level_a(&self) -> f64 {
         let sum: f64 = self.a_weighted.iter().filter(|band| band.valid).map(|band| band.mean_square).sum();
         outwards(10.0 * (sum / REFERENCE_INTENSITY).log10())
     }
 }
 
-/// A level; minus infinity for the logarithm of what is negative.
+/// Returns a level; minus infinity for the logarithm of what is negative.
 fn outwards(level: f64) -> f64 {
     if level.is_nan() { f64::NEG_INFINITY } else { level }
 }
@@ -106,7 +107,8 @@ mod tests {
 
     use super::*;
 
-    /// Samples of a wave of white noise that travels along the pair of microphones, `factor` times as strong back.
+    /// Returns the samples of a wave of white noise that travels along the pair of microphones, `factor` times as
+    /// strong back.
     fn wave(back: f64) -> [Vec<f64>; 2] {
         let mut random = ChaCha8Rng::seed_from_u64(5);
         let tones: Vec<[f64; 3]> = (0..600)

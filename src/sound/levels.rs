@@ -12,18 +12,19 @@ use crate::response::{BandLevel, PowerSpectrum};
 /// Reference pressure p_0 of levels \[Pa\] (ISO 1683).
 pub const REFERENCE_PRESSURE: f64 = 20e-6;
 
-/// 10 lg(mean square/p_0^2) \[dB re 20 uPa\] of a mean square \[Pa^2\]; minus infinity for silence.
+/// Returns 10 lg(mean square/p_0^2) \[dB re 20 uPa\] of a mean square \[Pa^2\]; minus infinity for silence.
 pub fn level(mean_square: f64) -> f64 {
     10.0 * (mean_square / (REFERENCE_PRESSURE * REFERENCE_PRESSURE)).log10()
 }
 
-/// The mean square of a level: [`level`] backwards.
+/// Returns the mean square of a level: [`level`] backwards.
 pub fn mean_square(level: f64) -> f64 {
     REFERENCE_PRESSURE * REFERENCE_PRESSURE * 10.0_f64.powf(0.1 * level)
 }
 
-/// Level of several sources that know nothing of each other \[dB\], such as the four tyres of a car, each at its own
-/// receiver position ([`crate::scene::Vehicle::seen_from_tyres`]): 10 lg sum 10^(L/10). Minus infinity for none.
+/// Returns the level of several sources that know nothing of each other \[dB\], such as the four tyres of a car, each
+/// at its own receiver position ([`crate::scene::Vehicle::seen_from_tyres`]): 10 lg sum 10^(L/10). Minus infinity for
+/// none.
 ///
 /// ```
 /// use tyrewave::sound::energetic_sum;
@@ -34,7 +35,7 @@ pub fn energetic_sum(levels: impl IntoIterator<Item = f64>) -> f64 {
     10.0 * levels.into_iter().map(|level| 10.0_f64.powf(0.1 * level)).sum::<f64>().log10()
 }
 
-/// Level of the mean of the mean squares \[dB\], over microphones or times; NaN for none.
+/// Returns the level of the mean of the mean squares \[dB\], over microphones or times; NaN for none.
 pub fn energetic_mean(levels: impl IntoIterator<Item = f64>) -> f64 {
     let mut count = 0.0;
     let sum = energetic_sum(levels.into_iter().inspect(|_| count += 1.0));
@@ -70,28 +71,28 @@ impl SoundLevels {
         Self { third_octaves, a_weighted, overall, overall_a }
     }
 
-    /// The same bands; the overall levels are those of the bands that the signal's maker vouches for.
+    /// Returns the same bands; the overall levels are those of the bands that the signal's maker vouches for.
     #[must_use]
     pub fn vouched(self) -> Self {
         let overall = |bands: &[BandLevel]| level_of(bands.iter().filter(|band| band.valid));
         Self { overall: overall(&self.third_octaves), overall_a: overall(&self.a_weighted), ..self }
     }
 
-    /// The bands that the signal's maker vouches for; `None` of none.
+    /// Returns the bands that the signal's maker vouches for; `None` of none.
     pub(crate) fn covered(&self) -> Option<CoveredBands> {
         let valid: Vec<BandLevel> = self.a_weighted.iter().copied().filter(|band| band.valid).collect();
         CoveredBands::of(&valid)
     }
 }
 
-/// Level of several bands together \[dB\].
+/// Returns the level of several bands together \[dB\].
 fn level_of<'a>(bands: impl IntoIterator<Item = &'a BandLevel>) -> f64 {
     level(bands.into_iter().map(|band| band.mean_square).sum())
 }
 
-/// The spectrum of a pressure from its one-sided power spectral density \[Pa^2/Hz\] at 0, df, 2 df, ... up to half of
-/// `rate` \[Hz\] at most: what a transfer function times a source spectrum gives. `None` for no value, a negative or
-/// undefined one, or a distance df that is not positive.
+/// Returns the spectrum of a pressure from its one-sided power spectral density \[Pa^2/Hz\] at 0, df, 2 df, ... up to
+/// half of `rate` \[Hz\] at most: what a transfer function times a source spectrum gives. `None` for no value, a
+/// negative or undefined one, or a distance df that is not positive.
 pub fn spectrum_of_density(density: &[f64], resolution: f64, rate: f64) -> Option<PowerSpectrum> {
     let nyquist = 0.5 * rate;
     let highest = density.len().checked_sub(1)? as f64 * resolution;
@@ -110,7 +111,7 @@ mod tests {
     use super::*;
     use crate::response::ThirdOctaveBand;
 
-    /// White noise of 1 Pa^2/Hz to 8 kHz.
+    /// Returns the white noise of 1 Pa^2/Hz to 8 kHz.
     fn white() -> PowerSpectrum {
         spectrum_of_density(&[1.0; 8001], 1.0, 16e3).unwrap()
     }

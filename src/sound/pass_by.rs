@@ -167,13 +167,13 @@ impl PassBy {
         Ok(Self { spacing, aside: y.hypot(z), distances, samples, passage })
     }
 
-    /// Number of samples heard.
+    /// Returns the number of samples heard.
     pub(crate) fn samples(&self) -> usize {
         self.samples
     }
 
-    /// Where the microphone is in the tyre's frame when it hears a sample: its x \[m\]. The tyre is as far behind (x >
-    /// 0) or past (x < 0) the microphone.
+    /// Tells where the microphone is in the tyre's frame when it hears a sample: its x \[m\]. The tyre is as far behind
+    /// (x > 0) or past (x < 0) the microphone.
     pub(crate) fn place(&self, sample: usize) -> f64 {
         self.passage.receivers[0][0] - self.passage.speed * sample as f64 / self.passage.output_rate
     }
@@ -183,7 +183,7 @@ impl PassBy {
         self.path(self.place(0)).0 / self.passage.sound_speed + sample as f64 / self.passage.output_rate
     }
 
-    /// The frequency heard over the one that left the tyre: D.
+    /// Returns the frequency heard over the one that left the tyre: D.
     #[cfg(test)]
     pub(crate) fn doppler_ratio(&self, sample: usize) -> f64 {
         let (distance, shortened) = self.path(self.place(sample));
@@ -234,7 +234,7 @@ impl PassBy {
         Ok(())
     }
 
-    /// The whole pass-by \[Pa\]; `pressure` gives the samples of a point's pressure that are asked for.
+    /// Returns the whole pass-by \[Pa\]; `pressure` gives the samples of a point's pressure that are asked for.
     ///
     /// # Errors
     /// [`PassByError::ExcerptLength`] if it gives another number.
@@ -249,15 +249,16 @@ impl PassBy {
         Ok(heard)
     }
 
-    /// The sample with the highest of the levels heard, and the level, while the tyre is no farther than `half_length`
-    /// \[m\] before or past the microphone: the coast-by level of UN R117 with L_AF and 10 m. `None` for none.
+    /// Returns the sample with the highest of the levels heard, and the level, while the tyre is no farther than
+    /// `half_length` \[m\] before or past the microphone: the coast-by level of UN R117 with L_AF and 10 m. `None` for
+    /// none.
     pub(crate) fn highest(&self, levels: &[f64], half_length: f64) -> Option<(usize, f64)> {
         let within = |sample: &usize| self.place(*sample).abs() <= half_length * (1.0 + 1e-12);
         let heard = (0..self.samples.min(levels.len())).filter(within).map(|sample| (sample, levels[sample]));
         heard.max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// Distance r run since the emission, and R, of what is heard at x.
+    /// Returns the distance r run since the emission, and R, of what is heard at x.
     fn path(&self, x: f64) -> (f64, f64) {
         let mach = self.passage.speed / self.passage.sound_speed;
         let rest = 1.0 - mach * mach;
@@ -276,7 +277,7 @@ impl PassBy {
         Instant { emission: self.time(sample) - distance / self.passage.sound_speed, gain, stencil: (first, fades) }
     }
 
-    /// Samples heard that a point has a part in, one more at either end.
+    /// Returns the samples heard that a point has a part in, one more at either end.
     fn heard(&self, receiver: usize) -> Range<usize> {
         let count = self.distances.len();
         let from = if receiver < STENCIL { 0 } else { receiver - 2 };
@@ -286,13 +287,13 @@ impl PassBy {
         first..(sample(to).ceil() as usize + 1).min(self.samples)
     }
 
-    /// Place of tau + r_i/c among the samples of a point's pressure.
+    /// Returns the place of tau + r_i/c among the samples of a point's pressure.
     fn position(&self, receiver: usize, sample: usize) -> f64 {
         let delay = self.distances[receiver] / self.passage.sound_speed;
         (self.instant(sample).emission + delay) * self.passage.input_rate
     }
 
-    /// Spacing of the coarser lattice over the input's.
+    /// Returns the spacing of the coarser lattice over the input's.
     fn ratio(&self) -> f64 {
         (self.passage.input_rate / self.passage.output_rate).max(1.0)
     }

@@ -66,7 +66,7 @@ impl PointSources {
         level_there - level(REFERENCE_POWER * air.impedance() * mean)
     }
 
-    /// p^2/(rho c W) at a position \[1/m^2\], its mean over a band.
+    /// Returns p^2/(rho c W) at a position \[1/m^2\], its mean over a band.
     fn spread(&self, band: ThirdOctaveBand, [x, y, z]: Position, air: &Air) -> f64 {
         let one = |&(height, share): &(f64, f64)| {
             let distance = |height: f64| x.hypot(y).hypot(z - height);

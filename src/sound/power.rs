@@ -11,7 +11,7 @@ use super::frame::Position;
 /// Reference power of levels \[W\] (ISO 1683).
 pub(crate) const REFERENCE_POWER: f64 = 1e-12;
 
-/// Level of a sound power \[dB re 1 pW\].
+/// Returns the level of a sound power \[dB re 1 pW\].
 pub(crate) fn power_level(power: f64) -> f64 {
     10.0 * (power / REFERENCE_POWER).log10()
 }
@@ -74,8 +74,9 @@ const BROADBAND: [Position; 20] = [
 ];
 
 impl Iso3744 {
-    /// The ten key positions or, with the additional ones, all twenty, on a hemisphere of a radius \[m\] about the
-    /// origin. The tables are rounded to hundredths; the positions are moved onto the hemisphere along their radius.
+    /// Returns the ten key positions or, with the additional ones, all twenty, on a hemisphere of a radius \[m\] about
+    /// the origin. The tables are rounded to hundredths; the positions are moved onto the hemisphere along their
+    /// radius.
     pub fn positions(self, radius: f64, additional: bool) -> Vec<Position> {
         let table = match self {
             Self::Tones => TONES,
@@ -88,8 +89,8 @@ impl Iso3744 {
         table[..if additional { 20 } else { 10 }].iter().map(onto_hemisphere).collect()
     }
 
-    /// Sound power \[W\] from the mean squares \[Pa^2\] at the positions of a radius \[m\]: their mean times the area,
-    /// by the air's impedance. NaN without a position.
+    /// Returns the sound power \[W\] from the mean squares \[Pa^2\] at the positions of a radius \[m\]: their mean
+    /// times the area, by the air's impedance. NaN without a position.
     pub fn power(mean_squares: &[f64], radius: f64, air: &Air) -> f64 {
         let mean = mean_squares.iter().sum::<f64>() / mean_squares.len() as f64;
         TAU * radius * radius * mean / air.impedance()
@@ -130,7 +131,7 @@ mod tests {
             grid
         }
 
-        /// Sound power \[W\] from the mean squares \[Pa^2\] at the positions.
+        /// Returns the sound power \[W\] from the mean squares \[Pa^2\] at the positions.
         fn power(&self, mean_squares: &[f64], air: &Air) -> f64 {
             self.areas.iter().zip(mean_squares).map(|(area, square)| area * square).sum::<f64>() / air.impedance()
         }

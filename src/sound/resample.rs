@@ -83,7 +83,7 @@ mod tests {
         (0..samples).map(|n| (TAU * frequency * n as f64 / rate + 0.4).sin()).collect()
     }
 
-    /// Largest difference from the exact tone, the ends of the kernel's width left out.
+    /// Returns the largest difference from the exact tone, the ends of the kernel's width left out.
     fn error(frequency: f64, rate: f64, new_rate: f64) -> f64 {
         let samples = (2000.0 * (rate / new_rate).max(1.0)) as usize;
         let found = resample(&tone(frequency, rate, samples), rate, new_rate);

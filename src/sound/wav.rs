@@ -90,8 +90,8 @@ const SCALE_24: f64 = 8_388_608.0;
 /// Where `ICMT` begins.
 const CALIBRATION: &str = "full scale = ";
 
-/// The smallest of 1, 2, 5, 10, ... Pa (and their parts) that holds pressures up to a peak \[Pa\]: files of similar
-/// sounds get the same, and can be compared by ear. 1 Pa for silence.
+/// Returns the smallest of 1, 2, 5, 10, ... Pa (and their parts) that holds pressures up to a peak \[Pa\]: files of
+/// similar sounds get the same, and can be compared by ear. 1 Pa for silence.
 pub fn full_scale_for(peak: f64) -> f64 {
     if !(peak.is_finite() && peak > 0.0) {
         return 1.0;
@@ -105,7 +105,7 @@ pub fn full_scale_for(peak: f64) -> f64 {
 }
 
 impl Recording {
-    /// The file's content.
+    /// Returns the file's content.
     ///
     /// # Errors
     /// [`WavError`], but not [`WavError::Write`].
@@ -168,8 +168,8 @@ impl Recording {
     }
 }
 
-/// A file of [`Recording::to_bytes`] with another full scale, large enough for its peak \[Pa\]; `None` for a file that
-/// is none of these.
+/// Returns a file of [`Recording::to_bytes`] with another full scale, large enough for its peak \[Pa\]; `None` for a
+/// file that is none of these.
 ///
 /// # Errors
 /// [`WavError`], but not [`WavError::Write`].
@@ -196,7 +196,8 @@ pub(crate) fn rescaled(file: &[u8], full_scale: f64) -> Option<Result<Vec<u8>, W
     Some(Recording { rate, channels, full_scale, format, description }.to_bytes())
 }
 
-/// Pressure that is 1 in a file \[Pa\], from its content; `None` without a calibration in the form of [`super::wav`].
+/// Returns the pressure that is 1 in a file \[Pa\], from its content; `None` without a calibration in the form of
+/// [`super::wav`].
 pub(crate) fn full_scale_of(file: &[u8]) -> Option<f64> {
     let list = chunk(file.get(12..)?, b"LIST")?;
     let comment = chunk(list.strip_prefix(b"INFO")?, b"ICMT")?;
@@ -204,7 +205,7 @@ pub(crate) fn full_scale_of(file: &[u8]) -> Option<f64> {
     text.strip_prefix(CALIBRATION)?.split(" Pa").next()?.parse().ok()
 }
 
-/// The chunk LIST of kind INFO.
+/// Returns the chunk LIST of kind INFO.
 fn information(full_scale: f64, description: &str) -> Vec<u8> {
     let plain: String = description.chars().map(|c| if c.is_ascii() && !c.is_control() { c } else { '?' }).collect();
     let comment = format!("{CALIBRATION}{full_scale} Pa; {plain}");
@@ -217,7 +218,7 @@ fn information(full_scale: f64, description: &str) -> Vec<u8> {
     content
 }
 
-/// The file with a chunk LIST at its end.
+/// Returns the file with a chunk LIST at its end.
 fn with_chunk(mut file: Vec<u8>, content: &[u8]) -> Vec<u8> {
     // Chunks begin at even places.
     if file.len() % 2 == 1 {
@@ -238,7 +239,7 @@ fn push_chunk(file: &mut Vec<u8>, name: &[u8; 4], content: &[u8]) {
     }
 }
 
-/// Content of the first chunk of a name.
+/// Returns the content of the first chunk of a name.
 fn chunk<'a>(mut chunks: &'a [u8], name: &[u8; 4]) -> Option<&'a [u8]> {
     loop {
         let (head, rest) = chunks.split_first_chunk::<4>()?;

@@ -24,7 +24,7 @@ pub enum FrequencyWeighting {
 }
 
 impl FrequencyWeighting {
-    /// Gain at a frequency \[Hz\], by which amplitudes are multiplied; 1 at 1 kHz.
+    /// Returns the gain at a frequency \[Hz\], by which amplitudes are multiplied; 1 at 1 kHz.
     pub fn gain(self, frequency: f64) -> f64 {
         match self {
             Self::A => response(frequency) / response(REFERENCE_FREQUENCY),
@@ -32,12 +32,12 @@ impl FrequencyWeighting {
         }
     }
 
-    /// The same \[dB\]; minus infinity for A at 0.
+    /// Returns the same \[dB\]; minus infinity for A at 0.
     pub fn decibels(self, frequency: f64) -> f64 {
         20.0 * self.gain(frequency).log10()
     }
 
-    /// The spectrum of the weighted signal: each bin's power times the squared gain at its frequency.
+    /// Returns the spectrum of the weighted signal: each bin's power times the squared gain at its frequency.
     ///
     /// A bin that is wide against its frequency takes the gain of its middle: with bins of 3 Hz and the steepest slope,
     /// 24 dB per octave, that is 0.03 dB wrong at 50 Hz, where A takes 30 dB off.
@@ -47,7 +47,7 @@ impl FrequencyWeighting {
         PowerSpectrum { power: power.collect(), ..spectrum.clone() }
     }
 
-    /// `A` or `Z`, as units and file names have it.
+    /// Returns `A` or `Z`, as units and file names have it.
     pub fn letter(self) -> char {
         match self {
             Self::A => 'A',
@@ -56,7 +56,7 @@ impl FrequencyWeighting {
     }
 }
 
-/// Pole frequencies f_1 ... f_4 of the A-weighting \[Hz\]: formulas E.2 to E.6, with D^2 = 1/2.
+/// Returns the pole frequencies f_1 ... f_4 of the A-weighting \[Hz\]: formulas E.2 to E.6, with D^2 = 1/2.
 pub(super) fn poles() -> [f64; 4] {
     let [reference, low, high] = [REFERENCE_FREQUENCY, 10.0_f64.powf(1.5), 10.0_f64.powf(3.9)].map(|f| f * f);
     let half = 0.5_f64.sqrt();
@@ -73,7 +73,7 @@ pub(super) fn poles() -> [f64; 4] {
     ]
 }
 
-/// R(f).
+/// Returns R(f).
 fn response(frequency: f64) -> f64 {
     let square = frequency * frequency;
     let [first, second, third, fourth] = poles().map(|pole| pole * pole);

@@ -73,7 +73,7 @@ impl WeightingFilter {
         Ok(Self { poles, states, taps, history, newest: 0 })
     }
 
-    /// The next weighted sample.
+    /// Returns the next weighted sample.
     pub fn push(&mut self, sample: f64) -> f64 {
         let mut value = sample;
         for (pole, [input, output]) in self.poles.iter().zip(&mut self.states) {
@@ -89,13 +89,13 @@ impl WeightingFilter {
         self.taps.iter().zip(late.iter().chain(early)).map(|(tap, past)| tap * past).sum()
     }
 
-    /// The whole signal, weighted.
+    /// Returns the whole signal, weighted.
     pub fn apply(&mut self, signal: &[f64]) -> Vec<f64> {
         signal.iter().map(|&sample| self.push(sample)).collect()
     }
 }
 
-/// Poles of the high-passes and taps of the A-weighting.
+/// Returns the poles of the high-passes and taps of the A-weighting.
 fn design(rate: f64) -> (Vec<f64>, Vec<f64>) {
     let [first, second, third, _] = poles();
     let poles: Vec<f64> = [first, first, second, third].iter().map(|pole| (-TAU * pole / rate).exp()).collect();
@@ -147,7 +147,7 @@ mod tests {
 
     const RATES: [f64; 11] = [4e3, 5.8e3, 8e3, 11_025.0, 16e3, 22_050.0, 32e3, 44_100.0, 48e3, 96e3, 192e3];
 
-    /// Level of the filter's impulse response at a frequency: the filter as it runs, not its coefficients.
+    /// Returns the level of the filter's impulse response at a frequency: the filter as it runs, not its coefficients.
     fn decibels(impulse_response: &[f64], frequency: f64, rate: f64) -> f64 {
         let turn = |n: usize| Complex64::cis(-TAU * frequency / rate * n as f64);
         let sum: Complex64 = impulse_response.iter().enumerate().map(|(n, &h)| turn(n) * h).sum();

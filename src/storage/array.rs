@@ -69,7 +69,7 @@ impl Array {
         Ok(Self { npy, kind })
     }
 
-    /// Its lengths.
+    /// Returns its lengths.
     pub(crate) fn shape(&self) -> &[u64] {
         self.npy.shape()
     }
@@ -84,7 +84,7 @@ impl Array {
         self.npy.dtype().descr()
     }
 
-    /// All numbers, of an array of two lengths row by row whatever the order in the file.
+    /// Returns all numbers, of an array of two lengths row by row whatever the order in the file.
     ///
     /// # Errors
     /// [`ArrayError`].
@@ -113,7 +113,7 @@ fn damaged(error: Error) -> ArrayError {
     ArrayError::Damaged(error.to_string())
 }
 
-/// The bytes of a file up to its numbers.
+/// Returns the bytes of a file up to its numbers.
 fn header(file: &mut File) -> Result<Vec<u8>, ArrayError> {
     let wrong = |what: &str| ArrayError::Damaged(what.to_owned());
     let mut bytes = Vec::new();

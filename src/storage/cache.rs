@@ -68,8 +68,8 @@ pub trait Cached: Serialize + DeserializeOwned {
     fn is_sound(&self) -> bool;
 }
 
-/// The key of a value: SHA-256 over its kind's version and all that it depends on, in JSON form (numbers are written
-/// with all digits).
+/// Returns the key of a value: SHA-256 over its kind's version and all that it depends on, in JSON form (numbers are
+/// written with all digits).
 ///
 /// # Errors
 /// Content that JSON cannot hold.
@@ -104,8 +104,8 @@ pub struct Cache {
 }
 
 impl Cache {
-    /// The user's cache: `TYREWAVE_CACHE_DIR`, else the platform's cache folder (`XDG_CACHE_HOME`, `LOCALAPPDATA`,
-    /// `~/Library/Caches`, `~/.cache`).
+    /// Returns the user's cache: `TYREWAVE_CACHE_DIR`, else the platform's cache folder (`XDG_CACHE_HOME`,
+    /// `LOCALAPPDATA`, `~/Library/Caches`, `~/.cache`).
     ///
     /// # Errors
     /// [`CacheError::NoFolder`].
@@ -122,17 +122,17 @@ impl Cache {
             .ok_or(CacheError::NoFolder)
     }
 
-    /// A cache in a given folder, bounded to `limit` bytes.
+    /// Returns a cache in a given folder, bounded to `limit` bytes.
     pub fn at(folder: PathBuf, limit: u64) -> Self {
         Self { folder, limit }
     }
 
-    /// The folder.
+    /// Returns the folder.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// The file of a key.
+    /// Returns the file of a key.
     pub fn path<T: Cached>(&self, key: &[u8; 32]) -> PathBuf {
         self.folder.join(hexadecimal(key)).with_extension(T::KIND.extension)
     }
@@ -165,8 +165,8 @@ impl Cache {
         self.shrink(&path)
     }
 
-    /// A value from its entry if that is there and sound, else made and stored. Trouble with the cache only ever gives
-    /// warnings.
+    /// Returns a value from its entry if that is there and sound, else made and stored. Trouble with the cache only
+    /// ever gives warnings.
     ///
     /// # Errors
     /// Errors of making the value.
@@ -184,7 +184,7 @@ impl Cache {
         Ok(value)
     }
 
-    /// A value from its entry if that is there and sound.
+    /// Returns a value from its entry if that is there and sound.
     pub fn kept<T: Cached>(&self, key: &[u8; 32], warnings: &mut Vec<String>) -> Option<T> {
         match self.load(key) {
             Ok(Some(Ok(value))) => return Some(value),
@@ -221,7 +221,7 @@ impl Cache {
         Ok(())
     }
 
-    /// The files of all entries, of whatever kind: those that are named after a key.
+    /// Returns the files of all entries, of whatever kind: those that are named after a key.
     fn files(&self) -> Result<Vec<EntryFile>, CacheError> {
         let names = match entries(&self.folder) {
             Ok(names) => names,
@@ -242,7 +242,7 @@ impl Cache {
         Ok(files)
     }
 
-    /// All entries, checked, by name; those of none of these kinds are listed as foreign.
+    /// Returns all entries, checked, by name; those of none of these kinds are listed as foreign.
     ///
     /// # Errors
     /// [`CacheError::Io`].
@@ -279,7 +279,7 @@ fn remove(path: &Path) -> Result<(), CacheError> {
     }
 }
 
-/// The value of an entry's body, if it is that of the key.
+/// Returns the value of an entry's body, if it is that of the key.
 fn value<T: Cached>(mut body: Body, key: &[u8; 32]) -> Result<T, Unusable> {
     if body.take::<[u8; 32]>()? != *key {
         return Err(Unusable::Key);

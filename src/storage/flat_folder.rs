@@ -30,9 +30,8 @@ pub fn entries(folder: &Path) -> io::Result<Vec<String>> {
     fs::read_dir(folder)?.map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned())).collect()
 }
 
-/// The path of a file in a folder, by a name that may come from a stranger: one without other folders in it, and no
-/// link.
-/// `None` where there is no such file.
+/// Returns the path of a file in a folder, by a name that may come from a stranger: one without other folders in it,
+/// and no link. `None` where there is no such file.
 ///
 /// # Errors
 /// [`ErrorKind::InvalidInput`] for any other name and for a link; of the file system.
@@ -40,7 +39,7 @@ pub(crate) fn file(folder: &Path, name: &str) -> io::Result<Option<PathBuf>> {
     entry(folder, name, fs::Metadata::is_file)
 }
 
-/// The path of a folder in a folder, by a name as that of a [`file`].
+/// Returns the path of a folder in a folder, by a name as that of a [`file`].
 ///
 /// # Errors
 /// As [`file`].

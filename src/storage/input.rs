@@ -56,7 +56,7 @@ pub(crate) fn open(path: &Path) -> io::Result<(File, u64)> {
     Ok((file, size))
 }
 
-/// All bytes of a regular file of at most `limit` bytes.
+/// Returns all bytes of a regular file of at most `limit` bytes.
 ///
 /// # Errors
 /// As [`open`], and [`InputError::TooLarge`].
@@ -88,7 +88,7 @@ pub(crate) fn excerpt(text: &str) -> String {
     beginning(text, QUOTED)
 }
 
-/// A text of at most so many characters, or its beginning.
+/// Returns a text of at most so many characters, or its beginning.
 pub(crate) fn beginning(text: &str, most: usize) -> String {
     match text.char_indices().nth(most) {
         Some((end, _)) => format!("{}...", &text[..end]),

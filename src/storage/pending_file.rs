@@ -45,12 +45,12 @@ impl PendingFile {
         Ok(Self { path: path.to_owned(), temporary })
     }
 
-    /// The name that it will have.
+    /// Returns the name that it will have.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The name that it has so far.
+    /// Returns the name that it has so far.
     pub fn temporary(&self) -> &Path {
         &self.temporary
     }

@@ -85,7 +85,7 @@ impl Format {
         file.complete(&bytes)
     }
 
-    /// Bytes of a file, if they are whole and of this format.
+    /// Returns the bytes of a file, if they are whole and of this format.
     ///
     /// # Errors
     /// Errors of the file.
@@ -125,7 +125,7 @@ pub(crate) struct Body {
 }
 
 impl Body {
-    /// The next of the values that were written as a tuple.
+    /// Returns the next of the values that were written as a tuple.
     ///
     /// # Errors
     /// [`Unusable::Damaged`] where the bytes do not make one.
@@ -136,7 +136,7 @@ impl Body {
         Ok(value)
     }
 
-    /// The last value, which uses up the body.
+    /// Returns the last value, which uses up the body.
     ///
     /// # Errors
     /// As [`Self::take`].

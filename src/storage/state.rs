@@ -120,7 +120,7 @@ pub(crate) fn restore_part<T, S>(
     }
 }
 
-/// A state as it comes back from its bytes.
+/// Returns a state as it comes back from its bytes.
 #[cfg(test)]
 pub(crate) fn read_back<T: serde::Serialize + serde::de::DeserializeOwned>(state: &T) -> T {
     postcard::from_bytes(&postcard::to_stdvec(state).unwrap()).unwrap()

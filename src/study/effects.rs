@@ -35,7 +35,7 @@ const AIRS: [(AirMotion, &str); 3] = [
 /// Effect that can be taken away: a row of the plan's table.
 pub(crate) type Effect = &'static Row;
 
-/// All of them; contact over cells, which is compared with slices as a whole, is the last.
+/// Returns all of them; contact over cells, which is compared with slices as a whole, is the last.
 pub(crate) fn effects() -> Vec<Effect> {
     let (cells, others): (Vec<_>, Vec<_>) = rows().filter(|row| row.switch.is_some()).partition(|row| is_cells(row));
     others.into_iter().chain(cells).collect()
@@ -69,7 +69,7 @@ pub(crate) fn over_cells(loaded: &LoadedScene, duration: f64) -> Option<Plan> {
     Plan::of(&loaded).ok().map(Plan::with_kept_model)
 }
 
-/// Reason why an effect is not looked at in a scene of slices, or of cells.
+/// Returns the reason why an effect is not looked at in a scene of slices, or of cells.
 fn beside_cells(scene: &Scene, effect: Effect) -> Option<String> {
     let reason = match scene.contact.zone {
         Zone::Cells if !effect.of_cells => "cells are compared with slices alone",
@@ -102,7 +102,7 @@ pub(crate) struct Comparison {
     pub doubts: Vec<(String, Trial)>,
 }
 
-/// Compares. `duration` \[s\] takes the place of the scene's.
+/// Returns the compares. `duration` \[s\] takes the place of the scene's.
 ///
 /// # Errors
 /// Errors of any of the runs; [`RunError::Interrupted`].
@@ -200,7 +200,7 @@ impl Way {
     /// Both.
     pub(crate) const ALL: [Self; 2] = [Self::Added, Self::TakenAway];
 
-    /// The way in words.
+    /// Returns the way in words.
     pub(crate) const fn title(self) -> &'static str {
         match self {
             Self::Added => "each effect alone",
@@ -208,7 +208,7 @@ impl Way {
         }
     }
 
-    /// The way in names of runs.
+    /// Returns the way in names of runs.
     pub(crate) const fn sign(self) -> char {
         match self {
             Self::Added => '+',
@@ -218,7 +218,7 @@ impl Way {
 }
 
 impl Comparison {
-    /// The effects that the scene can have, each with its run and what that is compared with.
+    /// Returns the effects that the scene can have, each with its run and what that is compared with.
     pub(crate) fn runs(&self, way: Way) -> Vec<(Effect, &Trial, &Trial)> {
         let Self { base, all, effects, .. } = self;
         let run = |worth| match worth {
@@ -231,7 +231,7 @@ impl Comparison {
         effects.iter().filter_map(run).collect()
     }
 
-    /// Every run with its name and what it is compared with, in the order of the tables.
+    /// Returns every run with its name and what it is compared with, in the order of the tables.
     pub(crate) fn rolled(&self) -> Vec<(String, &Trial, Option<&Trial>)> {
         let Self { base, all, doubts, .. } = self;
         let mut rolled = vec![("none".to_owned(), base, None), ("all".to_owned(), all, Some(base))];
@@ -244,7 +244,7 @@ impl Comparison {
         rolled
     }
 
-    /// Every run as a row of numbers.
+    /// Returns every run as a row of numbers.
     pub(crate) fn csv(&self) -> String {
         let level = |band: &BandLevel| format!("level_db_re_1n_{}hz", band.band.nominal_frequency());
         let header = ["effects", "mean_force_n", "contact_length_m", "steps_s", "memory_bytes", "valid_to_hz"];

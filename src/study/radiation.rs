@@ -40,7 +40,7 @@ pub(crate) fn asked_frequencies(highest: f64, points: u32) -> Vec<f64> {
     asked
 }
 
-/// The receivers, by name.
+/// Returns the receivers, by name.
 pub(crate) fn named_receivers(width: f64) -> [(&'static str, [f64; 3]); 3] {
     let [front, _] = receivers::close_proximity(width, Side::Left);
     let height = receivers::COAST_BY_HEIGHT;
@@ -90,7 +90,8 @@ pub(crate) struct Radiator {
 }
 
 impl Radiator {
-    /// The tyre of a planned scene whose patch at rest is so long \[m\]; `None` if the scene's air does not exist.
+    /// Returns the tyre of a planned scene whose patch at rest is so long \[m\]; `None` if the scene's air does not
+    /// exist.
     ///
     /// # Errors
     /// A body that cannot be.
@@ -125,12 +126,12 @@ impl Radiator {
         Ok(Air::at(radiation.temperature).map(radiator))
     }
 
-    /// Length of the patch \[m\].
+    /// Returns the length of the patch \[m\].
     pub(crate) fn patch_length(&self) -> f64 {
         2.0 * self.body.half_patch()
     }
 
-    /// Width over the shoulders \[m\].
+    /// Returns the width over the shoulders \[m\].
     pub(crate) fn width(&self) -> f64 {
         self.width
     }
@@ -140,12 +141,12 @@ impl Radiator {
         self.flank.is_some()
     }
 
-    /// Length of sound in the air at a frequency \[m\].
+    /// Returns the length of sound in the air at a frequency \[m\].
     pub(crate) fn wavelength(&self, frequency: f64) -> f64 {
         self.air.sound_speed / frequency
     }
 
-    /// Expected cost at a frequency \[Hz\].
+    /// Returns the expected cost at a frequency \[Hz\].
     ///
     /// # Errors
     /// As [`Cost::expected`].
@@ -154,7 +155,7 @@ impl Radiator {
         Cost::expected(&self.body, wavenumber, wavenumber, &self.resolution, &Block::EVEN_ACROSS)
     }
 
-    /// The rolling tyre, up to half of its sampling rate.
+    /// Returns the rolling tyre, up to half of its sampling rate.
     fn model(&self) -> PressureModel {
         PressureModel {
             layout: self.layout,

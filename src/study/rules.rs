@@ -22,7 +22,7 @@ pub(crate) struct RuleReport {
     pub stability: Stability,
 }
 
-/// Diagnosis of every rule at the scene's time step.
+/// Returns the diagnosis of every rule at the scene's time step.
 ///
 /// # Errors
 /// A fit that was refused, or stopped by `stop`.
@@ -102,7 +102,7 @@ pub(crate) fn work_precision(
     Ok(WorkPrecision { points, doubt: other.difference(&reference).force, time: duration })
 }
 
-/// The force up to a frequency, and what it cost.
+/// Returns the force up to a frequency, and what it cost.
 fn rolled(
     trials: &mut Trials<'_>,
     scene: &Scene,

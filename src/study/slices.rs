@@ -82,7 +82,7 @@ impl Sample {
         read().map_err(|error| in_scene(loaded, error))
     }
 
-    /// Curves of all slices by both laws, to a tolerance \[m\].
+    /// Returns the curves of all slices by both laws, to a tolerance \[m\].
     ///
     /// # Errors
     /// [`SliceError`].
@@ -91,7 +91,7 @@ impl Sample {
         Ok([build(LAWS[0].0)?, build(LAWS[1].0)?])
     }
 
-    /// Depth of every point under its slice's highest one \[m\], slice by slice.
+    /// Returns the depth of every point under its slice's highest one \[m\], slice by slice.
     pub(crate) fn depths(&self) -> Vec<f64> {
         self.heights
             .chunks(self.lattice.cells())
@@ -102,7 +102,7 @@ impl Sample {
             .collect()
     }
 
-    /// The first slice, given its curves; `None` of one that is flat across.
+    /// Returns the first slice, given its curves; `None` of one that is flat across.
     ///
     /// # Errors
     /// [`SliceError`].
@@ -133,7 +133,7 @@ impl Sample {
     }
 }
 
-/// The spread over some slices, each by both laws, whose depths are given \[m\]; none over flat ones.
+/// Returns the spread over some slices, each by both laws, whose depths are given \[m\]; none over flat ones.
 pub(crate) fn spread(curves: &[Vec<StiffnessCurve>; 2], depths: &[f64]) -> Vec<Spread> {
     // Penetrations at fractions of the road's mean depth: where the laws can differ.
     let typical = 2.0 * depths.iter().sum::<f64>() / depths.len() as f64;

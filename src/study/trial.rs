@@ -62,29 +62,29 @@ pub(crate) struct Trial {
 }
 
 impl Trial {
-    /// Mean force after the warm-up \[N\].
+    /// Returns the mean force after the warm-up \[N\].
     pub(crate) fn mean_force(&self) -> f64 {
         self.results.mean_force.unwrap_or_default()
     }
 
-    /// Mean length of the patch after the warm-up \[m\].
+    /// Returns the mean length of the patch after the warm-up \[m\].
     pub(crate) fn contact_length(&self) -> f64 {
         self.results.mean_contact_length.unwrap_or_default()
     }
 
-    /// Rolling resistance after the warm-up \[N\]; 0 where the tread law has none.
+    /// Returns the rolling resistance after the warm-up \[N\]; 0 where the tread law has none.
     pub(crate) fn rolling_resistance(&self) -> f64 {
         self.results.rolling_resistance.map_or(0.0, |resistance| resistance.force)
     }
 
-    /// A-weighted levels at the receivers, by which runs are compared, and third octaves.
+    /// Returns the A-weighted levels at the receivers, by which runs are compared, and third octaves.
     pub(crate) fn heard(&self) -> Vec<(RatedLevel, SoundLevels)> {
         let receivers = self.results.sound.iter().flat_map(|sound| sound.rated.iter().zip(&sound.receivers));
         let levels = |heard: &ReceiverSpectrum| SoundLevels::of(&heard.spectrum, LOWEST_FREQUENCY..f64::INFINITY);
         receivers.map(|(rated, heard)| (rated.clone(), levels(heard))).collect()
     }
 
-    /// Planned memory on the present threads, without the process itself \[bytes\].
+    /// Returns the planned memory on the present threads, without the process itself \[bytes\].
     pub(crate) fn memory(&self) -> f64 {
         self.plan.amounts().memory_on(rayon::current_num_threads())
     }
@@ -144,7 +144,7 @@ impl<'a> Trials<'a> {
         }
     }
 
-    /// The same, and the receivers of a scene hear its runs.
+    /// Returns the same, and the receivers of a scene hear its runs.
     #[must_use]
     pub(crate) fn heard(self) -> Self {
         Self { heard: true, ..self }
@@ -234,9 +234,9 @@ impl<'a> Trials<'a> {
         Ok(Trial { plan, rule: scene.numerics.time_rule, force, indentation, results, levels, seconds })
     }
 
-    /// The scene for a comparison of its forces over `duration` \[s\]: its axle held where it carries the load at the
-    /// scene's own settings, found by rolling the warm-up; no outputs; nothing that would be chosen anew for other
-    /// settings.
+    /// Returns the scene for a comparison of its forces over `duration` \[s\]: its axle held where it carries the load
+    /// at the scene's own settings, found by rolling the warm-up; no outputs; nothing that would be chosen anew for
+    /// other settings.
     ///
     /// # Errors
     /// As [`Self::roll`].
@@ -308,17 +308,17 @@ pub(crate) struct Difference {
     pub rolling_resistance: f64,
 }
 
-/// The band that holds a frequency.
+/// Returns the band that holds a frequency.
 fn band(frequency: f64) -> ThirdOctaveBand {
     ThirdOctaveBand::containing(frequency).unwrap_or(ThirdOctaveBand(0))
 }
 
-/// Upper edge of the band that holds a frequency \[Hz\].
+/// Returns the upper edge of the band that holds a frequency \[Hz\].
 pub(crate) fn upper_edge(highest: f64) -> f64 {
     band(highest).upper_edge()
 }
 
-/// Lowest sampling frequency \[Hz\] that holds what is compared up to the band of `highest` \[Hz\].
+/// Returns the lowest sampling frequency \[Hz\] that holds what is compared up to the band of `highest` \[Hz\].
 pub(crate) fn least_rate(highest: f64) -> f64 {
     2.0 * STOP / PASS * band(highest).upper_edge()
 }
@@ -340,7 +340,7 @@ impl Common {
         Self { spacing, force, levels, mean_force, contact_length, rolling_resistance: trial.rolling_resistance() }
     }
 
-    /// How far this is from another of the same instants.
+    /// Tells how far this is from another of the same instants.
     pub(crate) fn difference(&self, other: &Self) -> Difference {
         let (mut worst, mut worst_band, mut squares, mut count) = (0.0_f64, 0.0, 0.0, 0.0);
         for (level, change) in level_changes(&self.levels, &other.levels).filter(|(_, change)| change.is_finite()) {
@@ -363,8 +363,8 @@ impl Common {
     }
 }
 
-/// Change of the level of each band of `reference` \[dB\], valid where both levels are; NaN where one of them is silent
-/// or not there.
+/// Returns the change of the level of each band of `reference` \[dB\], valid where both levels are; NaN where one of
+/// them is silent or not there.
 pub(crate) fn level_changes<'a>(
     found: &'a [BandLevel],
     reference: &'a [BandLevel],
@@ -377,7 +377,7 @@ pub(crate) fn level_changes<'a>(
     })
 }
 
-/// Root mean square of a - b, both less their means, relative to that of b less its mean.
+/// Returns the root mean square of a - b, both less their means, relative to that of b less its mean.
 fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
     let count = a.len().min(b.len());
     let (a, b) = (&a[..count], &b[..count]);
@@ -388,8 +388,8 @@ fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
     if error > 0.0 { (error / variation).sqrt() } else { 0.0 }
 }
 
-/// A force whose sample l belongs to the time (l - lag) dt, low-passed, at instants `spacing` apart \[s\]: as many as
-/// have all of the kernel within a stretch of time.
+/// Returns a force whose sample l belongs to the time (l - lag) dt, low-passed, at instants `spacing` apart \[s\]: as
+/// many as have all of the kernel within a stretch of time.
 fn resampled(force: &[f64], time_step: f64, lag: f64, spacing: f64, within: Range<f64>) -> Vec<f64> {
     let kernel = WindowedSinc::new(PASS, STOP, ATTENUATION);
     // Two instants more than the kernel: a record ends up to a step and a half before its stretch does.
@@ -440,7 +440,7 @@ mod tests {
         assert_eq!(trials.roll(&scene).unwrap().force, trial.force);
     }
 
-    /// Two tones in the pass band and one beyond the stop band, sampled with a step.
+    /// Returns two tones in the pass band and one beyond the stop band, sampled with a step.
     fn sampled(time_step: f64, lag: f64, amplitude: f64) -> Vec<f64> {
         let value = |t: f64| {
             300.0

@@ -18,8 +18,8 @@ const STRIP_WIDTH: f64 = 0.111;
 /// Shear modulus of the tread \[Pa\], its Poisson's ratio and its density \[kg/m^3\].
 const TREAD: [f64; 3] = [3.7e6, 0.49, 1000.0];
 
-/// Influence between the cells of a window, `elements` round the tyre, within one time step \[s\]: the tread is so deep
-/// that all waves take it for a half-space.
+/// Returns the influence between the cells of a window, `elements` round the tyre, within one time step \[s\]: the
+/// tread is so deep that all waves take it for a half-space.
 pub fn instant_cells(columns: usize, across: usize, elements: usize, time_step: f64) -> CellInfluence {
     let [shear, poisson, density] = TREAD;
     let mut tyre = plate_tyre();
@@ -36,7 +36,7 @@ pub fn instant_cells(columns: usize, across: usize, elements: usize, time_step: 
     CellSums::new(&tyre, grid, CellTruncation::default(), 1e-8, rate).instant(rate, columns)
 }
 
-/// The same of a tyre that turns, made up: waves of even part E have the odd part `skew` sin(k dx) E.
+/// Returns the same of a tyre that turns, made up: waves of even part E have the odd part `skew` sin(k dx) E.
 #[cfg(test)]
 pub(crate) fn turning_cells(
     columns: usize,
@@ -68,7 +68,7 @@ pub struct RoughRoad {
 }
 
 impl RoughRoad {
-    /// Waves from 4 mm to 0.1 m, 0.3 mm rms.
+    /// Returns the waves from 4 mm to 0.1 m, 0.3 mm rms.
     pub fn new(seed: u64) -> Self {
         const WAVES: usize = 300;
         let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -84,7 +84,8 @@ impl RoughRoad {
         Self { waves }
     }
 
-    /// Required displacements of a window that has moved on by so many columns; about a quarter of the cells touch.
+    /// Returns the required displacements of a window that has moved on by so many columns; about a quarter of the
+    /// cells touch.
     pub fn required(&self, columns: usize, across: usize, elements: usize, moved: usize) -> Vec<f64> {
         let (dx, dy) = (CIRCUMFERENCE / elements as f64, STRIP_WIDTH / across as f64);
         let reach = 0.5 * columns as f64;

@@ -28,13 +28,13 @@ pub(crate) const CHIP_SEAL: &str = "roads/captif_aylesbury_station_10.dat";
 #[cfg(test)]
 pub(crate) const COBBLES: &str = "roads/belgian_block.crg";
 
-/// The path of a file of `tests/reference`: values of others and measured roads.
+/// Returns the path of a file of `tests/reference`: values of others and measured roads.
 #[cfg(test)]
 pub(crate) fn reference(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference").join(name)
 }
 
-/// The text as a scene.
+/// Returns the text as a scene.
 ///
 /// # Panics
 ///
@@ -43,22 +43,22 @@ pub fn scene(text: &str) -> LoadedScene {
     Scene::from_str(text, "scene.toml").unwrap_or_else(|error| panic!("{}\n{text}", error.render(false)))
 }
 
-/// The shipped scene of the flat tyre.
+/// Returns the shipped scene of the flat tyre.
 pub fn plate_scene() -> Scene {
     scene(PLATE).scene
 }
 
-/// The flat tyre.
+/// Returns the flat tyre.
 pub fn plate_tyre() -> Tyre {
     plate_scene().tyre
 }
 
-/// The flat tyre with a wider strip.
+/// Returns the flat tyre with a wider strip.
 pub fn wide_tyre() -> Tyre {
     Tyre { contact_width: 0.15, ..plate_tyre() }
 }
 
-/// The same with layers of one density and a tread of the given loss factor.
+/// Returns the same with layers of one density and a tread of the given loss factor.
 #[cfg(test)]
 pub(crate) fn tyre(loss_factor: f64) -> Tyre {
     let mut tyre = wide_tyre();
@@ -67,8 +67,8 @@ pub(crate) fn tyre(loss_factor: f64) -> Tyre {
     tyre
 }
 
-/// A scene of the flat tyre: the keys of the tables of road and rolling, further ones of the numerics, and further
-/// tables. The sums are short: 4 lateral terms, 2 aliases.
+/// Returns a scene of the flat tyre: the keys of the tables of road and rolling, further ones of the numerics, and
+/// further tables. The sums are short: 4 lateral terms, 2 aliases.
 pub fn scene_text(elements: usize, road: &str, rolling: &str, numerics: &str, more: &str) -> String {
     format!(
         "{}\n[road]\n{road}\n[rolling]\n{rolling}\n[numerics]\nelements = {elements}\nlateral_terms = 4\n\

@@ -78,7 +78,7 @@ impl TimeRule {
     pub const ALL: [Self; 6] =
         [Self::Bdf1, Self::Bdf2, Self::Trapezoidal, Self::Sdirk2, Self::Sdirk3, Self::FirstOrderHold];
 
-    /// The rule's name in a scene.
+    /// Returns the rule's name in a scene.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Bdf1 => "bdf1",
@@ -90,7 +90,7 @@ impl TimeRule {
         }
     }
 
-    /// The Runge-Kutta rule, for those that are one.
+    /// Returns the Runge-Kutta rule, for those that are one.
     pub(crate) const fn runge_kutta(self) -> Option<RungeKutta> {
         match self {
             Self::Sdirk2 => Some(SDIRK2),
@@ -107,17 +107,18 @@ impl TimeRule {
         }
     }
 
-    /// How often a step solves for the contact.
+    /// Tells how often a step solves for the contact.
     pub const fn stages(self) -> usize {
         self.nodes().len()
     }
 
-    /// How long before a step's end its force acts, in steps: the mean force of a Runge-Kutta step acts in its middle.
+    /// Tells how long before a step's end its force acts, in steps: the mean force of a Runge-Kutta step acts in its
+    /// middle.
     pub(crate) const fn force_lead(self) -> f64 {
         if self.runge_kutta().is_some() { 0.5 } else { 0.0 }
     }
 
-    /// Weights of the stages' forces in the step's mean force, see [`Self::nodes`].
+    /// Returns the weights of the stages' forces in the step's mean force, see [`Self::nodes`].
     pub const fn weights(self) -> [f64; 3] {
         match self.runge_kutta() {
             Some(rule) => rule.weights(),
@@ -148,7 +149,7 @@ impl TimeRule {
         matches!(self, Self::Trapezoidal)
     }
 
-    /// mu(zeta) of the quadrature: the values at which H(mu/dt) is taken. None for the first-order hold.
+    /// Returns mu(zeta) of the quadrature: the values at which H(mu/dt) is taken. None for the first-order hold.
     pub(crate) fn rates(self, zeta: Complex64) -> Option<Rates> {
         let one = |value| Some(Rates { values: [value, Complex64::ZERO, Complex64::ZERO], count: 1 });
         match self {
@@ -161,8 +162,8 @@ impl TimeRule {
         }
     }
 
-    /// Delta(zeta) of a quadrature, as many rows and columns as there are stages: H(Delta/dt) relates the forces at a
-    /// step's stages to the displacements there.
+    /// Returns Delta(zeta) of a quadrature, as many rows and columns as there are stages: H(Delta/dt) relates the
+    /// forces at a step's stages to the displacements there.
     pub fn symbol_matrix(self, zeta: Complex64) -> [[Complex64; 3]; 3] {
         match self.runge_kutta() {
             Some(rule) => rule.symbol(zeta),
@@ -174,15 +175,15 @@ impl TimeRule {
         }
     }
 
-    /// delta(zeta) of a multistep rule; of a Runge-Kutta rule the first of the `Self::rates`, of the first-order hold
-    /// the exact one.
+    /// Returns delta(zeta) of a multistep rule; of a Runge-Kutta rule the first of the `Self::rates`, of the
+    /// first-order hold the exact one.
     pub fn symbol(self, zeta: Complex64) -> Complex64 {
         self.rates(zeta).map_or_else(|| -zeta.ln(), |rates| rates.all()[0])
     }
 
-    /// Largest |delta| that the rule should be resolved for: the value at the sampling frequency for the backward
-    /// differences; the trapezoidal symbol is unbounded and is resolved to four times as much; largest rate on the unit
-    /// circle for the Runge-Kutta rules.
+    /// Returns the largest |delta| that the rule should be resolved for: the value at the sampling frequency for the
+    /// backward differences; the trapezoidal symbol is unbounded and is resolved to four times as much; largest rate on
+    /// the unit circle for the Runge-Kutta rules.
     pub(crate) const fn resolved_symbol(self) -> f64 {
         match self {
             Self::Bdf1 => 2.0,
@@ -192,8 +193,8 @@ impl TimeRule {
         }
     }
 
-    /// The s = delta(0)/dt \[1/s\] at which a tyre's response to a force is that within the force's own instant; `None`
-    /// for the first-order hold.
+    /// Returns the s = delta(0)/dt \[1/s\] at which a tyre's response to a force is that within the force's own
+    /// instant; `None` for the first-order hold.
     pub(crate) fn first_rate(self, time_step: f64) -> Option<f64> {
         match self.runge_kutta() {
             Some(rule) => Some(1.0 / (rule.gamma * time_step)),
@@ -201,8 +202,8 @@ impl TimeRule {
         }
     }
 
-    /// Work \[J\] of a force \[N\] in a step of a rule of one stage, by the rule's own rate: its values now and a step
-    /// ago, and the displacements \[m\] now and one and two steps ago.
+    /// Returns the work \[J\] of a force \[N\] in a step of a rule of one stage, by the rule's own rate: its values now
+    /// and a step ago, and the displacements \[m\] now and one and two steps ago.
     pub(crate) fn work_of_step(self, [force, old_force]: [f64; 2], [now, one, two]: [f64; 3]) -> f64 {
         match self {
             Self::Bdf1 => force * (now - one),
@@ -211,8 +212,8 @@ impl TimeRule {
         }
     }
 
-    /// The rate that stands for s = i w at w dt = `angle`, relative to i w dt: 1 is exact; 1 + p - i d has the relative
-    /// error p in phase (frequency) and the damping d.
+    /// Returns the rate that stands for s = i w at w dt = `angle`, relative to i w dt: 1 is exact; 1 + p - i d has the
+    /// relative error p in phase (frequency) and the damping d.
     pub fn relative_rate(self, angle: f64) -> Complex64 {
         let exact = Complex64::new(0.0, angle);
         let Some(rates) = self.rates((-exact).exp()) else { return Complex64::ONE };
@@ -220,7 +221,7 @@ impl TimeRule {
         nearest.map_or(Complex64::ONE, |rate| rate / exact)
     }
 
-    /// Largest w dt up to which phase and damping stay within `bound` together, pi at most.
+    /// Returns the largest w dt up to which phase and damping stay within `bound` together, pi at most.
     pub fn largest_angle(self, bound: f64) -> f64 {
         const POINTS: u32 = 2000;
         let angle = |k: u32| PI * f64::from(k) / f64::from(POINTS);

@@ -99,7 +99,7 @@ pub(crate) trait Recursion: Copy + Send + Sync {
         state: &mut State<E, S, P>,
     ) -> Instants<E, S>;
 
-    /// A of an odd part at every instant, from q: on the state that [`Self::foretell_both`] takes it from.
+    /// Returns a of an odd part at every instant, from q: on the state that [`Self::foretell_both`] takes it from.
     #[inline(always)]
     fn odd_outputs<E: Element, S: Simd, const P: usize>(
         _: S,
@@ -151,8 +151,8 @@ pub(crate) trait Recursion: Copy + Send + Sync {
     }
 }
 
-/// g x. Plain loops here and below: what a closure does with vectors is only as fast as the compiler is willing to
-/// inline it.
+/// Returns g x. Plain loops here and below: what a closure does with vectors is only as fast as the compiler is willing
+/// to inline it.
 #[inline(always)]
 fn times<E: Element, S: Simd, const PARTS: usize>(
     simd: S,
@@ -170,7 +170,7 @@ fn times<E: Element, S: Simd, const PARTS: usize>(
     product
 }
 
-/// Re(g x).
+/// Returns Re(g x).
 #[inline(always)]
 fn real_part<E: Element, S: Simd, const PARTS: usize>(
     simd: S,
@@ -228,7 +228,7 @@ pub(crate) struct Trapezoidal;
 impl Recursion for Trapezoidal {
     const STAGES: usize = 1;
 
-    /// The state is g b_l + w F_l: it takes in (g + 1) w F.
+    /// Returns the state is g b_l + w F_l: it takes in (g + 1) w F.
     #[inline(always)]
     fn maps<E: Element, S: Simd, const P: usize>(
         self,
@@ -315,7 +315,7 @@ impl<const COUNT: usize> Recursion for Stages<COUNT> {
         displaced
     }
 
-    /// q A of the stages on the step's beginning; q on its end.
+    /// Returns q A of the stages on the step's beginning; q on its end.
     #[inline(always)]
     fn odd_outputs<E: Element, S: Simd, const P: usize>(
         simd: S,
@@ -401,7 +401,7 @@ pub(crate) trait WithRecursion {
 }
 
 impl TimeRule {
-    /// g and w of a pole; w carries the factor 2 of a pair if the residue does.
+    /// Returns g and w of a pole; w carries the factor 2 of a pair if the residue does.
     pub(crate) fn coefficients(self, pole: Complex64, residue: Complex64, time_step: f64) -> (Complex64, Complex64) {
         let z = pole * time_step;
         let implicit = |delta: f64| {
@@ -450,7 +450,7 @@ impl TimeRule {
         }
     }
 
-    /// Base values of the stages; a rule of one stage has the step's beginning.
+    /// Returns the base values of the stages; a rule of one stage has the step's beginning.
     fn bases(self) -> [[f64; 3]; 3] {
         self.runge_kutta().map_or([[1.0, 0.0, 0.0]; 3], |method| method.bases())
     }
@@ -460,7 +460,7 @@ impl TimeRule {
         matches!(self, Self::Bdf2)
     }
 
-    /// Products that passing over so many steps takes, of two states: step by step, or by squares of R.
+    /// Returns the products that passing over so many steps takes, of two states: step by step, or by squares of R.
     pub(crate) fn products_of_skip(self, steps: usize) -> usize {
         match self {
             Self::Bdf2 | Self::Trapezoidal => 2 * steps,

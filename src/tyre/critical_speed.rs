@@ -31,7 +31,7 @@ const HALVINGS: usize = 20;
 /// Highest speed that is looked at \[m/s\].
 const HIGHEST: f64 = 1000.0;
 
-/// The highest speed of stable rolling \[m/s\], where it lies below a speed \[m/s\]; `None` for a flat tyre.
+/// Returns the highest speed of stable rolling \[m/s\], where it lies below a speed \[m/s\]; `None` for a flat tyre.
 pub(crate) fn limit_below(tyre: &Tyre, speed: f64) -> Option<f64> {
     if !tyre.curvature || is_stable(tyre, speed) {
         return None;
@@ -48,7 +48,7 @@ pub(crate) fn limit_below(tyre: &Tyre, speed: f64) -> Option<f64> {
     Some(stable)
 }
 
-/// The highest speed of stable rolling \[m/s\], if it is below 1000 m/s.
+/// Returns the highest speed of stable rolling \[m/s\], if it is below 1000 m/s.
 pub(crate) fn limit(tyre: &Tyre) -> Option<f64> {
     limit_below(tyre, HIGHEST)
 }
@@ -62,8 +62,8 @@ pub(crate) struct TreadWave {
     pub speed: f64,
 }
 
-/// The wave of the tread's surface of some 16 mm, of a tyre that turns as it rolls, or does not; `None` if it is
-/// faster than 1000 m/s.
+/// Returns the wave of the tread's surface of some 16 mm, of a tyre that turns as it rolls, or does not; `None` if it
+/// is faster than 1000 m/s.
 pub(crate) fn tread_wave(tyre: &Tyre, turns: bool) -> Option<TreadWave> {
     let thickness = tyre.layers.last()?.thickness;
     let n = (TREAD_WAVE * tyre.radius() / thickness).round().max(1.0);
@@ -86,7 +86,7 @@ pub(crate) fn tread_wave(tyre: &Tyre, turns: bool) -> Option<TreadWave> {
     Some(TreadWave { length: tyre.circumference / n, speed: slower })
 }
 
-/// Re C_zz(n, m, i n Om) of a pattern that stands still beside the axle \[m/Pa\].
+/// Returns the re C_zz(n, m, i n Om) of a pattern that stands still beside the axle \[m/Pa\].
 fn steady_compliance(tyre: &Tyre, n: i64, speed: f64, turns: bool) -> f64 {
     let (angular_velocity, waves) = (speed / tyre.radius(), Waves::new(tyre));
     let (m, s) = (waves.first_lateral_number(), Complex64::new(0.0, n as f64 * angular_velocity));

@@ -106,19 +106,19 @@ pub(crate) struct Mode {
 }
 
 impl Mode {
-    /// n of exp(i n theta' + s t), theta' rising with the elements, against the rotation: negative of a wave that runs
-    /// against it.
+    /// Returns n of exp(i n theta' + s t), theta' rising with the elements, against the rotation: negative of a wave
+    /// that runs against it.
     #[cfg(test)]
     pub(crate) fn signed_n(&self) -> i64 {
         signed(self.n, self.direction)
     }
 
-    /// Frequency |Im s|/2 pi \[Hz\].
+    /// Returns the frequency |Im s|/2 pi \[Hz\].
     pub(crate) fn frequency(&self) -> f64 {
         frequency(self.pole)
     }
 
-    /// Damping -Re s/|s|, of the critical one.
+    /// Returns the damping -Re s/|s|, of the critical one.
     pub(crate) fn damping(&self) -> f64 {
         damping(self.pole)
     }
@@ -155,8 +155,8 @@ pub(crate) struct ModesError {
     pub(crate) source: RationalError,
 }
 
-/// Modes up to the frequency `highest` \[Hz\] of a tyre's waves n = 0..=`largest_n`, each with so many lateral numbers,
-/// the lowest that a centred load excites.
+/// Returns the modes up to the frequency `highest` \[Hz\] of a tyre's waves n = 0..=`largest_n`, each with so many
+/// lateral numbers, the lowest that a centred load excites.
 ///
 /// # Errors
 /// As [`modes_of`].
@@ -184,19 +184,19 @@ struct WaveOf {
 }
 
 impl WaveOf {
-    /// n of exp(i n theta' + s t), theta' rising with the elements.
+    /// Returns n of exp(i n theta' + s t), theta' rising with the elements.
     fn signed(self) -> i64 {
         signed(self.n, self.direction)
     }
 }
 
-/// n with the sign of a direction.
+/// Returns n with the sign of a direction.
 fn signed(n: usize, direction: Option<Direction>) -> i64 {
     if direction == Some(Direction::Backwards) { -(n as i64) } else { n as i64 }
 }
 
-/// Modes up to the frequency `highest` \[Hz\] of waves (n, m) with a compliance C(n, m, s): displacement per traction,
-/// order circumferential, lateral, radial, C(conj s) = conj C(s).
+/// Returns the modes up to the frequency `highest` \[Hz\] of waves (n, m) with a compliance C(n, m, s): displacement
+/// per traction, order circumferential, lateral, radial, C(conj s) = conj C(s).
 ///
 /// # Errors
 /// [`ModesError`] for a compliance that is not finite, of the first such wave.
@@ -230,8 +230,8 @@ fn found(
     Ok(all)
 }
 
-/// |C_zz| of the waves n = 0..=`largest_n` with the lowest lateral number \[m/Pa\]: one row for each frequency \[Hz\],
-/// one column for each n; with it the lateral number.
+/// Returns |C_zz| of the waves n = 0..=`largest_n` with the lowest lateral number \[m/Pa\]: one row for each frequency
+/// \[Hz\], one column for each n; with it the lateral number.
 pub(crate) fn radial_compliance(tyre: &Tyre, largest_n: usize, frequencies: &[f64]) -> (usize, Vec<Vec<f64>>) {
     let top = frequencies.iter().fold(0.0_f64, |a, &b| a.max(b));
     let kernel = Kernel::new(tyre, TAU * top, TOLERANCE);
@@ -252,7 +252,7 @@ struct Line {
 }
 
 impl Line {
-    /// Evenly spaced; as far right of the axis as the points are apart, so that no pole lies closer.
+    /// Returns the evenly spaced; as far right of the axis as the points are apart, so that no pole lies closer.
     fn up_to(highest: f64, most_points: usize) -> Self {
         let shift = TAU * highest / SAMPLES as f64;
         let count = (BEYOND * SAMPLES as f64) as usize;
@@ -260,8 +260,8 @@ impl Line {
         Self { points, shift, highest, most_points }
     }
 
-    /// Poles of an approximation to a function's values on the line that ring within the band; with each whether the
-    /// values feel it.
+    /// Returns the poles of an approximation to a function's values on the line that ring within the band; with each
+    /// whether the values feel it.
     fn poles(&self, values: &[Complex64]) -> Result<Vec<(Complex64, bool)>, RationalError> {
         let model = approximate(&self.points, values, TOLERANCE, [self.most_points, PATIENCE])?;
         let largest = values.iter().fold(0.0_f64, |a, value| a.max(value.norm()));
@@ -275,13 +275,13 @@ impl Line {
     }
 }
 
-/// Residue of a simple pole: what is regular there has the same value on both sides.
+/// Returns the residue of a simple pole: what is regular there has the same value on both sides.
 fn residue(f: impl Fn(Complex64) -> Complex64, pole: Complex64) -> Complex64 {
     let beside = BESIDE * pole.norm();
     (f(pole + beside) - f(pole - beside)) * (0.5 * beside)
 }
 
-/// The pole of f near a start, by the secant method on 1/f.
+/// Returns the pole of f near a start, by the secant method on 1/f.
 fn polished(f: impl Fn(Complex64) -> Complex64, start: Complex64) -> Option<Complex64> {
     let (mut before, mut s) = (start * (1.0 + BESIDE), start);
     let (mut inverse_before, mut inverse) = (f(before).inv(), f(s).inv());
@@ -343,8 +343,8 @@ impl<F: Fn(Complex64) -> Matrix3> Wave<F> {
         Ok(modes)
     }
 
-    /// The mode of a pole that was found in the entry jj. Its residue is v_i w_j, so that v_i w_i is R_ij R_ji/R_jj:
-    /// of another mode that happens to have the same pole nothing enters.
+    /// Returns the mode of a pole that was found in the entry jj. Its residue is v_i w_j, so that v_i w_i is R_ij
+    /// R_ji/R_jj: of another mode that happens to have the same pole nothing enters.
     fn mode(&self, pole: Complex64, entry: usize, compliance: impl Fn(Complex64) -> Matrix3) -> Mode {
         let beside = BESIDE * pole.norm();
         let (right, left) = (compliance(pole + beside), compliance(pole - beside));

@@ -37,7 +37,7 @@ pub(crate) struct SlowestWave {
     pub speed: f64,
 }
 
-/// The slowest wave of a tyre as it rolls, where it is slower than a speed \[m/s\].
+/// Returns the slowest wave of a tyre as it rolls, where it is slower than a speed \[m/s\].
 pub(crate) fn slowest_wave_below(tyre: &Tyre, speed: f64) -> Option<SlowestWave> {
     let highest = (HIGHEST * tyre.radius() / tyre.thickness()).clamp(1.0, 1000.0) as usize;
     let waves: Vec<usize> = (1..=highest).collect();

@@ -19,8 +19,8 @@ use super::poles::{Direction, RationalModel};
 use crate::numeric::in_parallel;
 use crate::scene::TimeRule;
 
-/// |H_n(2 pi i f)| \[m/N\], of a tyre that turns for the waves of one direction: one row for each wavenumber, one
-/// column for each frequency \[Hz\]. `None` for a field that the model does not have.
+/// Returns |H_n(2 pi i f)| \[m/N\], of a tyre that turns for the waves of one direction: one row for each wavenumber,
+/// one column for each frequency \[Hz\]. `None` for a field that the model does not have.
 pub(crate) fn magnitudes(
     model: &RationalModel,
     field: Field,
@@ -36,18 +36,18 @@ pub(crate) fn magnitudes(
     in_parallel::map(wavenumbers, row).into_iter().collect()
 }
 
-/// Driving-point mobility of one element, s sum over n = -N/2 ... N/2 - 1 of Ht_n(s), from a value for each n = 0..=N/2
-/// \[m/(N s)\].
+/// Returns the driving-point mobility of one element, s sum over n = -N/2 ... N/2 - 1 of Ht_n(s), from a value for each
+/// n = 0..=N/2 \[m/(N s)\].
 pub(crate) fn element_mobility(elements: usize, s: Complex64, value: impl Fn(usize) -> Complex64) -> Complex64 {
     s * (0..=elements / 2).map(|n| value(n) * multiplicity(n, elements)).sum::<Complex64>()
 }
 
-/// How often the wavenumber n occurs among -N/2 ... N/2 - 1.
+/// Tells how often the wavenumber n occurs among -N/2 ... N/2 - 1.
 fn multiplicity(n: usize, elements: usize) -> f64 {
     if n == 0 || 2 * n == elements { 1.0 } else { 2.0 }
 }
 
-/// Phase of the wave n at a distance \[elements\].
+/// Returns the phase of the wave n at a distance \[elements\].
 fn phase(n: usize, distance: usize, elements: usize) -> f64 {
     2.0 * PI * ((n * distance) % elements) as f64 / elements as f64
 }
@@ -57,12 +57,12 @@ fn weight(n: usize, distance: usize, elements: usize) -> f64 {
     multiplicity(n, elements) * phase(n, distance, elements).cos()
 }
 
-/// The same of their odd parts.
+/// Returns the same of their odd parts.
 fn odd_weight(n: usize, distance: usize, elements: usize) -> f64 {
     -multiplicity(n, elements) * phase(n, distance, elements).sin()
 }
 
-/// g_j(t) \[m/(N s)\] of a unit force impulse: one row for each distance j \[elements\], N - j towards smaller
+/// Returns g_j(t) \[m/(N s)\] of a unit force impulse: one row for each distance j \[elements\], N - j towards smaller
 /// elements, one column for each time t >= 0 \[s\]. A constant of the model (an impulse at t = 0) is left out.
 pub(crate) fn impulse_responses(
     model: &RationalModel,
@@ -111,7 +111,7 @@ pub(crate) struct Causality {
     pub kramers_kronig: Vec<f64>,
 }
 
-/// Weights at negative and positive lags from the exact sums, for any law.
+/// Returns the weights at negative and positive lags from the exact sums, for any law.
 ///
 /// On the circle |zeta| = rho the transform of length K gives rho^-q w_-q + rho^(K-q) w_(K-q) in place K - q: for q <
 /// K/2 what wraps round is below rho^K of the weights.
@@ -170,7 +170,7 @@ pub(crate) struct StaticRatio {
     pub half_space: f64,
 }
 
-/// G_j/G_0 at rest for j = 0..=`most`, `element` long and `contact_width` wide \[m\].
+/// Returns G_j/G_0 at rest for j = 0..=`most`, `element` long and `contact_width` wide \[m\].
 pub(crate) fn static_ratios(
     model: &RationalModel,
     field: Field,
@@ -189,8 +189,8 @@ pub(crate) fn static_ratios(
     Some((0..=most).map(ratio).collect())
 }
 
-/// Mean of 1/r between the points of two equal rectangles, `length` by `width`, whose centres lie `distance` apart
-/// along the length \[1/m\]: the fourth difference of the function with f_xxyy = 1/r.
+/// Returns the mean of 1/r between the points of two equal rectangles, `length` by `width`, whose centres lie
+/// `distance` apart along the length \[1/m\]: the fourth difference of the function with f_xxyy = 1/r.
 pub(crate) fn mean_inverse_distance(distance: f64, length: f64, width: f64) -> f64 {
     let f = |x: f64, y: f64| {
         let r = x.hypot(y);

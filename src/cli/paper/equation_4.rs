@@ -99,7 +99,7 @@ impl Equation4 {
     }
 }
 
-/// Order between the last two differences; 0 of fewer.
+/// Returns the order between the last two differences; 0 of fewer.
 fn order(differences: &[f64]) -> f64 {
     match differences {
         [.., coarse, fine] if *fine > 0.0 && *coarse > 0.0 => (coarse / fine).log2(),

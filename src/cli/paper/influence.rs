@@ -57,7 +57,7 @@ pub(super) struct Sums {
 }
 
 impl Sums {
-    /// A sample of (n, s), of which all are so many times as many.
+    /// Returns a sample of (n, s), of which all are so many times as many.
     fn of(sum: &InfluenceSum, sample: &[(usize, Complex64)], times: f64) -> Self {
         // Moduli at an s serve all n: they are not what is timed.
         let at: Vec<SumAt> = sum.at_all(&sample.iter().map(|(_, s)| *s).collect::<Vec<_>>());

@@ -27,12 +27,12 @@ pub(super) fn changes(found: &[BandLevel], reference: &[BandLevel], highest: f64
         .collect()
 }
 
-/// Mean of the changes \[dB\]; NaN without one.
+/// Returns the mean of the changes \[dB\]; NaN without one.
 pub(super) fn mean(changes: &[Change]) -> f64 {
     changes.iter().map(|change| change.change).sum::<f64>() / changes.len() as f64
 }
 
-/// The largest of the changes by a measure.
+/// Returns the largest of the changes by a measure.
 pub(super) fn largest(changes: &[Change], measure: fn(f64) -> f64) -> Change {
     let none = Change { frequency: f64::NAN, change: f64::NAN };
     changes.iter().copied().max_by(|a, b| measure(a.change).total_cmp(&measure(b.change))).unwrap_or(none)

@@ -20,7 +20,7 @@ pub(super) fn statement_table(statements: &[Statement]) -> Table {
     words(["statement", "paper", "found", "verdict"], rows)
 }
 
-/// Which settings all of it was computed with.
+/// Tells which settings all of it was computed with.
 pub(super) fn settings(paper: &Paper, scene: &Scene) -> String {
     let of = &paper.options;
     format!(
@@ -38,7 +38,7 @@ pub(super) fn settings(paper: &Paper, scene: &Scene) -> String {
     )
 }
 
-/// Halvings of the step, coupling by coupling.
+/// Returns the halvings of the step, coupling by coupling.
 fn halving_table(paper: &Paper) -> Table {
     let of = &paper.equation_4;
     let steps = of.steps.iter().take(of.steps.len().saturating_sub(1));
@@ -71,7 +71,7 @@ fn law_table(paper: &Paper) -> Table {
     aligned(["Hz", "bedding [dB]", "uncoupled [dB]", "half-space slices [dB]", "the same, equation 4 [dB]"], rows)
 }
 
-/// Instants by solves.
+/// Returns the instants by solves.
 fn solves_table(paper: &Paper) -> Table {
     let of = &paper.search;
     let most = of.local.histogram.keys().chain(of.equation_4.histogram.keys()).max().copied().unwrap_or(0);
@@ -82,7 +82,7 @@ fn solves_table(paper: &Paper) -> Table {
     aligned(["solves", "instants, local law", "instants, equation 4"], rows)
 }
 
-/// One HTML page of all of it; needs a browser and nothing else.
+/// Returns one HTML page of all of it; needs a browser and nothing else.
 pub(super) fn page(paper: &Paper, scene: &Scene, pictures: &[Picture]) -> String {
     let mut places: Vec<&str> = Vec::new();
     for of in &paper.statements {
@@ -132,7 +132,7 @@ pub(super) fn page(paper: &Paper, scene: &Scene, pictures: &[Picture]) -> String
     document("The paper, computed again", &content)
 }
 
-/// How many statements hold.
+/// Tells how many statements hold.
 pub(super) fn tally(statements: &[Statement]) -> String {
     let count = |verdict| statements.iter().filter(|of| of.verdict == verdict).count();
     format!(

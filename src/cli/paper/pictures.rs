@@ -27,7 +27,7 @@ pub(super) struct Picture {
     pub svg: String,
 }
 
-/// All pictures, in the paper's order.
+/// Returns all pictures, in the paper's order.
 ///
 /// # Errors
 /// [`PlotError`].
@@ -119,7 +119,7 @@ fn solves(of: &SearchFigure) -> Result<String, PlotError> {
     plot.to_svg()
 }
 
-/// Differences over the coarser of the two steps.
+/// Returns the differences over the coarser of the two steps.
 fn equation_4(of: &Equation4) -> Result<String, PlotError> {
     let series: Vec<Series<'_>> = of
         .couplings

@@ -157,7 +157,7 @@ pub(super) fn recompute(
     })
 }
 
-/// The scene of the runs that are drawn: forces alone.
+/// Returns the scene of the runs that are drawn: forces alone.
 fn drawn(scene: &Scene, options: &PaperOptions) -> Scene {
     let mut scene = scene.clone();
     scene.numerics.forget_wishes();

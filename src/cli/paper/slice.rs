@@ -104,7 +104,7 @@ impl SliceFigure {
         }
     }
 
-    /// The lightest and the deepest penetration of the spread.
+    /// Returns the lightest and the deepest penetration of the spread.
     fn ends(&self) -> Option<[&Spread; 2]> {
         Some([self.spread.first()?, self.spread.last()?])
     }

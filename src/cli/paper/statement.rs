@@ -48,7 +48,7 @@ pub(super) struct Statement {
 }
 
 impl Statement {
-    /// The verdict with its criterion, which reads the same way round whatever the verdict is.
+    /// Returns the verdict with its criterion, which reads the same way round whatever the verdict is.
     pub(super) fn judgement(&self) -> String {
         let Self { verdict, why, .. } = self;
         match verdict {

@@ -42,7 +42,7 @@ pub(super) struct TreadLaws {
 }
 
 impl TreadLaws {
-    /// The laws beside the elastic tread, which was rolled already.
+    /// Returns the laws beside the elastic tread, which was rolled already.
     ///
     /// # Errors
     /// Errors of the runs.

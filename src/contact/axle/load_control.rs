@@ -26,7 +26,7 @@ pub struct LoadControl {
 const CORRECTIONS: u64 = 3;
 
 impl LoadControl {
-    /// Control for a warm-up of so many steps, starting from the static solution.
+    /// Returns the control for a warm-up of so many steps, starting from the static solution.
     pub fn new(load: f64, start: StaticContact, warm_up: u64) -> Self {
         let ramp = warm_up * 3 / 20;
         Self {
@@ -48,7 +48,7 @@ impl LoadControl {
         self.ramp
     }
 
-    /// Where the present ramp ends \[m\].
+    /// Tells where the present ramp ends \[m\].
     pub(super) fn target(&self) -> f64 {
         self.to
     }

@@ -32,12 +32,12 @@ pub enum AxleHeight {
 }
 
 impl AxleHeight {
-    /// Indentation at a step \[m\].
+    /// Returns the indentation at a step \[m\].
     pub fn indentation(&self, step: u64) -> f64 {
         self.between(step as f64)
     }
 
-    /// Indentation at a time in steps \[m\]; before t = 0 as at t = 0.
+    /// Returns the indentation at a time in steps \[m\]; before t = 0 as at t = 0.
     pub fn between(&self, steps: f64) -> f64 {
         let steps = steps.max(0.0);
         match self {

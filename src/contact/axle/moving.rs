@@ -48,19 +48,19 @@ pub struct SprungMass {
 }
 
 impl SprungMass {
-    /// w dt with the spring and a contact of that stiffness \[N/m\], or c dt/m if that is more.
+    /// Returns w dt with the spring and a contact of that stiffness \[N/m\], or c dt/m if that is more.
     pub fn rate(&self, contact_stiffness: f64, time_step: f64) -> f64 {
         let swinging = ((contact_stiffness + self.stiffness) / self.mass).sqrt();
         swinging.max(self.damping / self.mass) * time_step
     }
 
-    /// The least mass \[kg\] with a rate of at most [`LARGEST_RATE`].
+    /// Returns the least mass \[kg\] with a rate of at most [`LARGEST_RATE`].
     pub(crate) fn least_mass(&self, contact_stiffness: f64, time_step: f64) -> f64 {
         let step = time_step / LARGEST_RATE;
         ((contact_stiffness + self.stiffness) * step * step).max(self.damping * step)
     }
 
-    /// Force for a change of the spring's rest, with a tyre of that stiffness: K k/(K + k) \[N/m\].
+    /// Returns the force for a change of the spring's rest, with a tyre of that stiffness: K k/(K + k) \[N/m\].
     pub(crate) fn rest_stiffness(&self, tyre_stiffness: f64) -> f64 {
         tyre_stiffness * self.stiffness / (tyre_stiffness + self.stiffness)
     }
@@ -93,7 +93,7 @@ impl MovingAxle {
         Self { sprung, rest, time_step, lead, free, next: free, height, velocity: 0.0, acceleration: 0.0 }
     }
 
-    /// z at a time in steps, not before that of the force before \[m\].
+    /// Returns z at a time in steps, not before that of the force before \[m\].
     pub fn between(&self, steps: f64) -> f64 {
         if steps <= self.free as f64 {
             return self.rest.indentation(steps.max(0.0));
@@ -146,8 +146,8 @@ mod tests {
         MovingAxle::new(sprung, LoadControl::new(LOAD, start, warm_up), time_step, lead)
     }
 
-    /// Heights over the load's at the times of the forces, on a linear spring; the force is the mean over the step
-    /// where it acts in its middle.
+    /// Returns the heights over the load's at the times of the forces, on a linear spring; the force is the mean over
+    /// the step where it acts in its middle.
     fn swing(mut axle: MovingAxle, steps: u64) -> Vec<f64> {
         let mut heights = Vec::new();
         for step in 0..steps {

@@ -41,7 +41,7 @@ impl<R: Element> AlongRing<R> {
         Self { arch, width, transform: Transform::new(ring), arrays: [room(), room()] }
     }
 
-    /// Rows of a field that has room for so many: whole vectors of pairs.
+    /// Returns the rows of a field that has room for so many: whole vectors of pairs.
     pub(super) fn height(&self, rows: usize) -> usize {
         2 * rows.div_ceil(2).next_multiple_of(self.width)
     }
@@ -59,12 +59,12 @@ impl<R: Element> AlongRing<R> {
     }
 }
 
-/// Room for a sequence of pairs, or for the waves of both rows.
+/// Returns the room for a sequence of pairs, or for the waves of both rows.
 const fn numbers(ring: usize, width: usize) -> usize {
     4 * (ring / 2 + 1) * width
 }
 
-/// The rows of a vector of pairs that there are: lane, place in the pair, row.
+/// Returns the rows of a vector of pairs that there are: lane, place in the pair, row.
 fn pairs_of(
     rows: &[Row],
     block: Range<usize>,

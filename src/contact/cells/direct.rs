@@ -120,7 +120,7 @@ impl DirectPast {
     }
 }
 
-/// W_p of the even and, of a tyre that turns, of the odd parts of all waves, p = 0..lags.
+/// Returns W_p of the even and, of a tyre that turns, of the odd parts of all waves, p = 0..lags.
 fn weights(sums: &CellSums, rows: &[CellRow], rule: TimeRule, time_step: f64, lags: usize) -> [Vec<f64>; 2] {
     let stages = rule.stages();
     let circle = Circle::new(lags);
@@ -162,7 +162,7 @@ fn weights(sums: &CellSums, rows: &[CellRow], rule: TimeRule, time_step: f64, la
     [even.concat(), odd.concat()]
 }
 
-/// f(M) from M's eigenvalues and f there: sum_i f_i prod_(k != i) (M - mu_k)/(mu_i - mu_k).
+/// Returns f(M) from M's eigenvalues and f there: sum_i f_i prod_(k != i) (M - mu_k)/(mu_i - mu_k).
 fn matrix_function(
     matrix: [[Complex64; 3]; 3],
     eigenvalues: &[Complex64],

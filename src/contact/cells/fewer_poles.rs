@@ -108,7 +108,7 @@ impl Columns {
         products
     }
 
-    /// The largest error at a sample of some unknowns' values less those of others.
+    /// Returns the largest error at a sample of some unknowns' values less those of others.
     fn largest(&self, difference: &[f64]) -> f64 {
         let error = |row: &Vec<Complex64>| {
             row.iter().zip(difference).fold(Complex64::ZERO, |sum, (value, part)| sum + part * value).norm()
@@ -117,8 +117,8 @@ impl Columns {
     }
 }
 
-/// Poles that foretell a wave's displacements by forces of more than `passed` steps ago to within `tolerance`; `None`
-/// where none can be left out, or where the rule is one of two steps.
+/// Returns the poles that foretell a wave's displacements by forces of more than `passed` steps ago to within
+/// `tolerance`; `None` where none can be left out, or where the rule is one of two steps.
 pub(super) fn fewer_poles(
     modes: &Modes<'_>,
     rule: TimeRule,
@@ -188,7 +188,7 @@ impl Left {
         Self { products: products.to_vec(), squares, targets: right, square }
     }
 
-    /// The pole that explains most of what is left.
+    /// Returns the pole that explains most of what is left.
     fn best(&self, places: &[Vec<usize>], taken: &[usize]) -> Option<usize> {
         let gain = |places: &[usize]| -> f64 {
             let explained = |target: &Vec<f64>| match *places {
@@ -232,7 +232,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// Values of some unknowns that come closest to a target, zero elsewhere: Cholesky's factorisation.
+/// Returns the values of some unknowns that come closest to a target, zero elsewhere: Cholesky's factorisation.
 fn fit(products: &[Vec<f64>], places: &[usize], target: &[f64]) -> Vec<f64> {
     let size = places.len();
     let mut factor = vec![vec![0.0; size]; size];
@@ -262,7 +262,7 @@ mod tests {
     const TIME_STEP: f64 = 1e-4;
     const PASSED: usize = 4;
 
-    /// Displacements at the instants from the fifth step after a force at a stage on.
+    /// Returns the displacements at the instants from the fifth step after a force at a stage on.
     fn late(modes: &Modes<'_>, residues: &[Complex64], rule: TimeRule, stage: usize) -> [Vec<f64>; 2] {
         let mut response = vec![0.0; 400 * rule.stages()];
         for (index, (&pole, &residue)) in modes.poles.iter().zip(residues).enumerate() {

@@ -61,13 +61,13 @@ impl SingleTables {
     }
 }
 
-/// Lengths of a window's parts, each a tenth shorter than the one before, that transforms like.
+/// Returns the lengths of a window's parts, each a tenth shorter than the one before, that transforms like.
 fn lengths(columns: usize) -> impl Iterator<Item = usize> {
     let shorter = |length: usize| (1..=9 * length / 10).rev().find(|part| transform_length(2 * part) == 2 * part);
     std::iter::successors(Some(columns), move |length| shorter(*length).filter(|part| 4 * part >= columns))
 }
 
-/// Most that a unit force lowers a cell by distance along.
+/// Returns the most that a unit force lowers a cell by distance along.
 fn lowered(CellInfluence { columns, across, toeplitz, hankel, odd }: &CellInfluence) -> Vec<f64> {
     let most =
         |values: &[f64], size: fn(f64) -> f64| values.iter().fold(f64::NEG_INFINITY, |most, &v| most.max(size(v)));
@@ -100,17 +100,17 @@ impl InstantCells {
         }
     }
 
-    /// Cells along.
+    /// Returns the cells along.
     pub fn columns(&self) -> usize {
         self.influence.columns
     }
 
-    /// Cells across.
+    /// Returns the cells across.
     pub fn across(&self) -> usize {
         self.influence.across
     }
 
-    /// Cells of the window.
+    /// Returns the cells of the window.
     pub fn cells(&self) -> usize {
         self.columns() * self.across()
     }
@@ -120,7 +120,7 @@ impl InstantCells {
         self.symmetric.is_some()
     }
 
-    /// G between two cells: what a force on `b` does to `a`.
+    /// Returns G between two cells: what a force on `b` does to `a`.
     pub fn entry(&self, a: usize, b: usize) -> f64 {
         let across = self.across();
         let along = (a / across).abs_diff(b / across);
@@ -133,7 +133,7 @@ impl InstantCells {
         even + sign * (odd.toeplitz[free] + odd.hankel[image])
     }
 
-    /// T, row-major.
+    /// Returns T, row-major.
     pub fn free_field(&self) -> &[f64] {
         &self.influence.toeplitz
     }
@@ -151,7 +151,7 @@ impl InstantCells {
         product.displacement(forces, out);
     }
 
-    /// The least length of a part of the window that products in single precision are taken for, at least this.
+    /// Returns the least length of a part of the window that products in single precision are taken for, at least this.
     pub fn part(&self, columns: usize) -> usize {
         self.single.iter().map(CellProduct::columns).rfind(|part| *part >= columns).unwrap_or(self.columns())
     }
@@ -188,12 +188,12 @@ impl InstantCells {
         self.work = work;
     }
 
-    /// A bound of the norm of the symmetric part of G.
+    /// Returns a bound of the norm of the symmetric part of G.
     pub fn norm_bound(&self) -> f64 {
         self.product.norm_bound()
     }
 
-    /// The middle of the inverse of T, (radius + 1) x (radius + 1) by distance along and across.
+    /// Returns the middle of the inverse of T, (radius + 1) x (radius + 1) by distance along and across.
     pub fn inverse_stencil(&self, radius: usize) -> Vec<f32> {
         self.product.inverse_stencil(radius)
     }

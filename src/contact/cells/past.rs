@@ -81,8 +81,8 @@ struct RingState<N> {
     slow_poles: Vec<Vec<f64>>,
 }
 
-/// Influence of the forces of each stage at the next instant, of a ring that is so many times shorter than the tyre,
-/// between cells of a window of so many columns.
+/// Returns the influence of the forces of each stage at the next instant, of a ring that is so many times shorter than
+/// the tyre, between cells of a window of so many columns.
 pub fn first_influences(
     grid: &CellGrid,
     [part, columns]: [usize; 2],

@@ -60,13 +60,13 @@ impl<R: Element> CellProduct<R> {
         Self::with_odd(columns, across, [toeplitz, hankel], None)
     }
 
-    /// The whole of an influence on the first columns of its window, what is odd along with it.
+    /// Returns the whole of an influence on the first columns of its window, what is odd along with it.
     pub(crate) fn whole(columns: usize, influence: &CellInfluence) -> Self {
         let odd = influence.odd.as_ref().map(|odd| [&*odd.toeplitz, &*odd.hankel]);
         Self::with_odd(columns, influence.across, [&influence.toeplitz, &influence.hankel], odd)
     }
 
-    /// T and H, and their parts that are odd along.
+    /// Returns T and H, and their parts that are odd along.
     fn with_odd(columns: usize, across: usize, [toeplitz, hankel]: [&[f64]; 2], odd: Option<[&[f64]; 2]>) -> Self {
         let half_length = |cells: usize| transform_length(2 * cells) / 2;
         let (p, q) = (half_length(columns), half_length(across));
@@ -131,7 +131,7 @@ impl<R: Element> CellProduct<R> {
         this
     }
 
-    /// Cells along.
+    /// Returns the cells along.
     pub(crate) fn columns(&self) -> usize {
         self.columns
     }
@@ -148,12 +148,12 @@ impl<R: Element> CellProduct<R> {
         Work { multiply_adds: transforms as u64 + symbols as u64, bytes: (numbers * size_of::<R>()) as u64 }
     }
 
-    /// A bound of the norm of G.
+    /// Returns a bound of the norm of G.
     pub(crate) fn norm_bound(&self) -> f64 {
         self.norm_bound
     }
 
-    /// The middle of the inverse of T, (radius + 1) x (radius + 1) by distance along and across.
+    /// Returns the middle of the inverse of T, (radius + 1) x (radius + 1) by distance along and across.
     pub(crate) fn inverse_stencil(&self, radius: usize) -> Vec<f32> {
         /// Part of the norm below which no wave of T is taken to be.
         const FLOOR: f64 = 1e-3;
@@ -180,8 +180,8 @@ impl<R: Element> CellProduct<R> {
     }
 }
 
-/// Values at distances 0, 1, ... along, so many to each, as waves at the frequencies pi (2 m + 1/2)/p; `factor` is that
-/// of a distance and its exp(-i phase).
+/// Returns the values at distances 0, 1, ... along, so many to each, as waves at the frequencies pi (2 m + 1/2)/p;
+/// `factor` is that of a distance and its exp(-i phase).
 fn along_waves(
     columns: usize,
     p: usize,
@@ -199,7 +199,7 @@ fn along_waves(
     })
 }
 
-/// Factor of a part that is the same at a distance and its opposite.
+/// Returns the factor of a part that is the same at a distance and its opposite.
 fn even_factor(distance: usize, [cosine, _]: [f64; 2]) -> f64 {
     if distance == 0 { 1.0 } else { 2.0 * cosine }
 }
@@ -209,7 +209,7 @@ fn odd_factor(_: usize, [_, minus_sine]: [f64; 2]) -> f64 {
     2.0 * minus_sine
 }
 
-/// A frequency across of what is even there; `cosines` with minus their sines.
+/// Returns a frequency across of what is even there; `cosines` with minus their sines.
 fn across_even(cosines: &[[f64; 2]], values: &[f64], frequency: usize) -> f64 {
     let mut sum = values[0];
     for (j, value) in values.iter().enumerate().skip(1) {
@@ -218,7 +218,7 @@ fn across_even(cosines: &[[f64; 2]], values: &[f64], frequency: usize) -> f64 {
     sum
 }
 
-/// The same of values from 0 on.
+/// Returns the same of values from 0 on.
 fn across_folded(cosines: &[[f64; 2]], values: &[f64], frequency: usize) -> [f64; 2] {
     let [mut re, mut im] = [0.0; 2];
     for (j, value) in values.iter().enumerate() {
@@ -376,7 +376,7 @@ struct Symbol<'a, R: Element, S: Simd> {
     odd: Option<&'a [R::Vector<S>]>,
 }
 
-/// T F + H F', real and imaginary parts changed.
+/// Returns T F + H F', real and imaginary parts changed.
 #[inline(always)]
 fn answer<R: Element, S: Simd>(
     simd: S,

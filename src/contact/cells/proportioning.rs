@@ -66,7 +66,7 @@ impl Proportioning {
         standing
     }
 
-    /// The forces for `required` d, which is finite, to within `goal`.
+    /// Returns the forces for `required` d, which is finite, to within `goal`.
     pub(super) fn run(
         &mut self,
         cells: &mut InstantCells,

@@ -40,7 +40,7 @@ impl RestingCells {
         Self { sums, crown, window }
     }
 
-    /// The contact that an axle has on a smooth road.
+    /// Returns the contact that an axle has on a smooth road.
     ///
     /// # Errors
     /// [`ContactError::LoadNotReached`].

@@ -226,7 +226,7 @@ impl<N: WaveNumber> RingWaves<N> {
         }
     }
 
-    /// Fields that evolve.
+    /// Returns the fields that evolve.
     pub(super) fn fields(&self) -> [&Vec<N>; 3] {
         [&self.sums, &self.forces, &self.foretold]
     }
@@ -257,18 +257,18 @@ impl<N: WaveNumber> RingWaves<N> {
     }
 }
 
-/// Waves of a tile.
+/// Returns the waves of a tile.
 const fn tile<N: Element>() -> usize {
     TOGETHER * N::MOST_LANES
 }
 
-/// The waves of a tile, of so many in all.
+/// Returns the waves of a tile, of so many in all.
 fn waves_of<N: Element>(number: usize, waves: usize) -> Range<usize> {
     let first = number * tile::<N>();
     first..waves.min(first + tile::<N>())
 }
 
-/// Place of an instant of two blocks, counted from the first of the block before.
+/// Returns the place of an instant of two blocks, counted from the first of the block before.
 const fn slot(number: usize, instants: usize, turned: bool) -> usize {
     if turned { (number + instants) % (2 * instants) } else { number }
 }
@@ -360,12 +360,12 @@ fn is_slow(modes: &Modes<'_>, time_step: f64, rate: f64, allowed: f64) -> bool {
     moved > allowed * modes.evaluate(s).norm()
 }
 
-/// Kinds of a tile's parts: even ones alone, or odd ones too.
+/// Returns the kinds of a tile's parts: even ones alone, or odd ones too.
 const fn kinds(turns: bool) -> usize {
     if turns { 2 } else { 1 }
 }
 
-/// Response of all waves an instant after a force, stage by stage \[m/N\].
+/// Returns the response of all waves an instant after a force, stage by stage \[m/N\].
 pub(super) fn first_responses(model: &CellModel, rule: TimeRule, time_step: f64) -> Vec<WaveValues> {
     let mut all = vec![WaveValues { even: Vec::new(), odd: Vec::new() }; rule.stages()];
     let mut responses = vec![0.0; rule.stages()];
@@ -382,7 +382,8 @@ pub(super) fn first_responses(model: &CellModel, rule: TimeRule, time_step: f64)
     all
 }
 
-/// Response of all waves one, two, ... instants after a force at a stage, as they are summed; see [`RingWaves`].
+/// Returns the response of all waves one, two, ... instants after a force at a stage, as they are summed; see
+/// [`RingWaves`].
 fn responses<N: Element>(
     model: &CellModel,
     rule: TimeRule,

@@ -113,7 +113,7 @@ pub struct CellSearch {
 }
 
 impl CellSearch {
-    /// A search over the cells of a window. `tolerance` is how far u may be from d, relative to the largest d.
+    /// Returns a search over the cells of a window. `tolerance` is how far u may be from d, relative to the largest d.
     pub fn new(cells: InstantCells, tolerance: f64) -> Self {
         let zeros = || vec![0.0; cells.cells()];
         let single = || vec![0.0; if tolerance < SINGLE { 0 } else { cells.cells() }];
@@ -134,18 +134,18 @@ impl CellSearch {
         }
     }
 
-    /// G.
+    /// Returns G.
     pub fn cells(&self) -> &InstantCells {
         &self.cells
     }
 
-    /// G, to take products with.
+    /// Returns G, to take products with.
     pub fn cells_mut(&mut self) -> &mut InstantCells {
         &mut self.cells
     }
 
-    /// u = G F of the last solution, where cells touch and [`MARGIN`] columns on either side at least; where it is not
-    /// looked for it is 0.
+    /// Returns u = G F of the last solution, where cells touch and [`MARGIN`] columns on either side at least; where it
+    /// is not looked for it is 0.
     pub fn displacement(&self) -> &[f64] {
         &self.displacement
     }
@@ -207,7 +207,7 @@ impl CellSearch {
         self.displacement.iter_mut().zip(displacement).for_each(|(u, single)| *u = f64::from(*single));
     }
 
-    /// u = G F, and how far the conditions are missed.
+    /// Returns u = G F, and how far the conditions are missed.
     fn displace(&mut self, forces: &[f64], largest: f64) -> CellResiduals {
         self.counts.products += 1;
         self.look(forces);
@@ -323,7 +323,7 @@ impl CellSearch {
         })
     }
 
-    /// The columns with cells that belong, and so many more at either end.
+    /// Returns the columns with cells that belong, and so many more at either end.
     fn columns_of(&self, belongs: impl Fn(usize) -> bool, margin: usize) -> Range<usize> {
         let (across, mut cells) = (self.cells.across(), 0..self.required.len());
         match (cells.clone().find(|&cell| belongs(cell)), cells.rfind(|&cell| belongs(cell))) {
@@ -341,8 +341,8 @@ impl CellSearch {
         (is_held || columns.is_empty()) && self.cells.part(length) == length
     }
 
-    /// The cells of a part of the window, as long as there are products for, that holds some columns: in its middle,
-    /// or, in single precision, at its beginning, since the tyre rolls on.
+    /// Returns the cells of a part of the window, as long as there are products for, that holds some columns: in its
+    /// middle, or, in single precision, at its beginning, since the tyre rolls on.
     fn part(&self, needed: &Range<usize>) -> Range<usize> {
         let (across, columns) = (self.cells.across(), self.cells.columns());
         let length = self.cells.part(needed.len());
@@ -367,7 +367,7 @@ impl CellSearch {
         self.displace(forces, largest)
     }
 
-    /// The same for a G that is not symmetric: its skew part lags behind.
+    /// Returns the same for a G that is not symmetric: its skew part lags behind.
     fn prove_by_sweeps(&mut self, forces: &mut [f64], largest: f64) -> CellResiduals {
         let mut lagged = vec![0.0; forces.len()];
         for _ in 0..MOST_SWEEPS {
@@ -392,7 +392,7 @@ impl CellSearch {
     }
 }
 
-/// The largest of some required displacements.
+/// Returns the largest of some required displacements.
 fn largest(required: &[f64]) -> f64 {
     let larger = |a: f64, b: f64| if b > a { b } else { a };
     let mut lanes = [NOWHERE; LANES];

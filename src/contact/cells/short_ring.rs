@@ -77,7 +77,7 @@ impl<N: WaveNumber> NextInstant<N> {
         Self { across, products, forces: zeros(), displacement: zeros(), last: Seen::new(columns * across) }
     }
 
-    /// Cells across.
+    /// Returns the cells across.
     pub(super) fn across(&self) -> usize {
         self.across
     }

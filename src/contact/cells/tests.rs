@@ -34,7 +34,7 @@ fn force(instant: usize, element: i64, j: usize) -> f64 {
     drive.max(0.0)
 }
 
-/// u = sum over waves of the definition in the frequency domain, for forces exp(s t) on one cell.
+/// Returns u = sum over waves of the definition in the frequency domain, for forces exp(s t) on one cell.
 fn response(tyre: &Tyre, s: Complex64, distance: i64, [j, other]: [usize; 2], last_m: usize) -> Complex64 {
     let stack = crate::tyre::layers::Stack::new(tyre).at(s);
     let (length, pitch) = (tyre.circumference / ELEMENTS as f64, tyre.contact_width / ACROSS as f64);

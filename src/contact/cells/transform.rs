@@ -56,20 +56,20 @@ pub(super) struct Transform<R> {
     passes: Vec<Pass<R>>,
 }
 
-/// exp(-2 pi i numerator / denominator), the angle taken within one turn.
+/// Returns exp(-2 pi i numerator / denominator), the angle taken within one turn.
 pub(super) fn unit<R: Element>(numerator: usize, denominator: usize) -> [R; 2] {
     let angle = TAU * (numerator % denominator) as f64 / denominator as f64;
     [R::rounded(angle.cos()), R::rounded(-angle.sin())]
 }
 
-/// a w for a factor in all lanes.
+/// Returns a w for a factor in all lanes.
 #[inline(always)]
 pub(super) fn times<R: Element, S: Simd>(simd: S, a: Wave<R, S>, [re, im]: [R; 2]) -> Wave<R, S> {
     let (re, im) = (R::splat(simd, re), R::splat(simd, im));
     product::<R, S>(simd, a, [re, im])
 }
 
-/// a b.
+/// Returns a b.
 #[inline(always)]
 pub(super) fn product<R: Element, S: Simd>(simd: S, a: Wave<R, S>, b: Wave<R, S>) -> Wave<R, S> {
     let cross = R::neg(simd, R::mul(simd, a[1], b[1]));
@@ -86,20 +86,20 @@ fn sub<R: Element, S: Simd>(simd: S, a: Wave<R, S>, b: Wave<R, S>) -> Wave<R, S>
     [R::sub(simd, a[0], b[0]), R::sub(simd, a[1], b[1])]
 }
 
-/// -i a.
+/// Returns -i a.
 #[inline(always)]
 fn turned<R: Element, S: Simd>(simd: S, a: Wave<R, S>) -> Wave<R, S> {
     [a[1], R::neg(simd, a[0])]
 }
 
-/// a + factor b.
+/// Returns a + factor b.
 #[inline(always)]
 fn plus<R: Element, S: Simd>(simd: S, a: Wave<R, S>, factor: f64, b: Wave<R, S>) -> Wave<R, S> {
     let factor = R::splat(simd, R::rounded(factor));
     [R::mul_add(simd, factor, b[0], a[0]), R::mul_add(simd, factor, b[1], a[1])]
 }
 
-/// factor a.
+/// Returns factor a.
 #[inline(always)]
 fn scaled<R: Element, S: Simd>(simd: S, factor: f64, a: Wave<R, S>) -> Wave<R, S> {
     let factor = R::splat(simd, R::rounded(factor));
@@ -118,7 +118,7 @@ fn four<R: Element, S: Simd>(simd: S, a: [Wave<R, S>; 4]) -> [Wave<R, S>; 4] {
     ]
 }
 
-/// The transform of N numbers.
+/// Returns the transform of N numbers.
 #[inline(always)]
 fn butterfly<R: Element, S: Simd, const N: usize>(simd: S, a: [Wave<R, S>; N]) -> [Wave<R, S>; N] {
     let mut b = a;
@@ -244,13 +244,14 @@ impl<R: Element> Transform<R> {
         Self { length, passes }
     }
 
-    /// How many numbers.
+    /// Tells how many numbers.
     pub(super) fn length(&self) -> usize {
         self.length
     }
 
-    /// sum of x_n exp(-2 pi i k n / length) of complex numbers in vectors; both arrays are overwritten, the result is
-    /// the one that is handed back first. Not inlined: a product takes six transforms, which would be there six times.
+    /// Returns sum of x_n exp(-2 pi i k n / length) of complex numbers in vectors; both arrays are overwritten, the
+    /// result is the one that is handed back first. Not inlined: a product takes six transforms, which would be there
+    /// six times.
     #[inline(always)]
     pub(super) fn run<'a, S: Simd>(&self, simd: S, from: &'a mut [R], to: &'a mut [R]) -> [&'a mut [R]; 2] {
         simd.vectorize(Run { passes: &self.passes, from, to });

@@ -19,7 +19,7 @@ const ELEMENTS: usize = 32;
 const TIME_STEP: f64 = 2e-4;
 const FINITE: CellTruncation = CellTruncation { lateral_terms: Some(3), aliases: Some(0) };
 
-/// The default tyre at 250 km/h.
+/// Returns the default tyre at 250 km/h.
 fn turning() -> Tyre {
     let tyre = Scene::from_str(DEFAULT, "scene").unwrap().scene.tyre;
     Tyre { angular_velocity: -250.0 / 3.6 / tyre.radius(), ..tyre }

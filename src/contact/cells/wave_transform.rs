@@ -71,7 +71,7 @@ impl<R: WaveNumber> Basis<R> {
         MatRef::from_row_major_slice(&self.values, 2 * self.bins, columns)
     }
 
-    /// exp(-2 pi i n first/R) of a row's waves.
+    /// Returns exp(-2 pi i n first/R) of a row's waves.
     fn turns<'a>(&'a self, row: &Row, first: usize) -> impl Iterator<Item = Complex<R>> + use<'a, R> {
         let ring = self.turns.len();
         (row.first..row.first + row.count).map(move |n| self.turns[n * first % ring])
@@ -140,12 +140,12 @@ impl<R: WaveNumber> WaveTransform<R> {
         Self { ring, columns, across: grid.across, waves: start, even, odd, along }
     }
 
-    /// Cells of the window.
+    /// Returns the cells of the window.
     pub fn cells(&self) -> usize {
         self.columns * self.across
     }
 
-    /// Waves.
+    /// Returns the waves.
     pub fn waves(&self) -> usize {
         self.waves
     }
@@ -167,7 +167,7 @@ impl<R: WaveNumber> WaveTransform<R> {
         Work { multiply_adds: multiply_adds as u64, bytes: (numbers * size_of::<R>()) as u64 }
     }
 
-    /// Phase of each wave from one element to the next.
+    /// Returns the phase of each wave from one element to the next.
     pub fn angles(&self) -> Vec<f64> {
         let mut angles = vec![0.0; self.waves];
         for row in self.even.rows.iter().chain(&self.odd.rows) {

@@ -122,7 +122,7 @@ impl CellZone {
         }
     }
 
-    /// The cells that are told, among those of the window.
+    /// Returns the cells that are told, among those of the window.
     fn told(&self) -> Range<usize> {
         let outside = self.margin * self.across;
         outside..self.forces.len() - outside

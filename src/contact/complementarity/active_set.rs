@@ -83,7 +83,7 @@ impl Residuals {
         residuals
     }
 
-    /// The worse of two, condition by condition.
+    /// Returns the worse of two, condition by condition.
     pub(crate) fn worst(self, other: Self) -> Self {
         Self {
             tension: self.tension.max(other.tension),
@@ -113,8 +113,8 @@ pub struct ActiveSetState {
 }
 
 impl ActiveSet {
-    /// A search over `columns` points; `influence[j]` is G0 of points j apart, springs included in `influence[0]`.
-    /// `tolerance` is how far d may exceed G0 F off the set, relative to the largest d.
+    /// Returns a search over `columns` points; `influence[j]` is G0 of points j apart, springs included in
+    /// `influence[0]`. `tolerance` is how far d may exceed G0 F off the set, relative to the largest d.
     pub fn new(influence: Vec<f64>, columns: usize, tolerance: f64, cached_factors: usize) -> Self {
         Self {
             surface: Surface::new(influence, columns),
@@ -240,12 +240,12 @@ impl ActiveSet {
         self.surface.start_from(forces)
     }
 
-    /// The set found by the last search, by column.
+    /// Returns the set found by the last search, by column.
     pub fn active(&self) -> &[bool] {
         &self.active
     }
 
-    /// u = G0 F of the last search, springs included \[m\].
+    /// Returns u = G0 F of the last search, springs included \[m\].
     pub fn displacement(&self) -> &[f64] {
         &self.surface.displacement
     }
@@ -275,7 +275,7 @@ impl ActiveSet {
         self.factors.restore(&self.surface.influence, factors)
     }
 
-    /// Columns that break a condition: on the set F < 0, off it d - u > tolerance.
+    /// Returns the columns that break a condition: on the set F < 0, off it d - u > tolerance.
     fn broken<'a>(&'a self, d: &'a [f64], forces: &'a [f64], tolerance: f64) -> impl Iterator<Item = usize> + 'a {
         (0..d.len()).filter(move |&column| {
             if self.active[column] {
@@ -298,7 +298,7 @@ impl ActiveSet {
         self.points.extend(self.active.iter().enumerate().filter_map(|(column, &active)| active.then_some(column)));
     }
 
-    /// F on the set.
+    /// Returns F on the set.
     fn solve(&mut self, d: &[f64], meter: &mut Meter) -> Result<(), Unsolved> {
         self.list_points();
         self.values.clear();
@@ -306,8 +306,8 @@ impl ActiveSet {
         Ok(self.factors.solve(&self.points, &self.surface.influence, &mut self.values, meter)?)
     }
 
-    /// F on the set with a skew part of G0, by corrections of forces on it whose displacement is known; returns how
-    /// many.
+    /// Returns F on the set with a skew part of G0, by corrections of forces on it whose displacement is known; returns
+    /// how many.
     fn correct(
         &mut self,
         d: &[f64],
@@ -365,8 +365,8 @@ mod tests {
 
     use super::*;
 
-    /// The oracle: projected Gauss-Seidel to rounding (Cryer 1971): slow, simple, convergent for positive definite
-    /// matrices.
+    /// Returns the oracle: projected Gauss-Seidel to rounding (Cryer 1971): slow, simple, convergent for positive
+    /// definite matrices.
     fn projected_gauss_seidel(influence: &[f64], d: &[f64]) -> Vec<f64> {
         let mut forces = vec![0.0_f64; d.len()];
         for _ in 0..200_000 {

@@ -70,7 +70,7 @@ impl Sizes {
 /// Unknowns of the system of the points by which a set differs from its neighbour at most, in whole lines.
 const SMALL: usize = MOST_DIFFERENT.next_multiple_of(LINE);
 
-/// Largest memory of a cache of `capacity` factors of sets of up to `points` points \[bytes\].
+/// Returns the largest memory of a cache of `capacity` factors of sets of up to `points` points \[bytes\].
 pub(crate) fn largest_memory(capacity: usize, points: usize) -> usize {
     let Sizes { points, stride, slots } = Sizes::new(capacity, points);
     (8 * slots * points).saturating_mul(stride)
@@ -120,8 +120,8 @@ struct HeldSet {
 }
 
 impl FactorCache {
-    /// A cache of at most `capacity` factors (at least one; fewer where they would take too much memory) of sets of at
-    /// most `points` points.
+    /// Returns a cache of at most `capacity` factors (at least one; fewer where they would take too much memory) of
+    /// sets of at most `points` points.
     pub fn new(capacity: usize, points: usize) -> Self {
         let sizes = Sizes::new(capacity, points);
         let Sizes { points, stride, slots } = sizes;
@@ -237,7 +237,8 @@ impl FactorCache {
         finite(values.iter())
     }
 
-    /// The same for another d: all columns but the first, and the factors of their system, stand from the time before.
+    /// Returns the same for another d: all columns but the first, and the factors of their system, stand from the time
+    /// before.
     fn solve_beside_again(
         &mut self,
         slot: usize,
@@ -264,17 +265,17 @@ impl FactorCache {
         self.neighbour.advance(by);
     }
 
-    /// The arithmetic of factorisations and solutions so far.
+    /// Returns the arithmetic of factorisations and solutions so far.
     pub fn work(&self) -> Work {
         self.work
     }
 
-    /// The part of it that made factors of sets.
+    /// Returns the part of it that made factors of sets.
     pub fn making(&self) -> Work {
         self.making
     }
 
-    /// A slot for a new factor; the one that the clock rule points at where none is empty.
+    /// Returns a slot for a new factor; the one that the clock rule points at where none is empty.
     fn free_slot(&mut self) -> usize {
         if self.filled < self.sizes.slots {
             self.filled += 1;

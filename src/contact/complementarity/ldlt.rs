@@ -16,7 +16,7 @@ const PANEL: usize = 4;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Singular;
 
-/// An error unless all values are finite.
+/// Returns an error unless all values are finite.
 pub(super) fn finite<'a>(mut values: impl Iterator<Item = &'a f64>) -> Result<(), Singular> {
     if values.all(|value| value.is_finite()) { Ok(()) } else { Err(Singular) }
 }
@@ -45,7 +45,7 @@ impl Ldlt {
         self.arch.dispatch(Assembly { points, influence, matrix, band });
     }
 
-    /// L below the diagonal and D on it, in place.
+    /// Returns L below the diagonal and D on it, in place.
     ///
     /// # Errors
     /// [`Singular`].
@@ -53,8 +53,8 @@ impl Ldlt {
         self.factorise_band(matrix, rows, rows)
     }
 
-    /// The same of a matrix of which only so many blocks of [`LINE`] columns before a block's own are of matter, as if
-    /// all others were zero: they are neither read nor written.
+    /// Returns the same of a matrix of which only so many blocks of [`LINE`] columns before a block's own are of
+    /// matter, as if all others were zero: they are neither read nor written.
     ///
     /// # Errors
     /// [`Singular`].
@@ -80,7 +80,7 @@ impl Ldlt {
         self.solve_band(factor, right_sides, stride, rows, rows)
     }
 
-    /// The same with the factors of a band.
+    /// Returns the same with the factors of a band.
     ///
     /// # Errors
     /// [`Singular`] unless all results are finite.
@@ -177,14 +177,14 @@ struct Panel<'a, S> {
 }
 
 impl<S: Simd> Panel<'_, S> {
-    /// Where a stream of vectors of rows begins: those of a block first.
+    /// Tells where a stream of vectors of rows begins: those of a block first.
     #[inline(always)]
     fn begin(self, stream: usize) -> usize {
         let vectors = LINE / S::F64_LANES;
         stream / vectors * vectors * self.rows + stream % vectors
     }
 
-    /// First column that a stream's rows have.
+    /// Returns the first column that a stream's rows have.
     #[inline(always)]
     fn first(self, stream: usize) -> usize {
         first_column(self.factors.len() / LINE + stream * S::F64_LANES / LINE, self.band).min(self.factors.len())
@@ -212,7 +212,7 @@ impl<S: Simd> Panel<'_, S> {
         }
     }
 
-    /// One stream, in C columns.
+    /// Returns one stream, in C columns.
     #[inline(always)]
     fn take_off<const C: usize>(self, block: &mut [f64], stream: usize) -> usize {
         let Self { simd, factors, .. } = self;
@@ -235,7 +235,7 @@ impl<S: Simd> Panel<'_, S> {
         stream + 1
     }
 
-    /// Two streams of two blocks together.
+    /// Returns two streams of two blocks together.
     #[inline(always)]
     fn take_off_two(self, block: &mut [f64], stream: usize) -> usize {
         let Self { simd, factors, .. } = self;
@@ -326,7 +326,7 @@ impl Corner {
         Ok(Self { pivots, scales, lower })
     }
 
-    /// L of four columns below the corner.
+    /// Returns L of four columns below the corner.
     #[inline(always)]
     fn divide<S: Simd>(&self, simd: S, [a, b, c, d]: [S::f64s; PANEL]) -> [S::f64s; PANEL] {
         let ([p, q, r, s], [l, m, n, _]) = (self.scales, self.lower);
@@ -436,8 +436,8 @@ impl WithSimd for Substitutions<'_> {
     }
 }
 
-/// Columns of L and D where a block meets its own rows, from its tiles there on. A last block may have fewer; unknowns
-/// are zero there.
+/// Returns the columns of L and D where a block meets its own rows, from its tiles there on. A last block may have
+/// fewer; unknowns are zero there.
 #[inline(always)]
 fn corner(own: &[f64]) -> [[f64; LINE]; LINE] {
     let (tiles, _) = own.as_chunks::<LINE>();

@@ -3,7 +3,7 @@
 use super::*;
 use crate::contact::complementarity::tiles::{add_to_diagonal, assemble_entries};
 
-/// A positive definite matrix with springs on its diagonal.
+/// Returns a positive definite matrix with springs on its diagonal.
 fn entry(i: usize, j: usize) -> f64 {
     (-(i.abs_diff(j) as f64) / 3.0).exp() + if i == j { 0.1 * (1 + i % 5) as f64 } else { 0.0 }
 }

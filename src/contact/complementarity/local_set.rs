@@ -90,7 +90,7 @@ pub(crate) struct SlicesUnder<'a> {
 }
 
 impl<'a> SlicesUnder<'a> {
-    /// The slice under a column, if there is road there.
+    /// Returns the slice under a column, if there is road there.
     pub(crate) fn get(&self, column: usize) -> Option<&'a StiffnessCurve> {
         self.slices.curve(self.first_element + column as i64)
     }
@@ -124,7 +124,7 @@ pub(crate) struct LocalSet {
     solver: Ldlt,
 }
 
-/// Blocks of columns of the band whose rest, as a sum over a row, is a small part of G0_ii.
+/// Returns the blocks of columns of the band whose rest, as a sum over a row, is a small part of G0_ii.
 fn blocks_of_band(influence: &[f64]) -> usize {
     let mut rest = 0.0;
     let far = influence.iter().rposition(|value| {
@@ -134,12 +134,12 @@ fn blocks_of_band(influence: &[f64]) -> usize {
     far.unwrap_or(0).div_ceil(LINE)
 }
 
-/// Columns of a row of a band, on average.
+/// Returns the columns of a row of a band, on average.
 fn band_width(rows: usize, band: usize) -> u64 {
     rows.min(LINE * band + LINE / 2) as u64
 }
 
-/// Entries of a band on both sides of the diagonal.
+/// Returns the entries of a band on both sides of the diagonal.
 fn band_entries(rows: usize, band: usize) -> u64 {
     let width = band_width(rows, band);
     width * (2 * rows as u64 - width)
@@ -153,8 +153,8 @@ pub(crate) struct LocalSetState {
 }
 
 impl LocalSet {
-    /// A search over `columns` points, as [`super::active_set::ActiveSet::new`], with slices of a compliance c \[m/N\]
-    /// of their own.
+    /// Returns a search over `columns` points, as [`super::active_set::ActiveSet::new`], with slices of a compliance c
+    /// \[m/N\] of their own.
     pub(crate) fn new(influence: Vec<f64>, compliance: f64, columns: usize, tolerance: f64) -> Self {
         let band = blocks_of_band(&influence);
         Self {
@@ -293,7 +293,7 @@ impl LocalSet {
         Ok(())
     }
 
-    /// v = y - G0 F + c F.
+    /// Returns v = y - G0 F + c F.
     fn felt(&self, column: usize, y: f64, force: f64) -> f64 {
         y - (self.surface.displacement[column] - self.compliance * force)
     }
@@ -371,8 +371,8 @@ impl LocalSet {
         self.reach = first.unwrap_or(self.reach.start)..last.map_or(self.reach.end, |last| last + 1);
     }
 
-    /// F on the pieces, then u everywhere, by corrections of forces on the points whose displacement is known; returns
-    /// their number.
+    /// Returns F on the pieces, then u everywhere, by corrections of forces on the points whose displacement is known;
+    /// returns their number.
     fn solve(
         &mut self,
         y: &[f64],
@@ -431,7 +431,7 @@ impl LocalSet {
         }))
     }
 
-    /// Factors of the matrix of the points, or of a band of it.
+    /// Returns the factors of the matrix of the points, or of a band of it.
     fn factorise(&mut self, band: usize, meter: &mut Meter) -> Result<(), Unsolved> {
         let rows = self.points.len();
         let mut laps = meter.laps();
@@ -455,12 +455,12 @@ impl LocalSet {
         self.surface.counts.clone()
     }
 
-    /// u = G0 F of the last search, springs included \[m\].
+    /// Returns u = G0 F of the last search, springs included \[m\].
     pub(crate) fn displacement(&self) -> &[f64] {
         &self.surface.displacement
     }
 
-    /// Number of points of the last linear system.
+    /// Returns the number of points of the last linear system.
     pub(crate) fn points(&self) -> usize {
         self.points.len()
     }

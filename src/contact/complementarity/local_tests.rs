@@ -7,7 +7,7 @@ use super::super::skew_tests::{RING, entry, rows};
 use super::*;
 use crate::storage::state::read_back;
 
-/// A curve S(y) = sum of w_k max(0, y - y_k), the weights scaled to 1; the first y_k is `first`.
+/// Returns a curve S(y) = sum of w_k max(0, y - y_k), the weights scaled to 1; the first y_k is `first`.
 fn curve(first: f64, steps: &[(f64, f64)]) -> StiffnessCurve {
     let total: f64 = steps.iter().map(|step| step.1).sum();
     let mut y = first;
@@ -32,12 +32,12 @@ fn under(slices: &RoadStrip) -> SlicesUnder<'_> {
     SlicesUnder { slices, first_element: 0 }
 }
 
-/// S+(v).
+/// Returns S+(v).
 fn pressed(curve: &StiffnessCurve, v: f64) -> f64 {
     if v > 0.0 { curve.displacement_at(v) } else { 0.0 }
 }
 
-/// S(w) with w + (own/c - 1) S(w) = y, by bisection: the left side grows with w.
+/// Returns S(w) with w + (own/c - 1) S(w) = y, by bisection: the left side grows with w.
 fn in_series(curve: &StiffnessCurve, y: f64, own: f64, compliance: f64) -> f64 {
     let (mut low, mut high) = (0.0, y * (compliance / own).max(1.0));
     if y <= 0.0 {
@@ -50,7 +50,7 @@ fn in_series(curve: &StiffnessCurve, y: f64, own: f64, compliance: f64) -> f64 {
     pressed(curve, 0.5 * (low + high))
 }
 
-/// The oracle: non-linear Gauss-Seidel with plain sums until nothing changes.
+/// Returns the oracle: non-linear Gauss-Seidel with plain sums until nothing changes.
 fn gauss_seidel(influence: &[f64], compliance: f64, curves: &[StiffnessCurve], y: &[f64]) -> Vec<f64> {
     let mut forces = vec![0.0_f64; y.len()];
     for _ in 0..1_000_000 {
@@ -69,7 +69,7 @@ fn gauss_seidel(influence: &[f64], compliance: f64, curves: &[StiffnessCurve], y
     forces
 }
 
-/// Largest violation of c F = S+(v), relative to the largest S+(y), by plain sums.
+/// Returns the largest violation of c F = S+(v), relative to the largest S+(y), by plain sums.
 fn violation(influence: &[f64], compliance: f64, curves: &[StiffnessCurve], y: &[f64], forces: &[f64]) -> f64 {
     let largest = curves.iter().zip(y).map(|(curve, &y)| pressed(curve, y)).fold(0.0, f64::max);
     let of = |i: usize| {
@@ -84,7 +84,7 @@ fn decaying(columns: usize, reach: f64) -> Vec<f64> {
     (0..columns).map(|j| (-(j as f64) / reach).exp() + if j == 0 { 0.3 } else { 0.0 }).collect()
 }
 
-/// Twelve slices with up to five pieces, some of them with a first one that carries nothing.
+/// Returns twelve slices with up to five pieces, some of them with a first one that carries nothing.
 fn slices() -> impl Strategy<Value = Vec<StiffnessCurve>> {
     let steps = prop::collection::vec((0.0..0.5_f64, 0.01..1.0_f64), 1..6);
     let first = prop_oneof![3 => Just(0.0), 1 => 0.0..0.3_f64];
@@ -304,7 +304,7 @@ fn the_fallback_alone_finds_the_solution_too() {
     assert!(fallbacks > 10, "the fallback was hardly ever needed");
 }
 
-/// Rough slices under many points; G0 with a skew part.
+/// Returns the rough slices under many points; G0 with a skew part.
 fn rough_patch(instant: usize) -> (RoadStrip, Vec<f64>) {
     const COLUMNS: usize = 100;
     let curves: Vec<_> = (0..COLUMNS)

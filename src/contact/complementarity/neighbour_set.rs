@@ -73,8 +73,8 @@ impl NeighbourSet {
         self.kept.iter_mut().for_each(|point| *point -= by as i64);
     }
 
-    /// The slot of a factor that serves for the points, if they differ little enough from its set: then A and R are
-    /// known.
+    /// Returns the slot of a factor that serves for the points, if they differ little enough from its set: then A and R
+    /// are known.
     pub(super) fn serves(&mut self, points: &[usize]) -> Option<usize> {
         let slot = self.slot?;
         let most = (points.len() / POINTS_TO_A_DIFFERENCE).min(MOST_DIFFERENT);
@@ -102,7 +102,7 @@ impl NeighbourSet {
         (self.come.len() + self.gone.len() <= most).then_some(slot)
     }
 
-    /// Where the kept factor is.
+    /// Tells where the kept factor is.
     pub(crate) fn slot(&self) -> Option<usize> {
         self.slot
     }
@@ -126,12 +126,12 @@ impl NeighbourSet {
         Ok(())
     }
 
-    /// Number of points of S0.
+    /// Returns the number of points of S0.
     pub(crate) fn kept_points(&self) -> usize {
         self.kept.len()
     }
 
-    /// Number of points that differ.
+    /// Returns the number of points that differ.
     pub(crate) fn different(&self) -> usize {
         self.come.len() + self.gone.len()
     }
@@ -213,8 +213,8 @@ impl NeighbourSet {
         }
     }
 
-    /// Row `different` of what Z in column `column` says: at a point that has gone its value, at one that has come what
-    /// it displaces there.
+    /// Returns the row `different` of what Z in column `column` says: at a point that has gone its value, at one that
+    /// has come what it displaces there.
     fn row(
         &self,
         points: &[usize],
@@ -257,7 +257,7 @@ mod tests {
         if distance == 0 { 1.3 } else { 1.0 / (1.0 + distance as f64 / 3.0).powi(2) }
     }
 
-    /// Largest |G f - d| over the points.
+    /// Returns the largest |G f - d| over the points.
     fn residual(points: &[usize], forces: &[f64], d: &[f64]) -> f64 {
         let at = |i: usize| points.iter().zip(forces).map(|(&j, f)| influence(i.abs_diff(j)) * f).sum::<f64>();
         points.iter().zip(d).map(|(&i, d)| (at(i) - d).abs()).fold(0.0, f64::max)

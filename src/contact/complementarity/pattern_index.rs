@@ -17,12 +17,12 @@ impl PatternIndex {
         Self { places: vec![0; (2 * slots).next_power_of_two()], patterns: vec![0; slots * words], words }
     }
 
-    /// The pattern of a slot.
+    /// Returns the pattern of a slot.
     pub(super) fn pattern(&self, slot: usize) -> &[u64] {
         &self.patterns[slot * self.words..(slot + 1) * self.words]
     }
 
-    /// The slot that has a pattern.
+    /// Returns the slot that has a pattern.
     pub(super) fn find(&self, pattern: &[u64]) -> Option<usize> {
         let place = self.place(pattern);
         self.places[place].checked_sub(1).map(|slot| slot as usize)
@@ -54,7 +54,7 @@ impl PatternIndex {
         }
     }
 
-    /// The place that holds a pattern, or the empty one where it would go.
+    /// Returns the place that holds a pattern, or the empty one where it would go.
     fn place(&self, pattern: &[u64]) -> usize {
         let mask = self.places.len() - 1;
         let mut place = hash(pattern) & mask;

@@ -45,7 +45,7 @@ pub(crate) struct HeldPiece {
 }
 
 impl Default for HeldPiece {
-    /// A piece on which nothing is.
+    /// Returns a piece on which nothing is.
     fn default() -> Self {
         let nowhere = f64::INFINITY;
         Self {
@@ -88,7 +88,7 @@ impl HeldPiece {
         self.from <= v && v < self.to
     }
 
-    /// S(v) \[m\].
+    /// Returns S(v) \[m\].
     #[inline(always)]
     pub(crate) fn displacement(&self, v: f64) -> f64 {
         self.slope * v + self.intercept
@@ -109,8 +109,8 @@ impl HeldPiece {
         self.slope > NO_SLOPE
     }
 
-    /// The force \[N\] where the others leave the penetration y: S(w)/c with w + (G0_ii/c - 1) S(w) = y; goes to the
-    /// piece that holds w.
+    /// Returns the force \[N\] where the others leave the penetration y: S(w)/c with w + (G0_ii/c - 1) S(w) = y; goes
+    /// to the piece that holds w.
     #[inline(always)]
     pub(crate) fn force<'a>(
         &mut self,

@@ -45,7 +45,7 @@ impl Residue {
         self.work = None;
     }
 
-    /// # Errors
+    /// Returns # Errors
     /// [`Unsolved::Unsettled`] if a solution leaves more than its tolerance.
     pub(super) fn settled(self) -> Result<(), Unsolved> {
         if self.left.is_some_and(|left| left > self.allowed) { Err(Unsolved::Unsettled) } else { Ok(()) }

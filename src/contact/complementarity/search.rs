@@ -54,8 +54,8 @@ pub(crate) enum SearchState {
 }
 
 impl Search {
-    /// The search that tread and slice law ask for; `influence` is what a force does within its step by distance
-    /// \[m/N\], over all points, and `odd` its skew part, none at rest. Points that are not `coupled` have no
+    /// Returns the search that tread and slice law ask for; `influence` is what a force does within its step by
+    /// distance \[m/N\], over all points, and `odd` its skew part, none at rest. Points that are not `coupled` have no
     /// neighbours: the paper's two couplings are one for them.
     pub(crate) fn new(influence: Vec<f64>, odd: &[f64], coupled: bool, law: SliceLaw, numerics: &Numerics) -> Self {
         let columns = influence.len();
@@ -94,7 +94,7 @@ impl Search {
         }
     }
 
-    /// The forces at a step, from penetrations or required displacements; leaves the latter in `required`.
+    /// Returns the forces at a step, from penetrations or required displacements; leaves the latter in `required`.
     ///
     /// # Errors
     /// [`ContactError::SingularMatrix`], [`ContactError::Unsettled`].

@@ -18,7 +18,7 @@ pub(super) fn rows(softness: f64, skew: f64, shares: &[f64]) -> [Vec<f64>; 2] {
     [row, ring.odd_elements_of(|n| skew * shares[n % shares.len()] * even(n)).to_vec()]
 }
 
-/// G0 from `point` to `column`.
+/// Returns G0 from `point` to `column`.
 pub(super) fn entry([even, odd]: &[Vec<f64>; 2], column: usize, point: usize) -> f64 {
     let distance = (RING + column - point) % RING;
     even[distance] + odd[distance]
@@ -47,7 +47,7 @@ fn solved(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Vec<f64> {
     right
 }
 
-/// The oracle: forces of every set that meets all conditions.
+/// Returns the oracle: forces of every set that meets all conditions.
 fn solutions(rows: &[Vec<f64>; 2], d: &[f64]) -> Vec<Vec<f64>> {
     let all = (0..1_u32 << d.len()).filter_map(|set| {
         let points: Vec<usize> = (0..d.len()).filter(|&column| set >> column & 1 == 1).collect();
@@ -95,7 +95,7 @@ proptest! {
     }
 }
 
-/// Requirements of a rough patch that moves by an element every other instant.
+/// Returns the requirements of a rough patch that moves by an element every other instant.
 fn rough(columns: usize, instant: usize) -> Vec<f64> {
     let from_middle = |column: usize| (column as f64 + 0.5 * (instant % 2) as f64 - 0.5 * columns as f64).abs();
     let stone = |element: usize| 0.15 * (element as f64 * 2.3).sin() + 0.1 * (element as f64 * 0.9 + 1.0).cos();

@@ -118,7 +118,7 @@ impl Surface {
         Ok(())
     }
 
-    /// The columns from the first to the last that may carry force, where y is the penetration without forces.
+    /// Returns the columns from the first to the last that may carry force, where y is the penetration without forces.
     pub(crate) fn reach(&self, y: &[f64]) -> Range<usize> {
         let may = |(y, force): (&f64, &f64)| *y > 0.0 || *force > 0.0;
         let from = y.iter().zip(&self.estimate).position(may).unwrap_or(0);
@@ -213,7 +213,7 @@ impl Surface {
     }
 }
 
-/// Blocks that hold some columns.
+/// Returns the blocks that hold some columns.
 fn blocks_of(columns: &Range<usize>) -> Range<usize> {
     columns.start / BLOCK..columns.end.div_ceil(BLOCK)
 }
@@ -228,7 +228,8 @@ pub(crate) fn move_on<T: Copy + Default>(values: &mut [T], by: usize) {
 
 /// The law of a point by itself.
 pub(super) trait OwnForce {
-    /// Its force while all others stay as they are, from its force so far and the penetration that all of them leave.
+    /// Returns its force while all others stay as they are, from its force so far and the penetration that all of them
+    /// leave.
     fn force(&mut self, column: usize, force: f64, left: f64) -> f64;
 }
 

@@ -13,7 +13,7 @@ pub const fn room(rows: usize) -> usize {
     rows.next_multiple_of(LINE) * rows
 }
 
-/// First column of a block of rows in a band of so many blocks before its own.
+/// Returns the first column of a block of rows in a band of so many blocks before its own.
 #[inline(always)]
 pub(super) fn first_column(block: usize, band: usize) -> usize {
     LINE * block.saturating_sub(band)
@@ -79,7 +79,7 @@ fn gather(tile: &mut [f64; LINE], lines: &[usize], point: usize, influence: &[f6
     tile[lines.len()..].fill(0.0);
 }
 
-/// A matrix given by its lower triangle, as entry(row, column).
+/// Returns a matrix given by its lower triangle, as entry(row, column).
 pub(crate) fn assemble_entries(rows: usize, entry: impl Fn(usize, usize) -> f64, matrix: &mut [f64]) {
     for (number, tiles) in matrix[..room(rows)].chunks_exact_mut(LINE * rows.max(1)).enumerate() {
         for (column, tile) in tiles.chunks_exact_mut(LINE).enumerate() {

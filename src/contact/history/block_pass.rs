@@ -80,7 +80,7 @@ impl<E: Element, S: Simd, R: Recursion> Block<'_, E, S, R> {
         }
     }
 
-    /// A pole takes in the block's forces.
+    /// Returns a pole takes in the block's forces.
     #[inline(always)]
     fn take_in<const PARTS: usize>(
         &self,
@@ -120,7 +120,7 @@ impl<E: Element, S: Simd, R: Recursion> Block<'_, E, S, R> {
         Driven { maps, re, im }
     }
 
-    /// The systems after the block's forces, less what is `left` of the forces that are forgotten meanwhile.
+    /// Returns the systems after the block's forces, less what is `left` of the forces that are forgotten meanwhile.
     #[inline(always)]
     fn drive<const PARTS: usize, const FORGETS: bool>(
         &self,

@@ -56,18 +56,18 @@ impl LagKernel {
         Self { lags, row }
     }
 
-    /// Number of lags, lag 0 included.
+    /// Returns the number of lags, lag 0 included.
     fn lags(&self) -> usize {
         self.lags.len() / self.row
     }
 
-    /// Kernel of lag p: entry r is the influence on the element r - (columns - 1) + floor(p/q) further on.
+    /// Returns the kernel of lag p: entry r is the influence on the element r - (columns - 1) + floor(p/q) further on.
     pub fn lag(&self, p: usize) -> &[f64] {
         &self.lags[p * self.row..(p + 1) * self.row]
     }
 }
 
-/// Columns rounded up to whole vectors of eight.
+/// Returns the columns rounded up to whole vectors of eight.
 fn padded(columns: usize) -> usize {
     columns.div_ceil(8) * 8
 }
@@ -96,7 +96,7 @@ struct Mark {
 }
 
 impl DirectHistory {
-    /// An empty history (everything at rest).
+    /// Returns an empty history (everything at rest).
     pub fn new(kernel: LagKernel, columns: usize, substeps: usize) -> Self {
         let lags = kernel.lags();
         Self {

@@ -81,7 +81,7 @@ impl Far {
         })
     }
 
-    /// All that evolves but [`Self::rings`].
+    /// Returns all that evolves but [`Self::rings`].
     pub(crate) fn states(&self) -> impl Iterator<Item = &[f64]> {
         self.groups.iter().flat_map(WavenumberGroup::states)
     }

@@ -110,15 +110,15 @@ impl ModalHistory {
         })
     }
 
-    /// First weights w_(n,0) of the quadrature, n = 0..=N/2: the model at delta(0)/dt \[m/N\]; of a tyre that turns
-    /// those of the even parts.
+    /// Returns the first weights w_(n,0) of the quadrature, n = 0..=N/2: the model at delta(0)/dt \[m/N\]; of a tyre
+    /// that turns those of the even parts.
     pub fn first_weights(model: &RationalModel, field: Field, rule: TimeRule, time_step: f64) -> Option<Vec<f64>> {
         (0..=model.largest_wavenumber())
             .map(|n| model.modes(n, field).map(|modes| first_weight(&modes, rule, time_step)))
             .collect()
     }
 
-    /// First weights of the odd parts, likewise \[m/N\]; none at rest.
+    /// Returns the first weights of the odd parts, likewise \[m/N\]; none at rest.
     pub fn odd_first_weights(model: &RationalModel, field: Field, rule: TimeRule, time_step: f64) -> Option<Vec<f64>> {
         let wavenumbers = if model.turns() { 0..model.largest_wavenumber() + 1 } else { 0..0 };
         wavenumbers.map(|n| model.modes(n, field).map(|modes| odd_first_weight(&modes, rule, time_step))).collect()
@@ -163,8 +163,8 @@ impl ModalHistory {
     }
 }
 
-/// Influence of a force at a stage, 1, 2, ... instants later, on the element j further on, \[m/N\]: row (stage x lags +
-/// lag - 1), j = 0..N.
+/// Returns the influence of a force at a stage, 1, 2, ... instants later, on the element j further on, \[m/N\]: row
+/// (stage x lags + lag - 1), j = 0..N.
 fn first_influences(
     model: &RationalModel,
     field: Field,

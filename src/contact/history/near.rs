@@ -23,7 +23,8 @@ use crate::numeric::{transform_length, transform_multiply_adds};
 /// Spectra are filled up to whole vectors of any processor.
 const LANES: usize = 8;
 
-/// Elements of the ring for windows of so many columns that move on by so many elements, on a tyre of so many.
+/// Returns the elements of the ring for windows of so many columns that move on by so many elements, on a tyre of so
+/// many.
 fn ring_length(elements: usize, columns: usize, way: usize) -> usize {
     transform_length(2 * (columns + way)).min(elements)
 }
@@ -158,7 +159,7 @@ impl NearForces {
     }
 }
 
-/// Multiply-adds of an instant that sees so many earlier ones, and numbers of a real spectrum.
+/// Returns the multiply-adds of an instant that sees so many earlier ones, and numbers of a real spectrum.
 pub(super) fn expected(elements: usize, columns: usize, way: usize, seen: f64, uneven: bool) -> (f64, f64) {
     let ring = ring_length(elements, columns, way);
     (expected_multiply_adds(ring, seen, uneven), padded(ring) as f64)

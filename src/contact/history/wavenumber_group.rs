@@ -171,7 +171,7 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
         records.map(move |record| &record[fixed + odd..][..evolving])
     }
 
-    /// A vector of poles.
+    /// Returns a vector of poles.
     #[inline(always)]
     pub(super) fn poles<S: Simd>(
         simd: S,
@@ -188,26 +188,26 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
         poles
     }
 
-    /// Multiply-adds of a pass over so many steps: two real systems, R at every step taken in and at every one
-    /// foretold, W and A at their stages, A of an odd part too, and the products of passing over a block.
+    /// Returns the multiply-adds of a pass over so many steps: two real systems, R at every step taken in and at every
+    /// one foretold, W and A at their stages, A of an odd part too, and the products of passing over a block.
     fn multiply_adds(&self, steps: usize, stages: usize, skip: usize) -> usize {
         self.forgets.len() * E::MOST_LANES * Self::multiply_adds_of_one(steps, stages, skip, self.turns)
     }
 
-    /// The same of one pole, a pair counted as one.
+    /// Returns the same of one pole, a pair counted as one.
     const fn multiply_adds_of_one(steps: usize, stages: usize, skip: usize, turns: bool) -> usize {
         let odd = if turns { PARTS * stages } else { 0 };
         let of_step = 2 * (2 * PARTS * PARTS + PARTS * (2 * stages - 1) + odd);
         steps * of_step + skip * PARTS * PARTS
     }
 
-    /// Bytes of a pass: coefficients read, states read and written.
+    /// Returns the bytes of a pass: coefficients read, states read and written.
     fn bytes(&self) -> usize {
         let [fixed, odd, evolving, _] = self.lengths();
         self.forgets.len() * (fixed + odd + 2 * evolving) * E::MOST_LANES * size_of::<E>()
     }
 
-    /// q of a vector of poles.
+    /// Returns q of a vector of poles.
     #[inline(always)]
     pub(super) fn ratios<S: Simd>(odd: &[E::Vector<S>], vector: usize) -> Number<E, S, PARTS> {
         let mut ratios = [odd[vector]; PARTS];
@@ -218,9 +218,9 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
     }
 }
 
-/// Multiply-adds for each step that so many poles, conjugates counted, are expected to take in blocks of so many steps:
-/// as if all were pairs. Real ones take less, and those that fill up a group take as much more (within 5 % of what runs
-/// count). Of a tyre that `turns` odd parts come on top.
+/// Returns the multiply-adds for each step that so many poles, conjugates counted, are expected to take in blocks of so
+/// many steps: as if all were pairs. Real ones take less, and those that fill up a group take as much more (within 5 %
+/// of what runs count). Of a tyre that `turns` odd parts come on top.
 pub(crate) fn expected_multiply_adds(rule: TimeRule, steps: usize, wavenumbers: usize, poles: f64, turns: bool) -> f64 {
     let (skip, stages) = (rule.products_of_skip(steps), rule.stages());
     let pair = PoleRows::<f64, 2>::multiply_adds_of_one(steps, stages, skip, turns);
@@ -228,7 +228,7 @@ pub(crate) fn expected_multiply_adds(rule: TimeRule, steps: usize, wavenumbers: 
     0.5 * poles * padded * pair as f64 / steps as f64
 }
 
-/// The residue that a state carries, and q, which makes the odd one of it.
+/// Returns the residue that a state carries, and q, which makes the odd one of it.
 fn carried(even: Complex64, odd: Complex64) -> [Complex64; 2] {
     if odd == Complex64::ZERO {
         return [even, odd];
@@ -262,8 +262,8 @@ pub(crate) struct WavenumberGroup<E> {
 }
 
 impl<E: Element> WavenumberGroup<E> {
-    /// The group of neighbours from wavenumber `first` on, a group's at most, at rest, for blocks of so many instants,
-    /// of which a pass foretells the one `ahead` blocks after those whose forces it takes in.
+    /// Returns the group of neighbours from wavenumber `first` on, a group's at most, at rest, for blocks of so many
+    /// instants, of which a pass foretells the one `ahead` blocks after those whose forces it takes in.
     pub(crate) fn new<'m>(
         modes: impl IntoIterator<Item = Modes<'m>>,
         rule: TimeRule,
@@ -308,7 +308,7 @@ impl<E: Element> WavenumberGroup<E> {
         Work { multiply_adds: multiply_adds as u64, bytes: (self.pairs.bytes() + self.reals.bytes()) as u64 }
     }
 
-    /// All that evolves.
+    /// Returns all that evolves.
     pub(crate) fn states(&self) -> impl Iterator<Item = &[E]> {
         self.pairs.states().chain(self.reals.states())
     }
@@ -318,7 +318,7 @@ impl<E: Element> WavenumberGroup<E> {
         self.pairs.states_mut().chain(self.reals.states_mut())
     }
 
-    /// The wavenumbers.
+    /// Returns the wavenumbers.
     pub(crate) fn wavenumbers(&self) -> Range<usize> {
         self.first..self.first + self.count
     }
@@ -338,17 +338,17 @@ impl<E: Element> WavenumberGroup<E> {
         rule.with_recursion(Forget { group: self, steps });
     }
 
-    /// Room for forces by instant: the real parts of a whole group, the imaginary parts.
+    /// Returns the room for forces by instant: the real parts of a whole group, the imaginary parts.
     pub(crate) fn all_forces_mut(&mut self) -> &mut [E] {
         &mut self.forces
     }
 
-    /// The same for those that are forgotten; none where nothing is.
+    /// Returns the same for those that are forgotten; none where nothing is.
     pub(crate) fn all_old_forces_mut(&mut self) -> &mut [E] {
         &mut self.old_forces
     }
 
-    /// u_old likewise.
+    /// Returns u_old likewise.
     pub(crate) fn all_displacements(&self) -> &[E] {
         &self.displacement
     }

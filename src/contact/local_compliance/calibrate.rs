@@ -168,19 +168,19 @@ fn press(map: &HeightMap, grid: PatchGrid, pressures: &[f64]) -> Result<Pressed,
     Ok(Pressed { curve: area_curve(&map.heights)?, line: ElementLine::new(grid, curves), found })
 }
 
-/// S^-1(c p) - c p \[m\] at a pressure/E*.
+/// Returns S^-1(c p) - c p \[m\] at a pressure/E*.
 fn approach_by_law(patch: &Pressed, c: f64, pressure: f64) -> f64 {
     patch.curve.penetration_at(c * pressure) - c * pressure
 }
 
-/// Mean square by which the law's approach misses \[m^2\].
+/// Returns the mean square by which the law's approach misses \[m^2\].
 fn approach_misfit(patch: &Pressed, c: f64, pressures: &[f64]) -> f64 {
     let misses = pressures.iter().zip(&patch.found).map(|(&p, found)| approach_by_law(patch, c, p) - found.0);
     misses.map(|miss| miss * miss).sum::<f64>() / pressures.len() as f64
 }
 
-/// Mean square by which the law's line pressures miss, relative to the mean pressure; infinite where the law could not
-/// be solved.
+/// Returns the mean square by which the law's line pressures miss, relative to the mean pressure; infinite where the
+/// law could not be solved.
 fn line_misfit(patch: &Pressed, c: f64, pressures: &[f64]) -> f64 {
     let of_level = |(&pressure, found): (&f64, &(f64, f64, Vec<f64>))| {
         patch.line.pressures(c, pressure).map_or(f64::INFINITY, |law| mean_square_difference(&law, &found.2, pressure))
@@ -188,12 +188,12 @@ fn line_misfit(patch: &Pressed, c: f64, pressures: &[f64]) -> f64 {
     pressures.iter().zip(&patch.found).map(of_level).sum::<f64>() / pressures.len() as f64
 }
 
-/// Mean square of the difference of two lists, in units of `unit`.
+/// Returns the mean square of the difference of two lists, in units of `unit`.
 fn mean_square_difference(one: &[f64], other: &[f64], unit: f64) -> f64 {
     one.iter().zip(other).map(|(a, b)| ((a - b) / unit).powi(2)).sum::<f64>() / one.len() as f64
 }
 
-/// The best c by a misfit, over all patches and for each.
+/// Returns the best c by a misfit, over all patches and for each.
 fn fit(pressed: &[Pressed], formula: f64, modulus: f64, misfit: impl Fn(&Pressed, f64) -> f64 + Sync) -> Fit {
     let together = |c: f64| {
         let misfits = in_parallel::map(pressed, |patch| misfit(patch, c));
@@ -209,7 +209,7 @@ fn fit(pressed: &[Pressed], formula: f64, modulus: f64, misfit: impl Fn(&Pressed
     }
 }
 
-/// Where a function of c is least, and how small: the best of values tried, then the golden section between its
+/// Tells where a function of c is least, and how small: the best of values tried, then the golden section between its
 /// neighbours.
 fn least(function: impl Fn(f64) -> f64) -> (f64, f64) {
     let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
@@ -257,7 +257,7 @@ fn level(pressed: &[Pressed], index: usize, pressure: f64, modulus: f64, fits: [
     }
 }
 
-/// Correlation of two lists of equal length; `None` where one does not vary.
+/// Returns the correlation of two lists of equal length; `None` where one does not vary.
 fn correlation(one: &[f64], other: &[f64]) -> Option<f64> {
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let (mean_one, mean_other) = (mean(one), mean(other));

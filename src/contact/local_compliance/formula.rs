@@ -26,24 +26,24 @@ const MODULUS_FREQUENCY: f64 = 100.0;
 /// The model's own doubt: formula, approach and line pressure give kappa within a factor of two of each other.
 pub(crate) const DOUBTS: [(&str, f64); 2] = [("half", 0.5), ("twice", 2.0)];
 
-/// kappa \[m/Pa\] by formula; `None` for a road without texture (a smooth one, an exactly level one).
+/// Returns kappa \[m/Pa\] by formula; `None` for a road without texture (a smooth one, an exactly level one).
 pub(crate) fn local_compliance(tyre: &Tyre, road: &RoadSurface) -> Option<f64> {
     Some(compliance(tread_modulus(tyre)?, road.mean_wavenumber()?))
 }
 
-/// kappa \[m/Pa\] from the tread's effective modulus E* \[Pa\] and the road's mean wavenumber `<k>` \[rad/m\], both
-/// positive.
+/// Returns kappa \[m/Pa\] from the tread's effective modulus E* \[Pa\] and the road's mean wavenumber `<k>` \[rad/m\],
+/// both positive.
 fn compliance(effective_modulus: f64, mean_wavenumber: f64) -> f64 {
     2.0 / (effective_modulus * mean_wavenumber)
 }
 
-/// kappa \[m/Pa\] by formula for a scene; `None` where its road has no texture or cannot be opened.
+/// Returns kappa \[m/Pa\] by formula for a scene; `None` where its road has no texture or cannot be opened.
 pub(crate) fn formula_for(scene: &Scene) -> Option<f64> {
     let lattice = Lattice::choose(&scene.road, Road::CELL, scene.tyre.contact_width, None, None).ok()?;
     local_compliance(&scene.tyre, &RoadSurface::open(&scene.road, lattice, Limits::default()).ok()?)
 }
 
-/// E* \[Pa\] of the tyre's top layer at the formula's frequency; `None` for a tyre without layers.
+/// Returns E* \[Pa\] of the tyre's top layer at the formula's frequency; `None` for a tyre without layers.
 pub(crate) fn tread_modulus(tyre: &Tyre) -> Option<f64> {
     let tread = tyre.layers.last()?;
     Some(material::effective_modulus(&tread.material, MODULUS_FREQUENCY))

@@ -38,8 +38,8 @@ impl ElementLine {
         Self { curves, influence: influence(grid) }
     }
 
-    /// Pressures/E* by element for c = kappa E* \[m\] under a mean pressure/E*; `None` should Newton's method not
-    /// arrive.
+    /// Returns Pressures/E* by element for c = kappa E* \[m\] under a mean pressure/E*; `None` should Newton's method
+    /// not arrive.
     pub(crate) fn pressures(&self, compliance: f64, mean: f64) -> Option<Vec<f64>> {
         let mut v: Vec<f64> = self.curves.iter().map(|curve| curve.penetration_at(compliance * mean)).collect();
         let mut state = self.at(compliance, mean, &v, 0.0);
@@ -110,8 +110,8 @@ struct State {
     norm: f64,
 }
 
-/// Mean displacement of an element for a unit pressure on another, periodic, the mean left out, times E*: waves 2/k on
-/// the patch's cells.
+/// Returns the mean displacement of an element for a unit pressure on another, periodic, the mean left out, times E*:
+/// waves 2/k on the patch's cells.
 fn influence(grid: PatchGrid) -> Vec<f64> {
     let (rows, along) = (grid.rows(), grid.along);
     let of_cells: Vec<f64> = (0..rows)

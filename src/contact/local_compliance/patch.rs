@@ -53,13 +53,14 @@ impl PatchGrid {
         Self { elements, along, columns, dx: element / along as f64, dy: CELL }
     }
 
-    /// Cells along the patch.
+    /// Returns the cells along the patch.
     pub(crate) fn rows(self) -> usize {
         self.elements * self.along
     }
 }
 
-/// Patches of a road, at most `most`, spread evenly over a road that ends, one behind the other on one that does not.
+/// Returns the patches of a road, at most `most`, spread evenly over a road that ends, one behind the other on one that
+/// does not.
 ///
 /// # Errors
 /// Errors of the road; [`RoadError::Short`] for one without room for a patch.
@@ -113,7 +114,7 @@ fn periodic(heights: &[f64], (rows, columns): (usize, usize), grid: PatchGrid) -
     HeightMap { heights: faded, extent, dx: grid.dx, dy: grid.dy }
 }
 
-/// Weights of a height and of the one a period further on, for `period` of `all` heights.
+/// Returns the weights of a height and of the one a period further on, for `period` of `all` heights.
 fn fade(period: usize, all: usize) -> Vec<(f64, f64)> {
     let border = all - period;
     (0..period)

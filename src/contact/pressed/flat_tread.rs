@@ -45,7 +45,7 @@ impl FlatTread {
         self.tread.thickness / (self.effective_modulus * lattice.dx * lattice.width())
     }
 
-    /// The tread round a ring, as a tyre of one layer; lengths in m.
+    /// Returns the tread round a ring, as a tyre of one layer; lengths in m.
     pub(super) fn ring(&self, circumference: f64, width: f64, strip: f64) -> Tyre {
         let Material { modulus, .. } = self.tread.material;
         let stiffness = RIGID * modulus / self.tread.thickness;
@@ -83,8 +83,8 @@ impl FlatTread {
     }
 }
 
-/// Influence of a force that is spread evenly over an element on the mean displacement of the element j further on
-/// \[m/N\], by the influence between the cells under them: as long waves are the same in both, they cancel.
+/// Returns the influence of a force that is spread evenly over an element on the mean displacement of the element j
+/// further on \[m/N\], by the influence between the cells under them: as long waves are the same in both, they cancel.
 pub(crate) fn line_influence(cells: &CellInfluence, lattice: Lattice) -> Vec<f64> {
     let Lattice { along, columns, .. } = lattice;
     let pairs = |distance: usize| if distance == 0 { columns } else { 2 * (columns - distance) };

@@ -55,7 +55,8 @@ pub(crate) struct Press {
 }
 
 impl Press {
-    /// A press for blocks of so many elements. `crown`: height of the tread above its middle by cell across \[m\].
+    /// Returns a press for blocks of so many elements. `crown`: height of the tread above its middle by cell across
+    /// \[m\].
     pub(crate) fn new(tread: &FlatTread, lattice: Lattice, crown: Vec<f64>, elements: usize) -> Self {
         let influence = tread.influence(lattice, elements);
         let zeros = vec![0.0; elements * lattice.cells()];
@@ -128,7 +129,7 @@ impl Press {
         (&self.forces, load)
     }
 
-    /// The depth at which the mean pressure on what there is of road is the highest that is pressed with \[m\].
+    /// Returns the depth at which the mean pressure on what there is of road is the highest that is pressed with \[m\].
     fn top_depth(&mut self) -> f64 {
         let there = self.relief.iter().filter(|relief| relief.is_finite()).count();
         let wanted = TOP_PRESSURE * there as f64 * self.lattice.cell() * self.lattice.dy;
@@ -148,7 +149,7 @@ impl Press {
         high
     }
 
-    /// (G_line F) of a slice \[m\].
+    /// Returns (G_line F) of a slice \[m\].
     fn line_displacement(&self, place: usize) -> f64 {
         self.sums.iter().enumerate().map(|(other, force)| self.line[other.abs_diff(place)] * force).sum()
     }

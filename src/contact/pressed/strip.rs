@@ -27,8 +27,8 @@ pub(crate) const BEYOND: f64 = 10.0;
 /// A block's own slices, in circumferences of the tyre.
 const OWN: f64 = 0.4;
 
-/// Elements of a block's own, and beyond them on either side, for a tyre's circumference, its tread's thickness, and
-/// elements of a length \[m\].
+/// Returns the elements of a block's own, and beyond them on either side, for a tyre's circumference, its tread's
+/// thickness, and elements of a length \[m\].
 pub(crate) fn block_elements(circumference: f64, thickness: f64, element: f64) -> [i64; 2] {
     let own = OWN * circumference;
     [own, (BEYOND * thickness).min(0.5 * own)].map(|length| (length / element).round().max(1.0) as i64)
@@ -65,8 +65,8 @@ pub struct PressedRoad {
 }
 
 impl PressedRoad {
-    /// The road under a tyre's tread; `crown`: height of the tread above its middle by cell across \[m\]. `None` for a
-    /// tyre without layers.
+    /// Returns the road under a tyre's tread; `crown`: height of the tread above its middle by cell across \[m\].
+    /// `None` for a tyre without layers.
     pub fn new(tyre: &Tyre, lattice: Lattice, crown: Vec<f64>) -> Option<Self> {
         let tread = FlatTread::of(tyre)?;
         let [own, beyond] = block_elements(tyre.circumference, tread.thickness(), lattice.dx);
@@ -74,7 +74,7 @@ impl PressedRoad {
         Some(Self { tread, lattice, crown, own, beyond, press: None, is_kept: true, block: None, heights })
     }
 
-    /// The same without the cache on disk.
+    /// Returns the same without the cache on disk.
     #[must_use]
     pub fn unkept(self) -> Self {
         Self { is_kept: false, ..self }
@@ -85,7 +85,7 @@ impl PressedRoad {
         self.tread.spring(self.lattice)
     }
 
-    /// How the slices of a block yield, `first` its first element, and `count` of them its own.
+    /// Tells how the slices of a block yield, `first` its first element, and `count` of them its own.
     fn yielding(&mut self, surface: &mut RoadSurface, first: i64, count: usize) -> Result<KeptBlock, MakingError> {
         self.look(surface, first)?;
         let own = self.beyond as usize..self.beyond as usize + count;
@@ -121,7 +121,7 @@ impl PressedRoad {
         Ok(SliceError::refuse_holes(heights, cells)?)
     }
 
-    /// The curve of an element.
+    /// Returns the curve of an element.
     fn curve(&mut self, surface: &mut RoadSurface, element: i64) -> Result<StiffnessCurve, MakingError> {
         let period = surface.period();
         let element = period.map_or(element, |period| element.rem_euclid(period));

@@ -21,7 +21,7 @@ use crate::tyre::wave_compliance;
 
 const COARSE: Lattice = Lattice { dx: 1.95 / 128.0, along: 2, dy: 0.02, columns: 6 };
 
-/// A tyre whose tread has this thickness \[m\] and Poisson's ratio.
+/// Returns a tyre whose tread has this thickness \[m\] and Poisson's ratio.
 fn tyre(thickness: f64, poisson: f64) -> Tyre {
     let mut tyre = plate_tyre();
     if let Some(tread) = tyre.layers.last_mut() {
@@ -74,7 +74,7 @@ fn lines_displace_as_their_cells_do() {
     assert!(line[0] > 0.0 && line.iter().skip(1).all(|value| value.abs() < line[0]));
 }
 
-/// Gauss and Seidel on the dense matrix, in double precision.
+/// Returns the gauss and Seidel on the dense matrix, in double precision.
 fn dense(toeplitz: &[f64], across: usize, required: &[f64]) -> Vec<f64> {
     let influence =
         |a: usize, b: usize| toeplitz[(a / across).abs_diff(b / across) * across + (a % across).abs_diff(b % across)];

@@ -32,8 +32,8 @@ pub(crate) struct Yielding {
 }
 
 impl Yielding {
-    /// The closest curve above `points` (force \[N\], p \[m\]), whose forces may come in any order. `spring` is the
-    /// tread's own compliance \[m/N\], a scale.
+    /// Returns the closest curve above `points` (force \[N\], p \[m\]), whose forces may come in any order. `spring` is
+    /// the tread's own compliance \[m/N\], a scale.
     pub(crate) fn above(peak: f64, points: &[[f64; 2]], spring: f64) -> Self {
         // A rise that is steeper than any solver likes is a step.
         let points: Vec<[f64; 2]> =
@@ -69,8 +69,8 @@ impl Yielding {
         this
     }
 
-    /// A slice that no approach has reached, held off by its neighbours until p is `held` \[m\] at least: from there on
-    /// it yields like the tread's own spring.
+    /// Returns a slice that no approach has reached, held off by its neighbours until p is `held` \[m\] at least: from
+    /// there on it yields like the tread's own spring.
     pub(crate) fn held_off(peak: f64, held: f64, spring: f64) -> Self {
         let held = held.max(1e-6);
         let first = held / (STEEPEST * spring);
@@ -78,7 +78,7 @@ impl Yielding {
         Self { peak, forces: vec![first, second], yields: vec![held, 2.0 * held], error: 0.0 }
     }
 
-    /// dp/dF past the last force \[m/N\]: that of the last piece.
+    /// Returns dp/dF past the last force \[m/N\]: that of the last piece.
     fn last_slope(&self) -> f64 {
         let last = |values: &[f64]| match *values {
             [.., a, b] => b - a,
@@ -89,7 +89,7 @@ impl Yielding {
         if step > 0.0 { last(&self.yields) / step } else { 0.0 }
     }
 
-    /// p at a force \[m\].
+    /// Returns p at a force \[m\].
     pub(crate) fn at(&self, force: f64) -> f64 {
         let above = self.forces.partition_point(|&known| known < force);
         let point = |number: usize| (self.forces[number], self.yields[number]);
@@ -101,7 +101,7 @@ impl Yielding {
         rise + slope * (force - from)
     }
 
-    /// The curve of stiffness whose local law with the compliance `c` \[m/N\] has this p.
+    /// Returns the curve of stiffness whose local law with the compliance `c` \[m/N\] has this p.
     ///
     /// Past the last point it has the slope of its last piece: 1 where p has ceased to grow, in full contact.
     pub(crate) fn curve(&self, c: f64) -> StiffnessCurve {

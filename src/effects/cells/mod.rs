@@ -81,18 +81,18 @@ fn has_frames(plan: &Plan) -> bool {
     over_cells(plan) && plan.scene.outputs.cells_every.is_some()
 }
 
-/// Size of a cell's face \[m^2\].
+/// Returns the size of a cell's face \[m^2\].
 fn face(step: &Step<'_>) -> f64 {
     step.point_size[0] * step.point_size[1]
 }
 
-/// Area of the cells that carry force \[m^2\].
+/// Returns the area of the cells that carry force \[m^2\].
 fn area(step: &Step<'_>) -> f64 {
     let touched = step.footprint.mean().iter().filter(|&&force| force > 0.0).count();
     touched as f64 * face(step)
 }
 
-/// Largest pressure on a cell \[Pa\].
+/// Returns the largest pressure on a cell \[Pa\].
 fn peak_pressure(step: &Step<'_>) -> f64 {
     largest_or_zero(step.footprint.mean()) / face(step)
 }

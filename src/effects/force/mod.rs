@@ -246,15 +246,15 @@ impl EffectObserver for ForceObserver {
 }
 
 impl ForceObserver {
-    /// The averaged spectrum of the force after the warm-up, of a run that has reached its end; what the mean over a
-    /// step takes off is put back.
+    /// Returns the averaged spectrum of the force after the warm-up, of a run that has reached its end; what the mean
+    /// over a step takes off is put back.
     pub(crate) fn spectrum(&self) -> Option<PowerSpectrum> {
         let (rule, time_step) = self.recording;
         let spectrum = self.spectrum.clone().and_then(|spectrum| spectrum.finish().ok())?;
         Some(spectrum.without(|frequency| rule.mean_response(TAU * frequency * time_step)))
     }
 
-    /// Third octaves of the force re 1 N, of a run that is long enough for a spectrum.
+    /// Returns the third octaves of the force re 1 N, of a run that is long enough for a spectrum.
     fn levels(&self, end: &End<'_>) -> Option<Vec<BandLevel>> {
         Some(self.spectrum()?.valid_to(end.valid_to).third_octaves(LOWEST_FREQUENCY, 1.0))
     }
@@ -280,7 +280,7 @@ impl ForceObserver {
     }
 }
 
-/// Errors of the force's levels: those that a plan states, and those by slices.
+/// Returns the errors of the force's levels: those that a plan states, and those by slices.
 fn level_errors(plan: &Plan, slices: Option<&SliceErrors>) -> LevelErrors {
     LevelErrors::new(FrontRow::stated_error(&plan.scene), slices, SliceErrors::force)
 }

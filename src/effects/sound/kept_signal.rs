@@ -46,17 +46,17 @@ impl KeptSignal {
         *taken = here.end;
     }
 
-    /// Samples that were taken in.
+    /// Returns the samples that were taken in.
     pub(super) fn taken(&self) -> usize {
         self.state.taken
     }
 
-    /// An excerpt, as far as it was taken in \[Pa\].
+    /// Returns an excerpt, as far as it was taken in \[Pa\].
     pub(super) fn excerpt(&self, index: usize) -> impl Iterator<Item = f64> {
         self.state.excerpts.get(index).into_iter().flatten().map(|&pressure| f64::from(pressure))
     }
 
-    /// Pressures that are kept.
+    /// Returns the pressures that are kept.
     #[cfg(test)]
     pub(super) fn kept(&self) -> usize {
         self.state.excerpts.iter().map(Vec::len).sum()

@@ -73,7 +73,7 @@ pub(crate) struct KeptTransfers<'a> {
 }
 
 impl<'a> KeptTransfers<'a> {
-    /// Those in the user's cache; none, with a warning, where there is no cache.
+    /// Returns those in the user's cache; none, with a warning, where there is no cache.
     pub(crate) fn open(
         problem: &'a TransferProblem<'a>,
         range: &'a FrequencyRange,
@@ -84,7 +84,7 @@ impl<'a> KeptTransfers<'a> {
         Self { cache, failed: AtomicBool::new(false), problem, range, sound }
     }
 
-    /// The key of a receiver's points at a frequency.
+    /// Returns the key of a receiver's points at a frequency.
     fn key(&self, receiver: usize, frequency: f64) -> Option<[u8; 32]> {
         let TransferProblem { body, grid, flank, resolution, .. } = self.problem;
         let points = &self.sound.positions[self.sound.heard[receiver].points.clone()];
@@ -114,12 +114,12 @@ impl<'a> KeptTransfers<'a> {
         (0..self.sound.heard.len()).all(|receiver| entry(receiver).unwrap_or(false))
     }
 
-    /// The cache while it works.
+    /// Returns the cache while it works.
     fn usable(&self) -> Option<&Cache> {
         self.cache.as_ref().filter(|_| !self.failed.load(Ordering::Relaxed))
     }
 
-    /// Those of some frequencies that are there for every receiver.
+    /// Returns those of some frequencies that are there for every receiver.
     pub(crate) fn load(&self, wanted: &[f64], warnings: &mut Vec<String>) -> Vec<FrequencyTransfers> {
         let Some(cache) = self.usable() else { return Vec::new() };
         let entries = in_parallel::map(wanted, |&frequency| self.at(cache, frequency));
@@ -138,7 +138,7 @@ impl<'a> KeptTransfers<'a> {
         found
     }
 
-    /// A frequency if it is there for every receiver, or what is said of an entry that cannot be used.
+    /// Returns a frequency if it is there for every receiver, or what is said of an entry that cannot be used.
     fn at(&self, cache: &Cache, frequency: f64) -> Result<Result<Option<FrequencyTransfers>, String>, CacheError> {
         let mut transfers = Vec::new();
         for receiver in 0..self.sound.heard.len() {

@@ -134,7 +134,7 @@ fn too_short(sound: &Sound, speed: f64) -> String {
     format!("the run is too short for sound: it takes a rolling.duration of {seconds:.2} s")
 }
 
-/// Frequencies that are listened to, as far as the samples of a passage depend on them.
+/// Returns the frequencies that are listened to, as far as the samples of a passage depend on them.
 fn radiated(sound: &Sound) -> Range<f64> {
     0.0..sound.radiation.fmax
 }

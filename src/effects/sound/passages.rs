@@ -41,32 +41,32 @@ impl Passages {
         Some(Self { passing, needed, hop })
     }
 
-    /// First and last sample that any point gives.
+    /// Returns the first and last sample that any point gives.
     fn span(&self) -> Range<i64> {
         let first = self.needed.iter().map(|needed| needed.start).min().unwrap_or(0);
         first..self.needed.iter().map(|needed| needed.end).max().unwrap_or(0)
     }
 
-    /// Samples that one takes.
+    /// Returns the samples that one takes.
     pub(super) fn length(&self) -> i64 {
         let Range { start, end } = self.span();
         end - start
     }
 
-    /// How many fit into so many samples, one after the other.
+    /// Tells how many fit into so many samples, one after the other.
     pub(super) fn within(&self, kept: usize) -> i64 {
         let (kept, length) = (kept as i64, self.length());
         if kept < length { 0 } else { (kept - length) / self.hop + 1 }
     }
 
-    /// Samples of a point that a passage takes.
+    /// Returns the samples of a point that a passage takes.
     pub(super) fn samples(&self, passage: i64, receiver: usize) -> Range<usize> {
         let begin = passage * self.hop - self.span().start;
         let Range { start, end } = self.needed[receiver];
         (begin + start) as usize..(begin + end) as usize
     }
 
-    /// Why there is none in so many samples, if there is none.
+    /// Tells why there is none in so many samples, if there is none.
     pub(super) fn missing(&self, sound: &Sound, kept: usize) -> Option<String> {
         if self.within(kept) > 0 {
             return None;

@@ -91,24 +91,24 @@ impl Passing {
         Some(Self { lines, tyres, samples: start..end.max(start), lead: start - most, band: band.clone() })
     }
 
-    /// Time, place and Doppler ratio of the vehicle's middle, which moves as a tyre on the first line.
+    /// Returns the time, place and Doppler ratio of the vehicle's middle, which moves as a tyre on the first line.
     pub(super) fn middle(&self) -> &PassBy {
         &self.lines[0].passages.passing
     }
 
-    /// Samples of a line that are of the passage.
+    /// Returns the samples of a line that are of the passage.
     pub(super) fn samples(&self) -> Range<usize> {
         self.samples.clone()
     }
 
-    /// Why there is no passage in so many samples, if there is none.
+    /// Tells why there is no passage in so many samples, if there is none.
     pub(super) fn missing(&self, sound: &Sound, kept: usize) -> Option<String> {
         let longest = self.lines.iter().max_by_key(|line| line.passages.length())?;
         longest.passages.missing(sound, kept)
     }
 
-    /// Mean and standard deviation of the passages' highest levels while the vehicle's middle is between the lines of
-    /// the standard \[dB\].
+    /// Returns the mean and standard deviation of the passages' highest levels while the vehicle's middle is between
+    /// the lines of the standard \[dB\].
     pub(super) fn maxima(&self, levels: &[Vec<f64>]) -> (f64, f64) {
         let highest = |levels: &Vec<f64>| Some(self.middle().highest(levels, COAST_BY_HALF_LENGTH)?.1);
         let maxima: Vec<f64> = levels.iter().filter_map(highest).collect();
@@ -128,7 +128,7 @@ impl Passing {
         }
     }
 
-    /// All passages that the pressures of the points hold, of which so many samples are kept; `None` of none.
+    /// Returns all passages that the pressures of the points hold, of which so many samples are kept; `None` of none.
     pub(super) fn hear(&self, kept: usize, signals: &[KeptSignal]) -> Option<HeardPassing> {
         let stretches = |line: &Line| line.passages.within(kept);
         let stretches = self.lines.iter().map(stretches).min().filter(|&stretches| stretches > 0)? as usize;
@@ -169,7 +169,7 @@ impl Passing {
         Some(Detector::new(TimeWeighting::Fast, FILE_RATE).after(before).levels(&weighted))
     }
 
-    /// Levels of a passage, from those of lines and stretches.
+    /// Returns the levels of a passage, from those of lines and stretches.
     fn together(&self, alone: &[Vec<Vec<f64>>], passage: usize) -> Vec<f64> {
         if let ([only], [levels]) = (&self.tyres[..], alone) {
             debug_assert_eq!(only.early, 0);
@@ -199,7 +199,7 @@ impl Line {
 }
 
 impl Tyre {
-    /// Where it is on its line when the vehicle's middle is at a sample: `samples` leaves room for it.
+    /// Tells where it is on its line when the vehicle's middle is at a sample: `samples` leaves room for it.
     fn at(&self, sample: usize) -> usize {
         sample.saturating_add_signed(self.early as isize)
     }

@@ -10,7 +10,7 @@ use crate::results::spectra::LOWEST_FREQUENCY;
 use crate::scene::LoadedScene;
 use crate::sound::SoundLevels;
 
-/// A-weighted third octaves of all receivers.
+/// Returns the A-weighted third octaves of all receivers.
 pub(super) fn draw_levels(
     loaded: &LoadedScene,
     spectra: &[ReceiverSpectrum],
@@ -37,7 +37,7 @@ pub(super) fn draw_levels(
     Ok(())
 }
 
-/// Level against the place of the tyre, or of the vehicle's middle; rows are time, place, level.
+/// Returns the level against the place of the tyre, or of the vehicle's middle; rows are time, place, level.
 pub(super) fn draw_pass_by(
     loaded: &LoadedScene,
     heard: &Heard,
@@ -57,7 +57,7 @@ pub(super) fn draw_pass_by(
     Ok(())
 }
 
-/// Level over the angle from straight ahead, by the left.
+/// Returns the level over the angle from straight ahead, by the left.
 pub(super) fn draw_directivity(
     loaded: &LoadedScene,
     heard: &Heard,

@@ -66,12 +66,12 @@ pub(crate) struct Heard {
 }
 
 impl Heard {
-    /// Microphones of its standard.
+    /// Returns the microphones of its standard.
     pub(crate) fn standard(&self) -> Box<dyn Standard> {
         standard(&self.place)
     }
 
-    /// Length of the passage \[m\], if the tyre passes it.
+    /// Returns the length of the passage \[m\], if the tyre passes it.
     pub(crate) fn passage(&self) -> Option<f64> {
         self.standard().passage()
     }
@@ -81,18 +81,19 @@ impl Heard {
         self.passage().is_some()
     }
 
-    /// The vehicle whose four tyres it hears, if it hears more than one.
+    /// Returns the vehicle whose four tyres it hears, if it hears more than one.
     pub(crate) fn vehicle(&self) -> Option<Vehicle> {
         self.standard().vehicle()
     }
 
-    /// Tyres that it hears.
+    /// Returns the tyres that it hears.
     pub(crate) fn tyres(&self) -> usize {
         self.vehicle().map_or(1, |_| Vehicle::TYRES)
     }
 
-    /// The points by line that a microphone beside the road glides along, as many each: those of the tyre, or of a
-    /// vehicle's left tyres and then of its right ones, which are farther away. None of a receiver that moves along.
+    /// Returns the points by line that a microphone beside the road glides along, as many each: those of the tyre, or
+    /// of a vehicle's left tyres and then of its right ones, which are farther away. None of a receiver that moves
+    /// along.
     pub(crate) fn lines(&self) -> Vec<Range<usize>> {
         let sides = match (self.is_passed(), self.vehicle()) {
             (false, _) => 0,
@@ -130,12 +131,12 @@ impl Sound {
     /// Cells round the tyre and points across half of it that G is known on.
     pub(crate) const GRID: TransferGrid = TransferGrid { around: 512, across: 4 };
 
-    /// Points of all receivers.
+    /// Returns the points of all receivers.
     pub(crate) fn points(&self) -> usize {
         self.positions.len()
     }
 
-    /// The transfers from a body to all points.
+    /// Returns the transfers from a body to all points.
     pub(crate) fn problem<'a>(&'a self, body: &'a Body, memory_limit: u64) -> TransferProblem<'a> {
         TransferProblem {
             body,
@@ -148,12 +149,12 @@ impl Sound {
         }
     }
 
-    /// Part of a body that is heard beside its tread.
+    /// Returns the part of a body that is heard beside its tread.
     pub(super) fn flank(&self, body: &Body) -> Option<Flank> {
         Flank::new(body, self.bead?)
     }
 
-    /// Integrals of G for each wavenumber.
+    /// Returns the integrals of G for each wavenumber.
     pub(super) fn integrals(&self) -> usize {
         let rings = if self.bead.is_some() { SplitRule::POINTS } else { 0 };
         PressureModel::integrals(
@@ -162,7 +163,7 @@ impl Sound {
         )
     }
 
-    /// The lateral numbers that are followed.
+    /// Returns the lateral numbers that are followed.
     pub(crate) fn lateral_numbers(&self, tyre: &Tyre) -> Vec<usize> {
         let waves = Waves::new(tyre);
         match self.layout.across {
@@ -171,7 +172,7 @@ impl Sound {
         }
     }
 
-    /// Symmetries of the fields that are heard: forces on cells are not even across.
+    /// Returns the symmetries of the fields that are heard: forces on cells are not even across.
     fn blocks(&self) -> &'static [Block] {
         match self.layout.across {
             Across::Even => &Block::EVEN_ACROSS,
@@ -179,7 +180,7 @@ impl Sound {
         }
     }
 
-    /// The frequencies that they are wanted at in some air.
+    /// Returns the frequencies that they are wanted at in some air.
     pub(crate) fn range(&self, air: &Air) -> FrequencyRange {
         FrequencyRange::up_to(self.radiation.fmax, self.radiation.frequency_tolerance, air.sound_speed)
     }
@@ -200,20 +201,20 @@ impl Sound {
         SetUpCost::expected(&problem, &range, &plan.kept_frequencies).ok()
     }
 
-    /// Mid-frequency of the highest third octave that is radiated as a whole \[Hz\]; 0 where none is.
+    /// Returns the mid-frequency of the highest third octave that is radiated as a whole \[Hz\]; 0 where none is.
     pub(crate) fn complete_to(&self) -> f64 {
         let whole = ThirdOctaveBand::within(1.0..PressureModel::flat_to(self.radiation.fmax));
         whole.last().map_or(0.0, |band| band.mid_frequency())
     }
 
-    /// How far off levels may be, at the receiver where it is most.
+    /// Tells how far off levels may be, at the receiver where it is most.
     pub(crate) fn error(&self) -> SoundError {
         let all = self.heard.iter().map(|heard| self.error_at(heard));
         let worst = all.reduce(|a, b| if b.band > a.band { b } else { a });
         worst.unwrap_or_else(|| self.with_way(0.0, 0.0, 0.0))
     }
 
-    /// How far off the levels at a receiver may be.
+    /// Tells how far off the levels at a receiver may be.
     pub(crate) fn error_at(&self, heard: &Heard) -> SoundError {
         let Radiation { quality, nodes_per_wavelength, frequency_tolerance, lateral_waves, .. } = self.radiation;
         let waves = WAVES_ERROR * (Radiation::default().lateral_waves as f64 / lateral_waves as f64).powi(2);
@@ -235,7 +236,8 @@ impl Sound {
         }
     }
 
-    /// Error of a draft over the points of a receiver; without bounds where none is stated, which scenes refuse.
+    /// Returns the error of a draft over the points of a receiver; without bounds where none is stated, which scenes
+    /// refuse.
     fn draft_error(&self, place: &ReceiverPlace, points: &[[f64; 3]]) -> DraftError {
         let none = DraftError { band: f64::INFINITY, from: 0.0, level: f64::INFINITY };
         let Some(errors) = self.draft else { return none };
@@ -246,28 +248,28 @@ impl Sound {
         all.reduce(|a, b| if b.band > a.band { b } else { a }).unwrap_or(none)
     }
 
-    /// The errors of forces and way together; the way's of third octaves from a frequency \[Hz\] on and of the
+    /// Returns the errors of forces and way together; the way's of third octaves from a frequency \[Hz\] on and of the
     /// A-weighted level \[dB\].
     fn with_way(&self, way: f64, way_a: f64, from: f64) -> SoundError {
         let forces = self.stated.unwrap_or(0.0);
         SoundError { forces: self.stated, way, band: forces + way, from, level_a: forces + way_a }
     }
 
-    /// Samples of a point's pressure that may be heard.
+    /// Returns the samples of a point's pressure that may be heard.
     pub(crate) fn kept_samples(&self) -> usize {
         (LISTENED / self.layout.time_step) as usize
     }
 }
 
 impl Sound {
-    /// Length of a line of points that is passed \[m\].
+    /// Returns the length of a line of points that is passed \[m\].
     fn line_length(&self, heard: &Heard) -> f64 {
         let line = heard.lines().first().cloned().and_then(|line| self.positions.get(line));
         line.and_then(|line| Some(line.first()?[0] - line.last()?[0])).unwrap_or(0.0)
     }
 
-    /// Shortest `rolling.duration` that gives so many samples of pressure, up to the next hundredth \[s\]: pressures
-    /// come in blocks.
+    /// Returns the shortest `rolling.duration` that gives so many samples of pressure, up to the next hundredth \[s\]:
+    /// pressures come in blocks.
     pub(crate) fn duration_for(&self, samples: u64) -> f64 {
         let (length, hop) = (self.layout.length() as u64, self.layout.hop() as u64);
         let steps = length + samples.saturating_sub(1) / hop * hop;
@@ -275,8 +277,8 @@ impl Sound {
         (100.0 * steps as f64 * self.layout.time_step + 1e-6).ceil() / 100.0
     }
 
-    /// Shortest `rolling.duration` at a speed \[m/s\] that gives sound, a passage at every receiver that is passed
-    /// included \[s\]; the way of the sound from the ends of a line counts as the whole line at 343 m/s.
+    /// Returns the shortest `rolling.duration` at a speed \[m/s\] that gives sound, a passage at every receiver that is
+    /// passed included \[s\]; the way of the sound from the ends of a line counts as the whole line at 343 m/s.
     pub(crate) fn least_duration(&self, speed: f64) -> f64 {
         let lines = self.heard.iter().filter(|heard| heard.is_passed()).map(|heard| self.line_length(heard));
         let longest = lines.fold(0.0, f64::max);
@@ -308,8 +310,8 @@ impl Sound {
 }
 
 impl Plan {
-    /// The body that radiates. Its patch is as long as the scene says, or as that of the static contact \[m\] in steps
-    /// of a hundredth of the radius, so that runs of one tyre share its transfers.
+    /// Returns the body that radiates. Its patch is as long as the scene says, or as that of the static contact \[m\]
+    /// in steps of a hundredth of the radius, so that runs of one tyre share its transfers.
     ///
     /// # Errors
     /// Sizes that do not fit each other.
@@ -319,21 +321,21 @@ impl Plan {
         Body::standing_tyre(self.radius, width, radiation.shoulder, 0.5 * patch)?.with_gap(radiation.acoustic_gap)
     }
 
-    /// Length of the patch of the body that radiates, given that of the static contact \[m\].
+    /// Returns the length of the patch of the body that radiates, given that of the static contact \[m\].
     fn patch_length(&self, radiation: &Radiation, at_rest: f64) -> f64 {
         let step = self.patch_step();
         radiation.patch_length.unwrap_or_else(|| (at_rest / step).round().max(1.0) * step)
     }
 
-    /// Blocks of the forces; columns, phase and first position are the run's to say.
+    /// Returns the blocks of the forces; columns, phase and first position are the run's to say.
     pub(crate) fn sound_layout(&self) -> SegmentLayout {
         let Numerics { elements, substeps, .. } = self.scene.numerics;
         let revolution = (elements * substeps) as f64 * self.time_step;
         self.segment_layout((BLOCK / revolution).ceil().clamp(1.0, 1e6) as usize)
     }
 
-    /// The same, and how many lateral numbers are followed where a strip excites so many waves; of forces on cells all
-    /// that are no higher.
+    /// Returns the same, and how many lateral numbers are followed where a strip excites so many waves; of forces on
+    /// cells all that are no higher.
     fn followed(&self, lateral_waves: usize) -> (SegmentLayout, usize) {
         let layout = self.sound_layout();
         match self.decisions.zone {
@@ -399,8 +401,8 @@ impl Plan {
     }
 }
 
-/// The name of a receiver of this number, or with a number behind it, so that no other one has the same: not even on
-/// disks that do not tell capital letters.
+/// Returns the name of a receiver of this number, or with a number behind it, so that no other one has the same: not
+/// even on disks that do not tell capital letters.
 fn unlike(name: &str, index: usize, others: &[String]) -> String {
     let taken = |name: &str| others.iter().any(|other| other.eq_ignore_ascii_case(name));
     let numbered = (index + 1..).map(|number| format!("{name}-{number}"));

@@ -66,7 +66,7 @@ impl SoundObserver {
         })
     }
 
-    /// Spectra at all points.
+    /// Returns the spectra at all points.
     pub(super) fn point_spectra(&self) -> Result<Vec<PowerSpectrum>, RunError> {
         let finished = |spectrum: &SpectrumAccumulator| Ok(spectrum.clone().finish()?.valid_to(self.valid_to));
         in_parallel::map(&self.spectra, finished).into_iter().collect()
@@ -144,7 +144,7 @@ impl SoundObserver {
         Ok((summary, recording))
     }
 
-    /// Errors of levels that have a numerical one.
+    /// Returns the errors of levels that have a numerical one.
     fn level_errors(&self, numerical: Option<(f64, f64)>) -> LevelErrors {
         LevelErrors::new(numerical, self.slice_errors.as_ref(), SliceErrors::sound)
     }
@@ -202,7 +202,7 @@ impl SoundObserver {
         Ok(Some(IntensitySummary { file, level_a, probes: levels, bands, seconds }))
     }
 
-    /// The levels by which runs are compared.
+    /// Returns the levels by which runs are compared.
     pub(super) fn rated(&self, spectra: &[ReceiverSpectrum]) -> Vec<RatedLevel> {
         let one = |(heard, spectrum): (&Heard, &ReceiverSpectrum)| {
             let level = match self.passing(heard) {
@@ -214,7 +214,7 @@ impl SoundObserver {
         self.sound.heard.iter().zip(spectra).map(one).collect()
     }
 
-    /// A receiver that is passed, and what it hears, or why that is nothing; `None` of one that is not passed.
+    /// Returns a receiver that is passed, and what it hears, or why that is nothing; `None` of one that is not passed.
     fn passing(&self, heard: &Heard) -> Option<(Passing, Result<HeardPassing, String>)> {
         let passing = Passing::of(&self.sound, &self.way, heard, self.speed, &self.band())?;
         let kept = self.sound.kept_samples().min(self.signals[heard.points.start].taken());
@@ -223,7 +223,7 @@ impl SoundObserver {
         Some((passing, found))
     }
 
-    /// The frequencies of the bands that are vouched for \[Hz\]: what levels and files are made of.
+    /// Returns the frequencies of the bands that are vouched for \[Hz\]: what levels and files are made of.
     pub(super) fn band(&self) -> Range<f64> {
         let bands = ThirdOctaveBand::within(LOWEST_FREQUENCY..0.5 / self.sound.layout.time_step);
         let last = bands.iter().rfind(|band| band.is_vouched_for(self.valid_to));
@@ -239,8 +239,8 @@ impl SoundObserver {
 }
 
 impl Sound {
-    /// Points of a receiver that its spectrum is the mean over: all but those in which the detector settles before a
-    /// passage.
+    /// Returns the points of a receiver that its spectrum is the mean over: all but those in which the detector settles
+    /// before a passage.
     pub(crate) fn counted(&self, heard: &Heard) -> impl Iterator<Item = usize> {
         let rear = self.positions[heard.points.clone()].last().map_or(0.0, |last| last[0]);
         let counts = move |point: &usize| !heard.is_passed() || self.positions[*point][0] <= 1e-9 - rear;
@@ -248,7 +248,7 @@ impl Sound {
     }
 }
 
-/// Levels of all passages against time, written and drawn; their maxima.
+/// Returns the levels of all passages against time, written and drawn; their maxima.
 fn write_pass_by(
     loaded: &LoadedScene,
     heard: &Heard,
@@ -287,7 +287,7 @@ struct Audible {
 }
 
 impl Audible {
-    /// A passage; of a vehicle it says how many tyres are in it.
+    /// Returns a passage; of a vehicle it says how many tyres are in it.
     fn passing(heard: &Heard, HeardPassing { sound, sounding, .. }: HeardPassing) -> Self {
         let description = match (heard.vehicle(), sounding) {
             (None, _) => "a tyre passing by",
@@ -297,7 +297,7 @@ impl Audible {
         Self { channels: vec![sound], description, tyres: heard.vehicle().map(|_| sounding) }
     }
 
-    /// Largest pressure \[Pa\].
+    /// Returns the largest pressure \[Pa\].
     fn peak(&self) -> f64 {
         self.channels.iter().flatten().fold(0.0_f64, |peak, pressure| peak.max(pressure.abs()))
     }
@@ -318,12 +318,12 @@ impl Audible {
     }
 }
 
-/// Levels, the overall ones of what the run vouches for.
+/// Returns the levels, the overall ones of what the run vouches for.
 fn vouched(spectrum: &PowerSpectrum) -> SoundLevels {
     SoundLevels::of(spectrum, LOWEST_FREQUENCY..f64::INFINITY).vouched()
 }
 
-/// The mean of spectra over the same frequencies; `None` of none.
+/// Returns the mean of spectra over the same frequencies; `None` of none.
 fn mean<'a>(mut spectra: impl Iterator<Item = &'a PowerSpectrum>) -> Option<PowerSpectrum> {
     let (mut mean, mut count) = (spectra.next()?.clone(), 1.0);
     for spectrum in spectra {

@@ -45,7 +45,7 @@ impl Way {
     }
 }
 
-/// Propagation delays of all points: in whole time steps, and what is left of them \[s\].
+/// Returns the propagation delays of all points: in whole time steps, and what is left of them \[s\].
 fn delays(sound: &Sound, body: &Body, air: &Air) -> (Vec<u64>, Vec<f64>) {
     let step = sound.layout.time_step;
     let late = |&position: &[f64; 3]| contact_distance(body, position) / air.sound_speed;
@@ -119,7 +119,7 @@ impl Seeking<'_> {
         SceneError::from(self.loaded.complain(key, wrong, right)).into()
     }
 
-    /// The body that radiates, with a patch as long as that of the static contact \[m\].
+    /// Returns the body that radiates, with a patch as long as that of the static contact \[m\].
     fn body(&self, at_rest: f64) -> Result<Body, RunError> {
         let Self { plan, sound, .. } = *self;
         plan.radiating_body(&sound.radiation, at_rest).map_err(|error| {
@@ -132,7 +132,7 @@ impl Seeking<'_> {
         })
     }
 
-    /// G from the tread to all points, kept on disk or solved for.
+    /// Returns G from the tread to all points, kept on disk or solved for.
     fn greens(
         &self,
         air: &Air,

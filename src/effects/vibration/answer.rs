@@ -103,13 +103,13 @@ impl TyreAnswer {
         self.components.iter().any(|component| component.model.turns())
     }
 
-    /// Worst error and truncation of the tangential transfers, where there are any.
+    /// Returns the worst error and truncation of the tangential transfers, where there are any.
     pub(super) fn tangential_error(&self) -> Option<[f64; 2]> {
         let errors = self.components.iter().filter_map(|component| component.tangential.as_ref());
         errors.map(|model| [model.error, model.omitted]).reduce(|[a, b], [c, d]| [a.max(c), b.max(d)])
     }
 
-    /// The tyre's own waves below a frequency \[Hz\], as a field shows them.
+    /// Returns the tyre's own waves below a frequency \[Hz\], as a field shows them.
     pub(super) fn branches(&self, field: VibrationField, highest: f64) -> Vec<DispersionBranch> {
         let of_component = |Component { model, .. }: &Component| {
             let face = if field == VibrationField::Belt { Field::Bottom } else { model.driven };
@@ -119,7 +119,7 @@ impl TyreAnswer {
     }
 }
 
-/// The models of lateral numbers, from the user's cache or fitted all at once.
+/// Returns the models of lateral numbers, from the user's cache or fitted all at once.
 fn lateral_models(
     loaded: &LoadedScene,
     plan: &Plan,

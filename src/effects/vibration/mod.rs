@@ -45,7 +45,7 @@ static CHANNELS: [Channel; 3] = [
     map("vibration_map", "m^2/s^2/Hz", "power of the velocity by frequency and wavenumber"),
 ];
 
-/// Errors of its levels: those of the force by slices; others are not stated.
+/// Returns the errors of its levels: those of the force by slices; others are not stated.
 fn level_errors(slices: Option<&SliceErrors>) -> LevelErrors {
     LevelErrors::new(None, slices, SliceErrors::force)
 }
@@ -250,8 +250,8 @@ impl VibrationObserver {
         }
     }
 
-    /// Velocities for unit force of some fields at all wavenumbers and frequencies, of a tyre that turns by even and
-    /// odd parts.
+    /// Returns the velocities for unit force of some fields at all wavenumbers and frequencies, of a tyre that turns by
+    /// even and odd parts.
     fn evaluations(&self, fields: usize) -> u64 {
         let layout = self.accumulator.layout();
         let parts = if self.tyre.turns() { 2 } else { 1 };

@@ -45,7 +45,7 @@ pub(crate) struct CellSegments {
 }
 
 impl Vibration {
-    /// Fields that are wanted.
+    /// Returns the fields that are wanted.
     fn fields(&self) -> usize {
         [self.tread, self.belt, self.tangential].map(usize::from).iter().sum()
     }
@@ -57,7 +57,7 @@ impl Plan {
         wanted(&self.scene)
     }
 
-    /// Segments for a window of so many columns; `None` where the run is shorter than a revolution.
+    /// Returns the segments for a window of so many columns; `None` where the run is shorter than a revolution.
     pub(crate) fn vibration_segments(&self, vibration: &Vibration, columns: usize) -> Option<VibrationSegments> {
         let Numerics { elements, substeps, .. } = self.scene.numerics;
         let steps = self.steps - self.warm_up_steps;

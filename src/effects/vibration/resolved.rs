@@ -69,13 +69,13 @@ impl ResolvedForces {
         })
     }
 
-    /// The components that the velocities hear of a step's forces, cell by cell \[N\].
+    /// Returns the components that the velocities hear of a step's forces, cell by cell \[N\].
     pub(super) fn heard(&mut self, forces: &[f64]) -> &[f64] {
         self.heard.of(forces, self.columns)
     }
 
-    /// The power that a step's forces \[N\] put into the waves, with the displacements \[m\], cell by cell from number
-    /// `first` on \[W\].
+    /// Returns the power that a step's forces \[N\] put into the waves, with the displacements \[m\], cell by cell from
+    /// number `first` on \[W\].
     pub(super) fn put_in(&mut self, first: i64, forces: &[f64], displacements: &[f64]) -> f64 {
         let cells = forces.len() / self.layout().stages();
         let by_waves = self.displacements.chunks_exact_mut(cells);
@@ -98,12 +98,12 @@ impl ResolvedForces {
         self.power.completes_next()
     }
 
-    /// The segments of the power.
+    /// Returns the segments of the power.
     pub(super) fn layout(&self) -> &SegmentLayout {
         self.power.layout()
     }
 
-    /// Power put into the waves \[W\], and what of it is dissipated.
+    /// Returns the power put into the waves \[W\], and what of it is dissipated.
     pub(super) fn power(&self) -> Option<(f64, Dissipation)> {
         let patch = self.power.finish()?;
         Some((patch.mean_power, heard_dissipation(&patch)))

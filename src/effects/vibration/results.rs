@@ -66,7 +66,7 @@ impl VibrationObserver {
         Ok(Some(summary))
     }
 
-    /// Velocities of the steps so far, where a segment of them is complete.
+    /// Returns the velocities of the steps so far, where a segment of them is complete.
     pub(crate) fn heard_so_far(&self, meter: &mut Meter) -> Option<HeardVibration> {
         self.found(false, meter).map(|(heard, _)| heard)
     }
@@ -107,7 +107,7 @@ impl VibrationObserver {
         Some((HeardVibration { spectra: self.named(&self.wanted, &patch, &spectra), summary }, spectra))
     }
 
-    /// Velocities and the power's balance.
+    /// Returns the velocities and the power's balance.
     fn heard(&self, patch: &PatchSpectra, request: &SpectraRequest<'_>, meter: &mut Meter) -> Option<Heard> {
         if let Some(resolved) = &self.resolved {
             // By the tyre's own transfer every segment would have to be looked at once more.
@@ -127,7 +127,7 @@ impl VibrationObserver {
         Some(Heard { spectra, of_tyre, put_into_waves: None, dissipated, dissipated_by_tyre })
     }
 
-    /// All spectra that are written, in order.
+    /// Returns all spectra that are written, in order.
     fn named(&self, vibration: &Vibration, patch: &PatchSpectra, spectra: &[FieldSpectra]) -> Vec<VelocitySpectrum> {
         let mut all = Vec::new();
         for field in spectra {
@@ -212,7 +212,7 @@ impl VibrationObserver {
     }
 }
 
-/// Velocities of a field, and how far they are from those by the tyre's own transfer.
+/// Returns the velocities of a field, and how far they are from those by the tyre's own transfer.
 fn summary_of(field: &FieldSpectra, of_tyre: &[FieldSpectra], rule: TimeRule) -> FieldSummary {
     let decibel = |ratio: f64| 10.0 * ratio.log10();
     let same = of_tyre.iter().find(|other| other.field == field.field && rule.is_quadrature());
@@ -234,7 +234,7 @@ fn summary_of(field: &FieldSpectra, of_tyre: &[FieldSpectra], rule: TimeRule) ->
     }
 }
 
-/// Third octaves: the means of all fields in one picture, the points of each field in one of its own.
+/// Returns the third octaves: the means of all fields in one picture, the points of each field in one of its own.
 fn draw_levels(
     loaded: &LoadedScene,
     named: &[VelocitySpectrum],

@@ -82,13 +82,13 @@ impl GrowingContact {
         }
     }
 
-    /// (y_k, w_k) of each cell in the order of touching: penetration \[m\] and stiffness gained \[1/m\], force in
-    /// units of E* times the cell's area.
+    /// Returns (y_k, w_k) of each cell in the order of touching: penetration \[m\] and stiffness gained \[1/m\], force
+    /// in units of E* times the cell's area.
     pub fn events(&self) -> &[(f64, f64)] {
         &self.events
     }
 
-    /// Multiply-adds of all factor columns since creation.
+    /// Returns the multiply-adds of all factor columns since creation.
     pub fn multiply_adds(&self) -> u64 {
         self.multiply_adds
     }
@@ -156,7 +156,7 @@ impl GrowingContact {
     }
 }
 
-/// Place and value of the first least number; (0, infinity) if there is none.
+/// Returns the place and value of the first least number; (0, infinity) if there is none.
 fn first_least(values: &[f64]) -> (usize, f64) {
     // In lanes: a running place would make the loop scalar.
     let mut lanes = [f64::INFINITY; 8];
@@ -170,7 +170,7 @@ fn first_least(values: &[f64]) -> (usize, f64) {
     (values.iter().position(|&value| value <= least).unwrap_or(0), least)
 }
 
-/// Where column `j` of the packed lower triangle of order `n` starts.
+/// Tells where column `j` of the packed lower triangle of order `n` starts.
 fn offset(n: usize, j: usize) -> usize {
     j * n - j * j.saturating_sub(1) / 2
 }

@@ -23,7 +23,7 @@ pub struct LineInfluence {
 }
 
 impl LineInfluence {
-    /// `cells` >= 1 cells of `length` (along the row's normal) by `pitch` (along the row), both positive \[m\].
+    /// Returns `cells` >= 1 cells of `length` (along the row's normal) by `pitch` (along the row), both positive \[m\].
     ///
     /// Displacements are for a pressure of E*: multiply by p/E*.
     pub fn love(cells: usize, length: f64, pitch: f64) -> Self {
@@ -38,22 +38,23 @@ impl LineInfluence {
         Self { row, flat_stiffness, only_grows }
     }
 
-    /// Number of cells.
+    /// Returns the number of cells.
     pub fn cells(&self) -> usize {
         self.row.len()
     }
 
-    /// g_0, g_1, ..., one per cell \[m per unit of p/E*\].
+    /// Returns g_0, g_1, ..., one per cell \[m per unit of p/E*\].
     pub fn row(&self) -> &[f64] {
         &self.row
     }
 
-    /// Sum of all pressures/E* for a flat body pushed in by 1 m: 1^T G^-1 1 \[1/m\].
+    /// Returns the sum of all pressures/E* for a flat body pushed in by 1 m: 1^T G^-1 1 \[1/m\].
     pub fn flat_stiffness(&self) -> f64 {
         self.flat_stiffness
     }
 
-    /// True if the contact set provably only grows with the penetration, for any profile (see the module's step 3).
+    /// Tells whether the contact set provably only grows with the penetration, for any profile (see the module's step
+    /// 3).
     pub fn only_grows(&self) -> bool {
         self.only_grows
     }
@@ -81,7 +82,7 @@ fn first_column_of_inverse(row: &[f64]) -> Vec<f64> {
     std::iter::once(1.0 / error).chain(y.iter().map(|y| y / error)).collect()
 }
 
-/// Sum of all entries of the inverse, and whether it is a Stieltjes matrix with non-negative row sums.
+/// Returns the sum of all entries of the inverse, and whether it is a Stieltjes matrix with non-negative row sums.
 fn inverse_properties(first: &[f64]) -> (f64, bool) {
     let n = first.len();
     let mut row_sums = vec![0.0; n];

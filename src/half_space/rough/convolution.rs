@@ -27,7 +27,7 @@ pub trait Precision: FftNum + Default + Into<f64> {}
 
 impl<T: FftNum + Default + Into<f64>> Precision for T {}
 
-/// A number in this precision.
+/// Returns a number in this precision.
 fn rounded<T: Precision>(value: f64) -> T {
     // Every f64 has a nearest number of either precision.
     T::from_f64(value).unwrap_or_default()
@@ -43,7 +43,7 @@ pub struct Extent {
 }
 
 impl Extent {
-    /// Number of cells.
+    /// Returns the number of cells.
     pub fn cells(self) -> usize {
         self.nx * self.ny
     }
@@ -140,7 +140,7 @@ impl<T: Precision> Convolution<T> {
         }
     }
 
-    /// output = K * input, both nx x ny row-major; rows for which `wanted` is false are left as they are.
+    /// Returns output = K * input, both nx x ny row-major; rows for which `wanted` is false are left as they are.
     pub fn apply(&mut self, input: &[f64], output: &mut [f64], wanted: impl Fn(usize) -> bool + Sync) {
         debug_assert_eq!((input.len(), output.len()), (self.extent.cells(), self.extent.cells()));
         self.transform_rows(input);

@@ -76,7 +76,7 @@ pub(super) struct Solver<'a> {
     convolutions: usize,
 }
 
-/// W's spectrum: 1/sum over the images of 2/|k| sinc sinc, for wavenumbers 2 pi i/mx, 2 pi j/my per cell.
+/// Returns the W's spectrum: 1/sum over the images of 2/|k| sinc sinc, for wavenumbers 2 pi i/mx, 2 pi j/my per cell.
 fn inverse_influence(extent: Extent, dx: f64, dy: f64) -> Convolution<f32> {
     /// Images on either side: the rest of the sum changes W by some percent at the highest wavenumbers only.
     const IMAGES: i32 = 2;
@@ -107,7 +107,7 @@ fn inverse_influence(extent: Extent, dx: f64, dy: f64) -> Convolution<f32> {
     })
 }
 
-/// G of the periodic half-space: each wave of the grid by its own 2/|k|, the mean by 0.
+/// Returns G of the periodic half-space: each wave of the grid by its own 2/|k|, the mean by 0.
 fn periodic_influence(extent: Extent, dx: f64, dy: f64) -> Convolution<f64> {
     let (step_x, step_y) = (2.0 * PI / (extent.nx as f64 * dx), 2.0 * PI / (extent.ny as f64 * dy));
     Convolution::from_spectrum(extent, extent, |i, j| {
@@ -230,7 +230,7 @@ impl<'a> Solver<'a> {
         self.convolutions += 1;
     }
 
-    /// The plane of mean gap 0 over the cells that carry pressure.
+    /// Returns the plane of mean gap 0 over the cells that carry pressure.
     fn mean_plane(&self, pressure: &[f64]) -> f64 {
         let ny = self.extent.ny;
         let rows = pressure.par_chunks(ny).zip(self.displacement.par_chunks(ny)).zip(self.heights.par_chunks(ny));
@@ -244,7 +244,8 @@ impl<'a> Solver<'a> {
         sum / count
     }
 
-    /// Residual and working set for the current plane; the largest violation \[m\] and whether the set changed.
+    /// Returns the residual and working set for the current plane; the largest violation \[m\] and whether the set
+    /// changed.
     fn gaps(&mut self, pressure: &[f64], plane: f64) -> (f64, bool) {
         let ny = self.extent.ny;
         std::mem::swap(&mut self.residual, &mut self.previous);
@@ -271,7 +272,7 @@ impl<'a> Solver<'a> {
         rows.iter().fold((0.0, false), |a, b| (f64::max(a.0, b.0), a.1 | b.1))
     }
 
-    /// The new direction (step 4); returns z.r.
+    /// Returns the new direction (step 4); returns z.r.
     fn turn(&mut self, given_load: bool, set_changed: bool, old_product: f64) -> f64 {
         let ny = self.extent.ny;
         let occupied = &self.occupied;
@@ -304,7 +305,7 @@ impl<'a> Solver<'a> {
         product
     }
 
-    /// One step along the direction; true if pressures had to be cut, and the displacement is then out of date.
+    /// Returns one step along the direction; true if pressures had to be cut, and the displacement is then out of date.
     fn step(&mut self, pressure: &mut [f64]) -> bool {
         let ny = self.extent.ny;
         self.influence.apply(&self.direction, &mut self.response, |_| true);
@@ -340,13 +341,13 @@ fn keep_set(values: &mut [f64], set: &[bool], ny: usize) {
     });
 }
 
-/// Sum of all values, rows first: the order does not depend on the number of threads.
+/// Returns the sum of all values, rows first: the order does not depend on the number of threads.
 fn row_sums(values: &[f64], ny: usize) -> f64 {
     let rows: Vec<f64> = values.par_chunks(ny).map(|row| row.iter().sum()).collect();
     rows.iter().sum()
 }
 
-/// Scalar product, rows first.
+/// Returns the scalar product, rows first.
 fn dot(a: &[f64], b: &[f64], ny: usize) -> f64 {
     let row = |(a, b): (&[f64], &[f64])| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let rows: Vec<f64> = a.par_chunks(ny).zip(b.par_chunks(ny)).map(row).collect();

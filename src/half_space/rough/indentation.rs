@@ -157,7 +157,7 @@ fn solve_level(
     }
 }
 
-/// Mean heights of 2 x 2 cells; a last odd row or column is averaged with itself.
+/// Returns the mean heights of 2 x 2 cells; a last odd row or column is averaged with itself.
 fn coarsened(map: &HeightMap) -> HeightMap {
     let Extent { nx, ny } = map.extent;
     let extent = Extent { nx: nx.div_ceil(2), ny: ny.div_ceil(2) };
@@ -183,7 +183,7 @@ struct Window {
 }
 
 impl Window {
-    /// The bounding box of all cells higher than `plane`; None if there are none.
+    /// Returns the bounding box of all cells higher than `plane`; None if there are none.
     fn above(map: &HeightMap, plane: f64) -> Option<Self> {
         let ny = map.extent.ny;
         let (mut top, mut bottom, mut left, mut right) = (usize::MAX, 0, ny, 0);

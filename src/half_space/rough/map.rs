@@ -17,7 +17,7 @@ pub struct HeightMap {
 }
 
 impl HeightMap {
-    /// The highest height \[m\].
+    /// Returns the highest height \[m\].
     pub(super) fn peak(&self) -> f64 {
         self.heights.iter().copied().fold(f64::NEG_INFINITY, f64::max)
     }
@@ -52,7 +52,7 @@ pub struct IndentationLimits {
 }
 
 impl Default for IndentationLimits {
-    /// 1e-8, the precision of published comparisons; far fewer than 1000 iterations are ever needed.
+    /// Returns 1e-8, the precision of published comparisons; far fewer than 1000 iterations are ever needed.
     fn default() -> Self {
         Self { tolerance: 1e-8, iterations: 1000 }
     }

@@ -36,7 +36,7 @@ pub(crate) struct Pressed<'a> {
 }
 
 impl<'a> PeriodicContact<'a> {
-    /// A body of one period, of even numbers of rows and columns.
+    /// Returns a body of one period, of even numbers of rows and columns.
     ///
     /// # Errors
     /// [`HalfSpaceError::Shape`], [`HalfSpaceError::Odd`], [`HalfSpaceError::NotPositive`] for a cell,
@@ -51,7 +51,7 @@ impl<'a> PeriodicContact<'a> {
         Ok(Self { map, solver, pressure: vec![0.0; extent.cells()] })
     }
 
-    /// The body under a mean pressure/E*.
+    /// Returns the body under a mean pressure/E*.
     ///
     /// # Errors
     /// [`HalfSpaceError::NotPositive`] for a pressure or tolerance, [`HalfSpaceError::NotConverged`] after too many

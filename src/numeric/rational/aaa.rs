@@ -55,7 +55,7 @@ impl Barycentric {
         numerator / denominator
     }
 
-    /// All poles, conjugates included, wherever they lie.
+    /// Returns all poles, conjugates included, wherever they lie.
     pub(crate) fn poles(&self) -> Result<Vec<Complex64>, RationalError> {
         let count: usize = self.points.iter().map(|z| if z.im > 0.0 { 2 } else { 1 }).sum();
         // A real number away from every root that matters.
@@ -150,7 +150,7 @@ pub(crate) fn approximate(
     Ok(model)
 }
 
-/// Weights of least Loewner residual, of norm 1.
+/// Returns the weights of least Loewner residual, of norm 1.
 fn weights(
     model: &Barycentric,
     points: &[Complex64],

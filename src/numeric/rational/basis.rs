@@ -20,7 +20,7 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    /// `columns` columns of `rows` zeros.
+    /// Returns `columns` columns of `rows` zeros.
     pub(super) fn zeros(rows: usize, columns: usize) -> Self {
         Self { rows, entries: vec![0.0; rows * columns] }
     }
@@ -41,7 +41,7 @@ pub(super) struct Points {
 }
 
 impl Points {
-    /// Points and their weights.
+    /// Returns the points and their weights.
     pub(super) fn new(points: &[Complex64], weights: &[f64]) -> Self {
         let at = Parts::new(points.iter().copied(), 1.0);
         let mut weights = weights.to_vec();
@@ -49,7 +49,7 @@ impl Points {
         Self { at, weights }
     }
 
-    /// Rows of a column.
+    /// Returns the rows of a column.
     pub(super) fn rows(&self) -> usize {
         2 * self.weights.len()
     }

@@ -33,7 +33,7 @@ const LEAST_PIVOT: f64 = 1e-14;
 /// (half of the relocations lose their digits), a hundred times as much takes 9 % more poles.
 const RIDGE: f64 = 1e-13;
 
-/// (c, d) of sigma; `None` where the pivots have lost their digits.
+/// Returns (c, d) of sigma; `None` where the pivots have lost their digits.
 pub(super) fn sigma(samples: &Samples, poles: &[Complex64], with_constant: bool) -> Option<Vec<f64>> {
     let count = order(poles);
     let (left, right) = (count + usize::from(with_constant), count + 1);
@@ -73,7 +73,7 @@ pub(super) fn sigma(samples: &Samples, poles: &[Complex64], with_constant: bool)
     sigma.iter().all(|entry| entry.is_finite()).then_some(sigma)
 }
 
-/// S, its lower triangle, from C (`left` columns) and the B_q (`right` columns each).
+/// Returns S, its lower triangle, from C (`left` columns) and the B_q (`right` columns each).
 fn reduced(columns: &Columns, left: usize, right: usize) -> Option<Columns> {
     let padded = left.next_multiple_of(MOST_LANES);
     let mut factor = Columns::zeros(padded, left);

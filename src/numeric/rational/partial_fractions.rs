@@ -24,7 +24,7 @@ impl PartialFractions {
     }
 }
 
-/// Value at s of given poles, residues and constant; see the module for the convention.
+/// Returns the value at s of given poles, residues and constant; see the module for the convention.
 pub(crate) fn evaluate(poles: &[Complex64], residues: &[Complex64], constant: f64, s: Complex64) -> Complex64 {
     poles
         .iter()
@@ -32,7 +32,7 @@ pub(crate) fn evaluate(poles: &[Complex64], residues: &[Complex64], constant: f6
         .fold(Complex64::new(constant, 0.0), |sum, (&pole, &residue)| sum + term(pole, residue, s))
 }
 
-/// One pole's share: of the pair, or of the real pole.
+/// Returns one pole's share: of the pair, or of the real pole.
 pub(crate) fn term(pole: Complex64, residue: Complex64, s: Complex64) -> Complex64 {
     if is_pair(pole) {
         // (R (s - conj p) + conj R (s - p))/((s - p)(s - conj p)), with one division.
@@ -48,7 +48,7 @@ pub(crate) fn is_pair(pole: Complex64) -> bool {
     pole.im > 0.0
 }
 
-/// Number of poles, conjugates counted: the real state variables that a time step has to move.
+/// Returns the number of poles, conjugates counted: the real state variables that a time step has to move.
 pub(crate) fn order(poles: &[Complex64]) -> usize {
     poles.iter().map(|&pole| if is_pair(pole) { 2 } else { 1 }).sum()
 }
@@ -58,7 +58,8 @@ pub(crate) fn sort(poles: &mut [Complex64]) {
     poles.sort_by(|a, b| is_pair(*b).cmp(&is_pair(*a)).then(a.norm_sqr().total_cmp(&b.norm_sqr())));
 }
 
-/// One stored pole for each conjugate pair of a set of roots of a real polynomial; nearly real roots become real.
+/// Returns one stored pole for each conjugate pair of a set of roots of a real polynomial; nearly real roots become
+/// real.
 pub(crate) fn fold_conjugates(roots: &[Complex64]) -> Vec<Complex64> {
     let mut poles: Vec<Complex64> = roots
         .iter()

@@ -17,7 +17,7 @@ pub(crate) struct Parts {
 }
 
 impl Parts {
-    /// The parts of some numbers; `filler` up to whole vectors.
+    /// Returns the parts of some numbers; `filler` up to whole vectors.
     pub(crate) fn new(values: impl Iterator<Item = Complex64>, filler: f64) -> Self {
         let (mut re, mut im): (Vec<f64>, Vec<f64>) = values.map(|value| (value.re, value.im)).unzip();
         let length = re.len().next_multiple_of(MOST_LANES);
@@ -33,7 +33,7 @@ impl Parts {
 }
 
 impl PartialFractions {
-    /// Values at many points, as [`PartialFractions::evaluate`] to rounding.
+    /// Returns the values at many points, as [`PartialFractions::evaluate`] to rounding.
     pub(crate) fn evaluate_all(&self, points: &Parts) -> Parts {
         let length = points.re.len();
         let mut values = Parts { re: vec![self.constant; length], im: vec![0.0; length] };

@@ -39,8 +39,8 @@ impl Zero {
     }
 }
 
-/// Zeros, one of each pair (upper half plane) and all real ones, in no order. `poles` and `residues` hold one of each
-/// pair as well. `None`: no convergence.
+/// Returns the zeros, one of each pair (upper half plane) and all real ones, in no order. `poles` and `residues` hold
+/// one of each pair as well. `None`: no convergence.
 pub(super) fn zeros(poles: &[Complex64], residues: &[Complex64]) -> Option<Vec<Complex64>> {
     // All of them, conjugates included.
     let mut all: Vec<[Complex64; 2]> = Vec::with_capacity(2 * poles.len());
@@ -75,7 +75,7 @@ pub(super) fn zeros(poles: &[Complex64], residues: &[Complex64]) -> Option<Vec<C
     None
 }
 
-/// One step of one zero. `None` where it leads nowhere.
+/// Returns one step of one zero. `None` where it leads nowhere.
 fn advanced(all: &[[Complex64; 2]], zeros: &[Zero], j: usize) -> Option<Zero> {
     let Zero { at: z, pair, .. } = zeros[j];
     let Some(newton) = newton_step(all, z) else {
@@ -122,7 +122,7 @@ fn regroup(zeros: &mut Vec<Zero>) {
     *zeros = regrouped;
 }
 
-/// 1/(P'/P) of P = sigma prod (s - p_r). `None` on a pole.
+/// Returns 1/(P'/P) of P = sigma prod (s - p_r). `None` on a pole.
 fn newton_step(all: &[[Complex64; 2]], z: Complex64) -> Option<Complex64> {
     let (mut sigma, mut slope, mut logarithmic) = (Complex64::ONE, Complex64::ZERO, Complex64::ZERO);
     for &[pole, residue] in all {
@@ -140,7 +140,7 @@ fn newton_step(all: &[[Complex64; 2]], z: Complex64) -> Option<Complex64> {
     if sigma == Complex64::ZERO { Some(Complex64::ZERO) } else { Some(sigma / (slope + logarithmic * sigma)) }
 }
 
-/// The zeros, if they are apart from each other and their sum is right: sum z = sum p - sum c.
+/// Returns the zeros, if they are apart from each other and their sum is right: sum z = sum p - sum c.
 fn accepted(poles: &[Complex64], residues: &[Complex64], zeros: &[Zero]) -> Option<Vec<Complex64>> {
     let (mut sum, mut size) = (0.0, 0.0);
     let mut add = |value: Complex64, pair: bool, sign: f64| {

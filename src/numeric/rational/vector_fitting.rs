@@ -53,7 +53,8 @@ pub(crate) enum Elimination {
     Products,
 }
 
-/// One relocation: the poles that fit the samples better than `poles`. `with_constant`: whether the responses have one.
+/// Returns one relocation: the poles that fit the samples better than `poles`. `with_constant`: whether the responses
+/// have one.
 pub(crate) fn relocate(
     samples: &Samples,
     poles: &[Complex64],
@@ -119,7 +120,8 @@ pub(crate) fn relocate(
     zeros(poles, &sigma)
 }
 
-/// Zeros of sigma = d + sum c_r phi_r, mirrored into the left half plane. `sigma` holds the c_r (scaled basis), then d.
+/// Returns the zeros of sigma = d + sum c_r phi_r, mirrored into the left half plane. `sigma` holds the c_r (scaled
+/// basis), then d.
 fn zeros(poles: &[Complex64], sigma: &[f64]) -> Result<Vec<Complex64>, RationalError> {
     let count = sigma.len() - 1;
     let largest = sigma[..count].iter().fold(0.0_f64, |a, &b| a.max(b.abs()));
@@ -179,7 +181,7 @@ fn zeros(poles: &[Complex64], sigma: &[f64]) -> Result<Vec<Complex64>, RationalE
     Ok(moved)
 }
 
-/// Residues (and constants) of given poles for every response, by least squares.
+/// Returns the residues (and constants) of given poles for every response, by least squares.
 pub(crate) fn residues(
     samples: &Samples,
     poles: &[Complex64],
@@ -188,8 +190,8 @@ pub(crate) fn residues(
     regularised_residues(samples, poles, with_constant, 0.0)
 }
 
-/// The same for poles that the samples hardly tell apart: a coefficient (a pole's peak, weighted) of 1 counts like an
-/// error of `ridge` (Tikhonov); 0 for none.
+/// Returns the same for poles that the samples hardly tell apart: a coefficient (a pole's peak, weighted) of 1 counts
+/// like an error of `ridge` (Tikhonov); 0 for none.
 pub(crate) fn regularised_residues(
     samples: &Samples,
     poles: &[Complex64],
@@ -232,7 +234,7 @@ pub(crate) fn regularised_residues(
     Ok(models)
 }
 
-/// Partial fractions from coefficients of the scaled real basis.
+/// Returns the partial fractions from coefficients of the scaled real basis.
 fn from_scaled(
     poles: &[Complex64],
     solution: &[f64],
@@ -260,8 +262,8 @@ fn from_scaled(
 mod tests {
     use super::*;
 
-    /// Starting poles without any knowledge: `pairs` weakly damped pairs, spaced logarithmically from `lowest` to
-    /// `highest` angular frequency \[rad/s\], and a real pole at the lowest.
+    /// Returns the starting poles without any knowledge: `pairs` weakly damped pairs, spaced logarithmically from
+    /// `lowest` to `highest` angular frequency \[rad/s\], and a real pole at the lowest.
     fn starting_poles(pairs: usize, lowest: f64, highest: f64) -> Vec<Complex64> {
         let step = (highest / lowest).ln() / (pairs.max(2) - 1) as f64;
         let mut poles: Vec<Complex64> = (0..pairs)

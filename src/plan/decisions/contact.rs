@@ -80,7 +80,7 @@ fn zone(scene: &Scene, _: &mut Decisions) -> Decided {
     Decided { on, form, reason: format!("contact.zone = \"{name}\"") }
 }
 
-/// Cells across the strip: as they are given, or about as wide as they are long.
+/// Returns the cells across the strip: as they are given, or about as wide as they are long.
 pub(crate) fn cells_across(scene: &Scene) -> usize {
     let Scene { contact, tyre, numerics, .. } = scene;
     let given = contact.cell.map(|size| Lattice::across(tyre.contact_width, size));

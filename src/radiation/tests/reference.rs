@@ -18,15 +18,15 @@ fn complex(values: &Value) -> Vec<Complex64> {
     values.as_array().unwrap().iter().map(|pair| Complex64::new(number(&pair[0]), number(&pair[1]))).collect()
 }
 
-/// Largest difference over the largest exact value.
+/// Returns the largest difference over the largest exact value.
 fn error(found: &[Complex64], exact: &[Complex64]) -> f64 {
     assert_eq!(found.len(), exact.len());
     let largest = exact.iter().map(|value| value.norm()).fold(0.0, f64::max);
     found.iter().zip(exact).map(|(a, b)| (a - b).norm() / largest).fold(0.0, f64::max)
 }
 
-/// Spheres over the plane at the wavenumbers for which `wanted` holds: pulsating, heaving, swaying at receivers and on
-/// the surface, their power, G_N on the surface of two sources.
+/// Returns the spheres over the plane at the wavenumbers for which `wanted` holds: pulsating, heaving, swaying at
+/// receivers and on the surface, their power, G_N on the surface of two sources.
 fn spheres_over_the_plane(nodes_per_wavelength: f64, bound: f64, wanted: impl Fn(f64, f64) -> bool) {
     let reference = reference("sphere_plane.json");
     for entry in reference["plane"].as_array().unwrap() {
@@ -135,7 +135,7 @@ fn tyre_body_in_free_field_to_1e_minus_3_in_every_case() {
     tyre_body(3000.0, &[0, 2, 5, 10], 10.0);
 }
 
-/// The message of a file with one case, made of a good one by changing it.
+/// Returns the message of a file with one case, made of a good one by changing it.
 fn refused(change: impl Fn(&mut Value)) -> String {
     let mut case = json!({ "name": "one", "body": { "shape": "tyre", "radius": 0.3, "width": 0.2, "shoulder": 0.02,
         "height": 0.29 }, "plane": true, "wavenumber": 3.0, "source": [0.0, 2.0, 1.0], "points": [[0.0, 0.0, 0.59]] });

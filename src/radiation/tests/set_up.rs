@@ -31,7 +31,7 @@ fn range() -> FrequencyRange {
     FrequencyRange { coarsest: 90.0, ..FrequencyRange::up_to(300.0, 0.3, 343.0) }
 }
 
-/// A set-up on so many threads that is stopped after some frequencies, and what the sink got.
+/// Returns a set-up on so many threads that is stopped after some frequencies, and what the sink got.
 fn set_up(
     threads: usize,
     known: Vec<FrequencyTransfers>,

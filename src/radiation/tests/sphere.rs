@@ -13,12 +13,12 @@ fn sphere(height: Option<f64>) -> Body {
     Body::new(Shape::Sphere { radius: 1.0 }, height).unwrap()
 }
 
-/// Pressure of the pulsating sphere, a = rho = c = 1, v = 1, at r.
+/// Returns the pressure of the pulsating sphere, a = rho = c = 1, v = 1, at r.
 fn pulsating(k: f64, r: f64) -> Complex64 {
     Complex64::new(0.0, k) / Complex64::new(1.0, k) / r * Complex64::from_polar(1.0, -k * (r - 1.0))
 }
 
-/// Its relative errors on the surface (between nodes), far away, of its power; and the reciprocal condition.
+/// Returns its relative errors on the surface (between nodes), far away, of its power; and the reciprocal condition.
 fn pulsating_errors(k: f64, resolution: &Resolution, interior: Option<usize>) -> [f64; 4] {
     let body = sphere(None);
     let mut problem = Problem::new(&body, k, k, resolution, &Block::ALL[..1], MEMORY).unwrap();
@@ -93,7 +93,7 @@ fn waves_of_a_source_and_of_a_velocity_are_reciprocal() {
     assert!((direct - reciprocal).norm() < 3e-4 * direct.norm(), "{direct} against {reciprocal}");
 }
 
-/// Pressure over the whole surface, the wedge at the road included, of a heaving and pulsating sphere.
+/// Returns the pressure over the whole surface, the wedge at the road included, of a heaving and pulsating sphere.
 fn surface(height: f64, k: f64, resolution: &Resolution, points: &[Vector]) -> Vec<Complex64> {
     let body = sphere(Some(height));
     let problem = Problem::new(&body, k, k, resolution, &Block::ALL[..2], MEMORY).unwrap();
@@ -102,7 +102,7 @@ fn surface(height: f64, k: f64, resolution: &Resolution, points: &[Vector]) -> V
     problem.solve(&drives).unwrap().field(points, true).remove(0)
 }
 
-/// Largest difference between two meshes over the surface's largest pressure.
+/// Returns the largest difference between two meshes over the surface's largest pressure.
 fn self_convergence(height: f64, k: f64, coarse: &Resolution, fine: &Resolution) -> f64 {
     let start = if height < 1.0 { height.acos() } else { 0.0 };
     let points: Vec<Vector> = [0.01, 0.03, 0.1, 0.2, 0.4, 0.8, 1.5, 2.5]

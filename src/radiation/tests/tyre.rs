@@ -17,7 +17,7 @@ const MEMORY: u64 = 1 << 31;
 /// At 7.5 m, near the side, in the plane of the wheel.
 const RECEIVERS: [Vector; 3] = [[0.0, 7.5, 1.2], [0.2, 0.32, 0.1], [2.0, 0.0, 0.0]];
 
-/// The default tyre: R = 0.31 m, straight tread 0.2 m, shoulders of 20 mm, a patch of 0.1 m.
+/// Returns the default tyre: R = 0.31 m, straight tread 0.2 m, shoulders of 20 mm, a patch of 0.1 m.
 fn tyre() -> Body {
     Body::standing_tyre(0.31, 0.24, 0.02, 0.05).unwrap()
 }
@@ -35,14 +35,14 @@ fn transfers(body: &Body, frequency: f64, resolution: Resolution, receivers: &[V
     problem.solve(TAU * frequency / 343.0).unwrap().0
 }
 
-/// Sum over the tread of a wave of an order around.
+/// Returns the sum over the tread of a wave of an order around.
 fn wave(body: &Body, transfer: &Transfer, order: f64) -> Complex64 {
     let theta = |cell: usize| TAU * ((cell % transfer.grid.around) as f64 + 0.5) / transfer.grid.around as f64;
     let wave = |cell| Complex64::from_polar(1.0, order * theta(cell));
     transfer.sum(body, &(0..transfer.values.len()).map(wave).collect::<Vec<_>>())
 }
 
-/// Largest difference in level of waves' sums at all receivers \[dB\] between two meshes.
+/// Returns the largest difference in level of waves' sums at all receivers \[dB\] between two meshes.
 fn difference(frequency: f64, coarse: Resolution, fine: Resolution, orders: &[f64]) -> f64 {
     let body = tyre();
     let coarse = transfers(&body, frequency, coarse, &RECEIVERS);
@@ -132,7 +132,7 @@ fn all_four_blocks_agree_with_the_two_even_ones() {
     assert!(here > 1.2 * there, "{here} {there}");
 }
 
-/// Power through the surface over that through a far hemisphere, of a travelling wave on the tread.
+/// Returns the power through the surface over that through a far hemisphere, of a travelling wave on the tread.
 fn power_balance(body: &Body, frequency: f64, resolution: &Resolution) -> f64 {
     let k = TAU * frequency / 343.0;
     let problem = Problem::new(body, k, k, resolution, &Block::EVEN_ACROSS, MEMORY).unwrap();

@@ -12,7 +12,7 @@ use crate::results::read_table::Column;
 /// Beginning of every file of ours.
 pub(crate) const MAT_HEAD: &str = "MATLAB 5.0 MAT-file, Platform: tyrewave,";
 
-/// The bytes of the file.
+/// Returns the bytes of the file.
 ///
 /// # Errors
 /// [`ExportError`].
@@ -79,7 +79,7 @@ fn figures(stored: &Stored) -> (Fields, Fields) {
     (run, units)
 }
 
-/// The text as a name that none of the others has.
+/// Returns the text as a name that none of the others has.
 fn free(taken: &[(String, Value)], text: &str) -> String {
     let is_free = |name: &String| taken.iter().all(|(other, _)| other != name);
     let first = mat_file::name(text);

@@ -35,14 +35,14 @@ pub(super) enum Value {
 }
 
 impl Value {
-    /// A column of numbers.
+    /// Returns a column of numbers.
     pub(super) fn column(numbers: Vec<f64>) -> Self {
         let rows = numbers.len();
         Self::Numbers(numbers, [rows, 1])
     }
 }
 
-/// A file of variables; its text begins with `head` and goes on with `about`.
+/// Returns a file of variables; its text begins with `head` and goes on with `about`.
 ///
 /// # Errors
 /// [`ExportError::TooLarge`] of a variable beyond 2 GiB.

@@ -121,7 +121,7 @@ struct Function<'a> {
     ordinates: &'a [f64],
 }
 
-/// The text of the file.
+/// Returns the text of the file.
 ///
 /// # Errors
 /// [`ExportError`]; [`ExportError::Missing`] of a run that has written neither arrays nor spectra.
@@ -271,7 +271,7 @@ fn field(text: &str, width: usize) -> String {
     format!("{text:width$}")
 }
 
-/// A number as Fortran writes it, in that width.
+/// Returns a number as Fortran writes it, in that width.
 fn scientific(number: f64, width: usize, decimals: usize) -> String {
     let number = if number.abs() < SMALLEST { 0.0 } else { number };
     let text = format!("{number:.decimals$E}");

@@ -94,7 +94,7 @@ impl Patch {
         Ok(patch)
     }
 
-    /// Instants.
+    /// Returns the instants.
     pub(crate) fn len(&self) -> usize {
         self.frames.len()
     }
@@ -106,12 +106,12 @@ impl Patch {
         (self.left_out > 0).then(cut)
     }
 
-    /// Name of an instant's file.
+    /// Returns the name of an instant's file.
     pub(crate) fn file(frame: usize) -> String {
         format!("patch_{frame:04}.vtp")
     }
 
-    /// The file of an instant.
+    /// Returns the file of an instant.
     pub(crate) fn frame(&self, frame: usize) -> String {
         let (row, step, time) = self.frames[frame];
         let [along, across] = self.cells;
@@ -156,7 +156,7 @@ impl Patch {
         text
     }
 
-    /// The collection of all instants.
+    /// Returns the collection of all instants.
     pub(crate) fn collection(&self) -> String {
         let mut text = opened("Collection");
         text.push_str("<Collection>\n");
@@ -168,7 +168,7 @@ impl Patch {
     }
 }
 
-/// Instants at least that far apart \[s\], or evenly over the run so that an export takes them.
+/// Returns the instants at least that far apart \[s\], or evenly over the run so that an export takes them.
 fn apart(instants: &[(usize, usize, f64)], every: Option<f64>) -> Vec<(usize, usize, f64)> {
     let Some(every) = every else {
         return instants.iter().copied().step_by(instants.len().div_ceil(MOST_FRAMES).max(1)).collect();
@@ -187,14 +187,15 @@ fn apart(instants: &[(usize, usize, f64)], every: Option<f64>) -> Vec<(usize, us
     taken
 }
 
-/// Where the axle stands at t = 0 \[m\]. Where the scene leaves it open it is over an element: the one in the middle of
-/// the first window.
+/// Tells where the axle stands at t = 0 \[m\]. Where the scene leaves it open it is over an element: the one in the
+/// middle of the first window.
 fn start(stored: &Stored, first: f64, columns: usize) -> f64 {
     let open = (first + (columns / 2) as f64 - 1.0) * stored.plan.element;
     stored.plan.scene.rolling.start.unwrap_or(open)
 }
 
-/// How long before a step's end its force acts \[s\]: it is a mean over the step by rules that solve more than once.
+/// Tells how long before a step's end its force acts \[s\]: it is a mean over the step by rules that solve more than
+/// once.
 fn lag(stored: &Stored) -> f64 {
     let rule = stored.plan.scene.numerics.time_rule;
     let parts = rule.nodes().iter().zip(rule.weights());

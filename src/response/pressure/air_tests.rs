@@ -40,7 +40,7 @@ fn layout(across: Across, rule: TimeRule) -> SegmentLayout {
     }
 }
 
-/// The tyre as the air sees it in each of its motions.
+/// Returns the tyre as the air sees it in each of its motions.
 fn models(layout: SegmentLayout) -> [PressureModel; 3] {
     let tyre = plate_tyre();
     let lateral = match layout.across {
@@ -60,7 +60,7 @@ fn models(layout: SegmentLayout) -> [PressureModel; 3] {
     })
 }
 
-/// G, even and odd across, of cells that are no further from the contact than an angle \[degrees\].
+/// Returns G, even and odd across, of cells that are no further from the contact than an angle \[degrees\].
 fn green_within(degrees: f64, frequencies: Vec<f64>) -> SurfaceGreen {
     let half_width = 0.5 * plate_tyre().width;
     let points: Vec<f64> = across(half_width, 4).into_iter().map(|[y, _]| y).collect();
@@ -79,7 +79,7 @@ fn green_within(degrees: f64, frequencies: Vec<f64>) -> SurfaceGreen {
     SurfaceGreen { frequencies, around: AROUND, across: points, half_width, rings: 0, values }
 }
 
-/// Root mean square of the pressure of forces by step and column, in each motion of the air \[Pa\].
+/// Returns the root mean square of the pressure of forces by step and column, in each motion of the air \[Pa\].
 fn heard(models: &[PressureModel; 3], green: &SurfaceGreen, force: impl Fn(usize, usize) -> f64) -> [f64; 3] {
     models.each_ref().map(|model| {
         let (layout, steps) = (model.layout, 2 * model.layout.length());

@@ -61,13 +61,13 @@ impl Components {
         Self { integrals, strip, most, receivers, components, held, parts, known, found: Vec::new() }
     }
 
-    /// Bytes of a receiver, with G on so many cells, so many integrals of a wavenumber, and so many components of so
-    /// many bins at a time.
+    /// Returns the bytes of a receiver, with G on so many cells, so many integrals of a wavenumber, and so many
+    /// components of so many bins at a time.
     pub(super) fn bytes(around: usize, integrals: usize, components: usize, bins: usize) -> usize {
         8 * around * (4 * integrals + integrals + components * bins)
     }
 
-    /// Largest |n|.
+    /// Returns the largest |n|.
     pub(super) fn most(&self) -> usize {
         self.most
     }
@@ -153,8 +153,8 @@ impl Components {
 }
 
 impl Found<'_> {
-    /// Those at the bin of an index: n by n and component by component a column, the real parts by receiver, then the
-    /// imaginary ones.
+    /// Returns those at the bin of an index: n by n and component by component a column, the real parts by receiver,
+    /// then the imaginary ones.
     pub(super) fn matrix(&self, index: usize) -> MatRef<'_, f32> {
         let all = MatRef::from_column_major_slice(self.values, self.width * self.bins, self.waves);
         all.subrows(index * self.width, self.width)

@@ -47,7 +47,7 @@ fn model(tyre: &Tyre, lateral: Vec<usize>, across: Across, air: AirMotion) -> Pr
     }
 }
 
-/// G that is 1 on the tread, and on each ring another function of the place round the tyre.
+/// Returns G that is 1 on the tread, and on each ring another function of the place round the tyre.
 fn green(tyre: &Tyre, frequency: f64, ring: impl Fn(usize, usize) -> f32) -> SurfaceGreen {
     let mut across: Vec<f64> = legendre::gauss(3).iter().map(|[x, _]| 0.25 * tyre.width * (1.0 + x)).collect();
     across.reverse();

@@ -36,19 +36,19 @@ pub(crate) struct PressureModel {
 }
 
 impl PressureModel {
-    /// Frequency \[Hz\] up to which all is radiated where nothing is above a highest one \[Hz\].
+    /// Returns the frequency \[Hz\] up to which all is radiated where nothing is above a highest one \[Hz\].
     pub(crate) fn flat_to(highest: f64) -> f64 {
         (1.0 - TAPER) * highest
     }
 
-    /// Bins 0..=highest of a segment that are radiated.
+    /// Returns the bins 0..=highest of a segment that are radiated.
     pub(crate) fn bins(&self) -> usize {
         let last = (self.highest / self.layout.resolution()).floor() as usize;
         last.min(self.layout.length() / 2) + 1
     }
 
-    /// (e_m/B) a_m of each wave's part in the strip's force; of forces that are resolved across, which have their
-    /// shares already, what the wave is to cos(ky_m y) or sin(ky_m y) instead of a_m.
+    /// Returns (e_m/B) a_m of each wave's part in the strip's force; of forces that are resolved across, which have
+    /// their shares already, what the wave is to cos(ky_m y) or sin(ky_m y) instead of a_m.
     pub(super) fn strip(&self) -> Vec<f64> {
         let (tyre, across) = (self.waves.waves, self.layout.across);
         let part = |&m: &usize| {
@@ -61,8 +61,8 @@ impl PressureModel {
         self.waves.lateral.iter().map(part).collect()
     }
 
-    /// Shapes that so many lateral waves have with so many rings on a flank that moves: the rings sum over the waves,
-    /// or follow each of those that are resolved across.
+    /// Returns the shapes that so many lateral waves have with so many rings on a flank that moves: the rings sum over
+    /// the waves, or follow each of those that are resolved across.
     pub(crate) fn shape_count(across: Across, lateral: usize, rings: usize) -> usize {
         match across {
             Across::Even => lateral + rings,
@@ -70,7 +70,7 @@ impl PressureModel {
         }
     }
 
-    /// These shapes, component by component across.
+    /// Returns these shapes, component by component across.
     pub(super) fn shapes(&self) -> Vec<Shape> {
         let (lateral, rings) = (self.waves.lateral.iter(), self.waves.pieces());
         match self.layout.across {
@@ -89,7 +89,7 @@ impl PressureModel {
         }
     }
 
-    /// Integrals of G for each wavenumber, of so many shapes: with one of the weights of G, or both.
+    /// Returns the integrals of G for each wavenumber, of so many shapes: with one of the weights of G, or both.
     pub(crate) fn integrals(air: AirMotion, shapes: usize) -> usize {
         match air {
             AirMotion::Axle | AirMotion::WithTread => shapes,
@@ -97,19 +97,19 @@ impl PressureModel {
         }
     }
 
-    /// Integrals of this model.
+    /// Returns the integrals of this model.
     pub(crate) fn integrals_of_wave(&self) -> usize {
         let (lateral, rings) = (self.waves.lateral.len(), self.waves.pieces());
         Self::integrals(self.air, Self::shape_count(self.layout.across, lateral, rings))
     }
 
-    /// Number of [`super::surface::WEIGHTS`] that the air's motion asks for.
+    /// Returns the number of [`super::surface::WEIGHTS`] that the air's motion asks for.
     pub(super) fn weights(&self) -> usize {
         Self::integrals(self.air, 1)
     }
 
-    /// Rates at which the air sees a wave of n periods move, at an angular frequency beside the axle: factors of the
-    /// wave's integrals with G, weight by weight \[rad/s\].
+    /// Returns the rates at which the air sees a wave of n periods move, at an angular frequency beside the axle:
+    /// factors of the wave's integrals with G, weight by weight \[rad/s\].
     ///
     /// Under a stream U along the tread a displacement u moves the air with du/dt - U du/dx. From the axle, with the
     /// angle theta from the contact, U is 0, V or V cos(theta), V du/dx of the wave is i n Omega u, and
@@ -130,7 +130,7 @@ impl PressureModel {
         sinc(0.5 * tyre.kx(n) * tyre.circumference / self.layout.elements as f64)
     }
 
-    /// Room for the flows of all lateral waves; none without a flank that moves.
+    /// Returns the room for the flows of all lateral waves; none without a flank that moves.
     pub(super) fn room_for_flows(&self) -> Vec<Complex64> {
         vec![Complex64::ZERO; self.waves.lateral.len() * self.waves.pieces()]
     }

@@ -54,7 +54,7 @@ fn model(tyre: &Tyre, air: AirMotion) -> PressureModel {
     }
 }
 
-/// Pressures by bin for a unit force on the cell j of a column.
+/// Returns the pressures by bin for a unit force on the cell j of a column.
 fn pressures(model: &PressureModel, tyre: &Tyre, green: SurfaceGreen, column: usize, j: usize) -> Vec<Complex64> {
     let grid = CellGrid::new(tyre, ELEMENTS, ACROSS);
     let mut lateral = LateralForces::new(&grid, model.waves.lateral.clone());
@@ -67,13 +67,13 @@ fn pressures(model: &PressureModel, tyre: &Tyre, green: SurfaceGreen, column: us
     transfers.pressures(0..1, &[block]).of_block(0, 0).map(double).collect()
 }
 
-/// Some smooth G that is not even across.
+/// Returns some smooth G that is not even across.
 fn green(x: f64, y: f64) -> Complex64 {
     let turn = TAU * x / CIRCUMFERENCE;
     even_green(x, y) + Complex64::new(6.0 * y * turn.cos(), 8.0 * y - 300.0 * y * y * y)
 }
 
-/// G, or that of the mirrored receiver.
+/// Returns G, or that of the mirrored receiver.
 fn surface_green(half_width: f64, side: f64) -> SurfaceGreen {
     let length = CIRCUMFERENCE / AROUND as f64;
     let points: Vec<f64> = across(half_width, 4).into_iter().map(|[y, _]| y).collect();

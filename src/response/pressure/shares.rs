@@ -97,35 +97,35 @@ impl PressureShares {
         Self { pressure: waves.iter().sum(), waves, cells, parts }
     }
 
-    /// Largest |n|.
+    /// Returns the largest |n|.
     pub(crate) fn most(&self) -> usize {
         self.waves.len() / 2
     }
 
-    /// Share of every wavenumber, from -[`Self::most`] on.
+    /// Returns the share of every wavenumber, from -[`Self::most`] on.
     pub(crate) fn of_waves(&self) -> Vec<f64> {
         self.waves.iter().map(|&part| self.share(part)).collect()
     }
 
-    /// Share of every part of the tyre.
+    /// Returns the share of every part of the tyre.
     pub(crate) fn of_parts(&self) -> [f64; 3] {
         self.parts.map(|part| self.share(part))
     }
 
-    /// Level of every part over that of the whole \[dB\]; minus infinity where it is not heard.
+    /// Returns the level of every part over that of the whole \[dB\]; minus infinity where it is not heard.
     pub(crate) fn levels_of_parts(&self) -> [f64; 3] {
         self.parts.map(|part| 20.0 * (part.norm() / self.pressure.norm()).log10())
     }
 
-    /// Share of the waves up to each |n|, from 0 on.
+    /// Returns the share of the waves up to each |n|, from 0 on.
     pub(crate) fn up_to_wave(&self) -> Vec<f64> {
         let (most, shares) = (self.most(), self.of_waves());
         let both = |n: usize| if n == 0 { shares[most] } else { shares[most - n] + shares[most + n] };
         (0..=most).map(both).scan(0.0, running).collect()
     }
 
-    /// Share of everything from the top of the tyre round by the rear and the contact as far as each of so many evenly
-    /// spaced angles, the last of which is the top again.
+    /// Returns the share of everything from the top of the tyre round by the rear and the contact as far as each of so
+    /// many evenly spaced angles, the last of which is the top again.
     pub(crate) fn up_to_angle(&self, angles: usize) -> Vec<f64> {
         let around = self.cells.len();
         let behind = &self.cells[around / 2..];
@@ -141,12 +141,12 @@ impl PressureShares {
         (0..angles).map(at).collect()
     }
 
-    /// The |n| up to which waves are enough: from it on, the share so far stays within [`ENOUGH`] of all.
+    /// Returns the |n| up to which waves are enough: from it on, the share so far stays within [`ENOUGH`] of all.
     pub(crate) fn enough_waves(&self) -> usize {
         enough(&self.up_to_wave())
     }
 
-    /// The angle to either side of the contact that is enough, in the same sense \[degrees\].
+    /// Returns the angle to either side of the contact that is enough, in the same sense \[degrees\].
     pub(crate) fn enough_angle(&self) -> f64 {
         let (ahead, behind) = self.cells.split_at(self.cells.len() / 2);
         let both = ahead.iter().zip(behind.iter().rev()).map(|(ahead, behind)| self.share(ahead + behind));
@@ -159,12 +159,12 @@ impl PressureShares {
     }
 }
 
-/// The first place from which on the share so far stays within [`ENOUGH`] of all.
+/// Returns the first place from which on the share so far stays within [`ENOUGH`] of all.
 fn enough(so_far: &[f64]) -> usize {
     so_far.iter().rposition(|share| (share - 1.0).abs() > ENOUGH).map_or(0, |last| (last + 1).min(so_far.len() - 1))
 }
 
-/// The sum so far.
+/// Returns the sum so far.
 fn running(sum: &mut f64, value: f64) -> Option<f64> {
     *sum += value;
     Some(*sum)

@@ -73,7 +73,8 @@ impl PressureStream {
         }
     }
 
-    /// Bytes beside G of so many receivers, on so many cells with so many integrals of a wavenumber, for so many steps.
+    /// Returns the bytes beside G of so many receivers, on so many cells with so many integrals of a wavenumber, for so
+    /// many steps.
     pub(crate) fn bytes(
         layout: &SegmentLayout,
         bins: usize,
@@ -88,36 +89,36 @@ impl PressureStream {
         forces as f64 + PressureTransfers::work_bytes(layout, bins, waiting, most, [around, integrals])
     }
 
-    /// Receivers by batch: how many batches, and how many receivers are in the largest.
+    /// Returns the receivers by batch: how many batches, and how many receivers are in the largest.
     pub(crate) fn batches(receivers: usize) -> (usize, usize) {
         let batches = receivers.div_ceil(RECEIVERS).max(1);
         (batches, receivers.div_ceil(batches))
     }
 
-    /// Most blocks whose pressures are made at once, of so many steps.
+    /// Returns the most blocks whose pressures are made at once, of so many steps.
     pub(crate) fn together(layout: &SegmentLayout, bins: usize, steps: u64) -> usize {
         let bytes = 8 * layout.places() * bins;
         let most = (WAITING_BYTES / bytes.max(1)).clamp(1, MOST_WAITING);
         most.min(Self::blocks(layout, steps) as usize)
     }
 
-    /// Blocks that so many steps give.
+    /// Returns the blocks that so many steps give.
     pub(crate) fn blocks(layout: &SegmentLayout, steps: u64) -> u64 {
         let (length, hop) = (layout.length() as u64, layout.hop() as u64);
         steps.checked_sub(length).map_or(0, |more| more / hop + 1)
     }
 
-    /// Pressures that so many steps give, per receiver.
+    /// Returns the pressures that so many steps give, per receiver.
     pub(crate) fn samples(layout: &SegmentLayout, steps: u64) -> u64 {
         Self::blocks(layout, steps) * layout.hop() as u64
     }
 
-    /// The step whose pressure is the first.
+    /// Returns the step whose pressure is the first.
     pub(crate) fn first_step(layout: &SegmentLayout) -> u64 {
         (layout.length() * 3 / 8) as u64
     }
 
-    /// Columns of the forces' windows.
+    /// Returns the columns of the forces' windows.
     pub(crate) fn columns(&self) -> usize {
         self.layout().columns
     }
@@ -127,7 +128,7 @@ impl PressureStream {
         (self.layout().places() + self.transfers.greens.len()) as u64
     }
 
-    /// Multiply-adds of the pressures of the blocks that wait.
+    /// Returns the multiply-adds of the pressures of the blocks that wait.
     pub(crate) fn multiply_adds(&self) -> u64 {
         let PressureTransfers { model, greens } = &self.transfers;
         let around = greens.first().map_or(0, |green| green.around);
@@ -180,7 +181,7 @@ impl PressureStream {
         &self.transfers.model.layout
     }
 
-    /// The spectra of the block that has just been completed.
+    /// Returns the spectra of the block that has just been completed.
     fn spectra(&self) -> BlockSpectra {
         let (layout, forward, forces) = (self.layout(), &self.forward, &self.forces);
         let (length, width, places) = (layout.length(), layout.width(), layout.places());
@@ -215,7 +216,7 @@ impl PressureStream {
         spectra
     }
 
-    /// The blocks that wait, for tests.
+    /// Returns the blocks that wait, for tests.
     #[cfg(test)]
     pub(super) fn blocks_that_wait(&self) -> &[BlockSpectra] {
         &self.waiting

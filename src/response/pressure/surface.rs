@@ -127,22 +127,22 @@ impl WaveIntegrals {
         }
     }
 
-    /// Largest |n|.
+    /// Returns the largest |n|.
     pub(super) fn most_around(&self) -> usize {
         self.most_around
     }
 
-    /// Largest |n| that elements can tell apart, too.
+    /// Returns the largest |n| that elements can tell apart, too.
     pub(super) fn most_under(&self, layout: &SegmentLayout) -> usize {
         self.most_around.min(layout.elements / 2 - 1)
     }
 
-    /// The integral of a wave over the first cell, |n| no more than one above the largest \[m\].
+    /// Returns the integral of a wave over the first cell, |n| no more than one above the largest \[m\].
     pub(super) fn mean(&self, n: i64) -> Complex64 {
         self.means[(n + self.most_around as i64 + 1) as usize]
     }
 
-    /// Integrals of a wavenumber.
+    /// Returns the integrals of a wavenumber.
     pub(super) fn of_wave(&self) -> usize {
         self.shapes.len() * self.weights
     }
@@ -152,7 +152,7 @@ impl WaveIntegrals {
         (2 * self.most_around + 1) * self.of_wave()
     }
 
-    /// Room for the work on a receiver: cells, scratch of their transform, and waves.
+    /// Returns the room for the work on a receiver: cells, scratch of their transform, and waves.
     pub(super) fn room(&self) -> [Vec<Complex64>; 3] {
         let scratch = self.transform.get_inplace_scratch_len();
         [self.transform.len(), scratch, self.means.len()].map(|length| vec![Complex64::ZERO; length])

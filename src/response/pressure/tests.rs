@@ -35,7 +35,7 @@ fn layout(rule: TimeRule, substeps: usize) -> SegmentLayout {
     }
 }
 
-/// A tyre that is a little softer than its waves, up to 150 Hz.
+/// Returns a tyre that is a little softer than its waves, up to 150 Hz.
 fn model(
     layout: SegmentLayout,
     waves: &Arc<SurfaceWaves>,
@@ -66,7 +66,7 @@ impl UnitPressures {
     }
 }
 
-/// Points across half of the tread, rising, with their weights.
+/// Returns the points across half of the tread, rising, with their weights.
 pub(super) fn across(half_width: f64, count: usize) -> Vec<[f64; 2]> {
     let scaled = |[node, weight]: [f64; 2]| [0.5 * half_width * (1.0 + node), 0.5 * half_width * weight];
     let mut points: Vec<[f64; 2]> = legendre::gauss(count).into_iter().map(scaled).collect();
@@ -74,7 +74,7 @@ pub(super) fn across(half_width: f64, count: usize) -> Vec<[f64; 2]> {
     points
 }
 
-/// Some smooth G, the same at all frequencies.
+/// Returns some smooth G, the same at all frequencies.
 pub(super) fn green(x: f64, y: f64) -> Complex64 {
     let turn = TAU * x / CIRCUMFERENCE;
     Complex64::new(0.3 + turn.cos() - 0.4 * (2.0 * turn).sin(), turn.sin() + 20.0 * y * y)
@@ -95,8 +95,8 @@ fn surface_green(half_width: f64) -> SurfaceGreen {
     }
 }
 
-/// Mean over a cell of a wave of n periods times the rate at which the air sees it move, beside the axle at an angular
-/// frequency, with one revolution in 2 pi/`turning` \[rad/s\].
+/// Returns the mean over a cell of a wave of n periods times the rate at which the air sees it move, beside the axle at
+/// an angular frequency, with one revolution in 2 pi/`turning` \[rad/s\].
 pub(super) fn moving_wave(air: AirMotion, [angular, turning]: [f64; 2], n: i64, cell: usize) -> Complex64 {
     let of = |[node, weight]: [f64; 2]| {
         let angle = TAU * (cell as f64 + 0.5 + 0.5 * node) / AROUND as f64;
@@ -110,7 +110,7 @@ pub(super) fn moving_wave(air: AirMotion, [angular, turning]: [f64; 2], n: i64, 
     legendre::gauss(8).into_iter().map(of).sum()
 }
 
-/// The tyre, curved and turning: once in 0.09 s, as it does here.
+/// Returns the tyre, curved and turning: once in 0.09 s, as it does here.
 fn turning_tyre() -> Tyre {
     Tyre { curvature: true, angular_velocity: -TAU / 0.09, ..plate_tyre() }
 }

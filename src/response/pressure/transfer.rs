@@ -72,7 +72,7 @@ impl PressureTransfers {
         [shared, each].map(|amount| (amount * bins) as f64)
     }
 
-    /// Bytes that so many receivers take while the pressures of so many blocks are made.
+    /// Returns the bytes that so many receivers take while the pressures of so many blocks are made.
     pub(crate) fn work_bytes(
         layout: &SegmentLayout,
         bins: usize,
@@ -84,7 +84,7 @@ impl PressureTransfers {
         (receivers * (8 * bins * blocks + components)) as f64
     }
 
-    /// Pressures at some of the receivers.
+    /// Returns the pressures at some of the receivers.
     pub(crate) fn pressures(&self, receivers: Range<usize>, blocks: &[BlockSpectra]) -> PressureSpectra {
         let Self { model, greens } = self;
         let greens = &greens[receivers.clone()];
@@ -138,7 +138,7 @@ impl Room {
         matmul(products, Accum::Replace, unit, forces, 1.0_f32, Par::Seq);
     }
 
-    /// The pressures of a bin, receiver by receiver, block by block.
+    /// Returns the pressures of a bin, receiver by receiver, block by block.
     fn pressures(&self, blocks: usize) -> Vec<Complex32> {
         let receivers = self.late.len();
         let (real, imaginary) = self.products.split_at(2 * receivers * blocks);
@@ -154,7 +154,7 @@ impl Room {
 }
 
 impl PressureSpectra {
-    /// Some, for tests: by receiver, block and bin.
+    /// Returns the some, for tests: by receiver, block and bin.
     #[cfg(test)]
     pub(super) fn of(
         [receivers, blocks, bins]: [usize; 3],
@@ -169,12 +169,12 @@ impl PressureSpectra {
         Self { receivers, blocks, values }
     }
 
-    /// Blocks.
+    /// Returns the blocks.
     pub(crate) fn blocks(&self) -> usize {
         self.blocks
     }
 
-    /// The pressure at a receiver in a block, bin by bin \[Pa\].
+    /// Returns the pressure at a receiver in a block, bin by bin \[Pa\].
     pub(crate) fn of_block(&self, receiver: usize, block: usize) -> impl Iterator<Item = Complex32> {
         let each = self.receivers * self.blocks;
         self.values.iter().skip(receiver * self.blocks + block).step_by(each.max(1)).copied()

@@ -62,12 +62,12 @@ impl Window {
         Self { most, columns, components, half, places, shapes: [table(f64::cos), table(f64::sin)], actions }
     }
 
-    /// Wavenumbers -most..=most, with every component across.
+    /// Returns the wavenumbers -most..=most, with every component across.
     pub(super) fn waves(&self) -> usize {
         (2 * self.most + 1) * self.components
     }
 
-    /// Room for a bin of so many blocks.
+    /// Returns the room for a bin of so many blocks.
     pub(super) fn room(&self, blocks: usize) -> Folded {
         let width = 2 * blocks;
         Folded {

@@ -139,7 +139,7 @@ impl VibrationAccumulator {
         self.elements = Some(elements);
     }
 
-    /// Bytes that an accumulator with that many points takes.
+    /// Returns the bytes that an accumulator with that many points takes.
     pub fn bytes(layout: &SegmentLayout, points: usize) -> f64 {
         let (bins, places) = (layout.bins() as f64, layout.places() as f64);
         let forces = layout.length() as f64 * (layout.width() as f64 + 1.0);
@@ -147,12 +147,12 @@ impl VibrationAccumulator {
         8.0 * (forces + spectra + bins * layout.row() as f64 + points as f64 * bins * (2.0 * places + 1.0))
     }
 
-    /// Sizes.
+    /// Returns the sizes.
     pub fn layout(&self) -> &SegmentLayout {
         &self.layout
     }
 
-    /// Segments complete so far.
+    /// Returns the segments complete so far.
     pub fn segments(&self) -> u64 {
         self.segments
     }

@@ -31,7 +31,7 @@ impl<T> BothWays<T> {
         self.backwards.is_some()
     }
 
-    /// The one of a wavenumber and a bin of the material frame, negative or not.
+    /// Returns the one of a wavenumber and a bin of the material frame, negative or not.
     pub(super) fn of(&self, wavenumber: i64, material_bin: i64) -> &T {
         match &self.backwards {
             Some(backwards) if (wavenumber < 0) != (material_bin < 0) => backwards,
@@ -39,14 +39,14 @@ impl<T> BothWays<T> {
         }
     }
 
-    /// The same by what is made of each.
+    /// Returns the same by what is made of each.
     pub(super) fn map<U>(&self, of: impl Fn(&T) -> U) -> BothWays<U> {
         BothWays { forwards: of(&self.forwards), backwards: self.backwards.as_ref().map(of) }
     }
 }
 
 impl BothWays<Vec<Complex64>> {
-    /// E + i O and E - i O from E and, of a tyre that turns, O.
+    /// Returns E + i O and E - i O from E and, of a tyre that turns, O.
     pub(super) fn of_parts(mut even: Vec<Complex64>, odd: Option<Vec<Complex64>>) -> Self {
         let backwards = odd.map(|mut odd| {
             for (even, odd) in even.iter_mut().zip(&mut odd) {

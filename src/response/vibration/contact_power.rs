@@ -38,7 +38,7 @@ struct Window {
 }
 
 impl Window {
-    /// A value of an element that is in it.
+    /// Returns a value of an element that is in it.
     fn at(&self, values: &[f64], element: i64) -> Option<f64> {
         usize::try_from(element - self.first).ok().and_then(|column| values.get(column)).copied()
     }
@@ -57,8 +57,8 @@ impl ContactPower {
         Self { rule, time_step, columns, earlier: [window.clone(), window] }
     }
 
-    /// The power in the step with these forces \[N\] and displacements \[m\], stage after stage, of the elements from
-    /// `first` on, in W. An element that was not in the window is taken as one that has not moved.
+    /// Returns the power in the step with these forces \[N\] and displacements \[m\], stage after stage, of the
+    /// elements from `first` on, in W. An element that was not in the window is taken as one that has not moved.
     pub(crate) fn push(&mut self, first: i64, forces: &[f64], displacement: &[f64]) -> f64 {
         let work = match self.rule.runge_kutta() {
             Some(method) => self.work_of_stages(method, first, forces, displacement),
@@ -74,7 +74,7 @@ impl ContactPower {
         work / self.time_step
     }
 
-    /// sum_i b_i F_i v_i dt over the stages.
+    /// Returns sum_i b_i F_i v_i dt over the stages.
     fn work_of_stages(&self, method: RungeKutta, first: i64, forces: &[f64], displacement: &[f64]) -> f64 {
         let (columns, last) = (self.columns, &self.earlier[0]);
         let (bases, weights) = (method.bases(), method.weights());
@@ -92,7 +92,7 @@ impl ContactPower {
         work
     }
 
-    /// The work in the step of a rule of one stage.
+    /// Returns the work in the step of a rule of one stage.
     fn work(&self, first: i64, forces: &[f64], displacement: &[f64]) -> f64 {
         let [last, before] = &self.earlier;
         let mut work = 0.0;

@@ -63,14 +63,14 @@ struct Followed {
     turning: f64,
 }
 
-/// Shift of an inextensional ring's wave of n periods by the rotation.
+/// Returns the shift of an inextensional ring's wave of n periods by the rotation.
 fn shift(n: usize, turning: f64) -> f64 {
     let n = n as f64;
     2.0 * n * turning / (n * n + 1.0)
 }
 
 impl Followed {
-    /// Where the branch is expected to go on, and how far from there it may \[Hz\].
+    /// Tells where the branch is expected to go on, and how far from there it may \[Hz\].
     fn next(&self) -> (f64, f64) {
         let next = self.first + self.waves.len();
         let numbers = (self.first..next).rev();
@@ -88,7 +88,7 @@ impl Followed {
         (square.max(0.0).sqrt() + shift(next, self.turning), jump * last.max(LOWEST) + split)
     }
 
-    /// The longest part with peaks of at least `least` and frequencies below `highest`.
+    /// Returns the longest part with peaks of at least `least` and frequencies below `highest`.
     fn shown(&self, direction: Option<Direction>, least: f64, highest: f64) -> Option<DispersionBranch> {
         let taken = |wave: &Wave| wave.peak >= least && wave.frequency < highest;
         let mut first = self.first;
@@ -104,9 +104,9 @@ impl Followed {
     }
 }
 
-/// The branches below `highest` \[Hz\] as a field shows them, of a tyre that turns (`angular_velocity` \[rad/s\],
-/// elements counted against it where it is negative) with the rotation, then against it; none if the model does not
-/// hold the field.
+/// Returns the branches below `highest` \[Hz\] as a field shows them, of a tyre that turns (`angular_velocity`
+/// \[rad/s\], elements counted against it where it is negative) with the rotation, then against it; none if the model
+/// does not hold the field.
 pub(crate) fn dispersion_branches(
     model: &RationalModel,
     angular_velocity: f64,
@@ -125,7 +125,7 @@ pub(crate) fn dispersion_branches(
     }
 }
 
-/// The branches of one direction, or of both where they are the same.
+/// Returns the branches of one direction, or of both where they are the same.
 fn branches_towards(
     model: &RationalModel,
     field: Field,
@@ -168,7 +168,7 @@ fn branches_towards(
     branches
 }
 
-/// The waves of n periods.
+/// Returns the waves of n periods.
 fn waves(model: &RationalModel, n: usize, field: Field, direction: Option<Direction>) -> Vec<Wave> {
     let Some(modes) = model.modes(n, field) else { return Vec::new() };
     let direction = direction.unwrap_or(Direction::Forwards);

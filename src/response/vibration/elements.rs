@@ -88,7 +88,8 @@ impl ElementVelocities {
         }
     }
 
-    /// Bytes that so many elements of so many fields take, the tables included, of a tyre that turns or of one at rest.
+    /// Returns the bytes that so many elements of so many fields take, the tables included, of a tyre that turns or of
+    /// one at rest.
     pub fn bytes(layout: &SegmentLayout, fields: usize, elements: usize, turns: bool) -> f64 {
         let (bins, length) = (layout.bins() as f64, layout.length() as f64);
         let points = (fields * elements) as f64;
@@ -96,7 +97,7 @@ impl ElementVelocities {
         fields as f64 * VelocityTable::bytes(layout, turns) + 8.0 * (parts + 7.0 * points * bins)
     }
 
-    /// Multiply-adds of a segment: a real transform takes about 5/4 K log2 K, a complex sum four.
+    /// Returns the multiply-adds of a segment: a real transform takes about 5/4 K log2 K, a complex sum four.
     pub fn multiply_adds(layout: &SegmentLayout, points: usize) -> f64 {
         let length = layout.length() as f64;
         let transform = 1.25 * length * length.log2();
@@ -208,7 +209,7 @@ impl Part {
         }
     }
 
-    /// Weighted forces of an element over the segment.
+    /// Returns the weighted forces of an element over the segment.
     fn passages(&mut self, element: usize, first: i64, force: impl Fn(usize, usize) -> f64) {
         let SegmentLayout { elements, substeps, revolutions, columns, phase, .. } = self.layout;
         self.series.fill(0.0);

@@ -90,12 +90,12 @@ impl HeardVelocity {
         Self { field: table.field(), values }
     }
 
-    /// Its field.
+    /// Returns its field.
     pub fn field(&self) -> VibrationField {
         self.field
     }
 
-    /// Bytes of one, of a tyre that turns or of one at rest.
+    /// Returns the bytes of one, of a tyre that turns or of one at rest.
     pub fn bytes(layout: &SegmentLayout, turns: bool) -> f64 {
         0.5 * VelocityTable::bytes(layout, turns)
     }
@@ -168,7 +168,7 @@ impl HeardPower {
         Self(waves.into_par_iter().map(forms).collect())
     }
 
-    /// Bytes of the forms of so many waves, of a tyre that turns or of one at rest.
+    /// Returns the bytes of the forms of so many waves, of a tyre that turns or of one at rest.
     pub fn bytes(layout: &SegmentLayout, waves: f64, turns: bool) -> f64 {
         let ways = if turns { 2.0 } else { 1.0 };
         4.0 * ways * waves * (products::count(layout.stages()) * layout.bins()) as f64

@@ -69,8 +69,8 @@ pub(crate) struct SharedBin {
 }
 
 impl SegmentLayout {
-    /// Revolutions for segments of about `segment` seconds in a record of `steps`; `None` if the record is shorter than
-    /// a revolution.
+    /// Returns the revolutions for segments of about `segment` seconds in a record of `steps`; `None` if the record is
+    /// shorter than a revolution.
     pub fn revolutions_for(segment: f64, revolution: u64, time_step: f64, steps: u64) -> Option<usize> {
         let fitting = steps / revolution;
         let wanted = (segment / (revolution as f64 * time_step)).round().clamp(1.0, 1e6) as u64;
@@ -92,7 +92,7 @@ impl SegmentLayout {
         self.revolutions * self.elements
     }
 
-    /// Base bins, 0..=K/(2q).
+    /// Returns the base bins, 0..=K/(2q).
     pub fn base_bins(&self) -> usize {
         self.base_length() / 2 + 1
     }
@@ -102,8 +102,8 @@ impl SegmentLayout {
         (self.places() + self.channels() * self.substeps * self.base_bins()) as u64
     }
 
-    /// Multiply-adds of a segment: real transforms over time, complex ones over the columns, two for every mean
-    /// product, or four for every channel of what is moved.
+    /// Returns the multiply-adds of a segment: real transforms over time, complex ones over the columns, two for every
+    /// mean product, or four for every channel of what is moved.
     pub fn multiply_adds(&self) -> f64 {
         let over_time = 0.5 * self.places() as f64 * transform_multiply_adds(self.base_length());
         let over_columns =
@@ -115,12 +115,12 @@ impl SegmentLayout {
         over_time + over_columns + (of_number * self.bins() * self.row()) as f64
     }
 
-    /// Bins of a one-sided spectrum, 0..=K/2.
+    /// Returns the bins of a one-sided spectrum, 0..=K/2.
     pub fn bins(&self) -> usize {
         self.length() / 2 + 1
     }
 
-    /// Instants of a step, each with forces of its own.
+    /// Returns the instants of a step, each with forces of its own.
     pub fn stages(&self) -> usize {
         self.rule.nodes().len()
     }
@@ -132,7 +132,7 @@ impl SegmentLayout {
         nodes.map(|(node, weight)| [weight, (node - 1.0) * self.time_step]).collect()
     }
 
-    /// Lateral components of the forces at an instant.
+    /// Returns the lateral components of the forces at an instant.
     pub fn components(&self) -> usize {
         match self.across {
             Across::Even => 1,
@@ -150,7 +150,7 @@ impl SegmentLayout {
         self.channels() * self.columns
     }
 
-    /// Pairs of a force of a step and a substep.
+    /// Returns the pairs of a force of a step and a substep.
     pub fn places(&self) -> usize {
         self.width() * self.substeps
     }
@@ -165,22 +165,22 @@ impl SegmentLayout {
         kept * self.wavenumbers()
     }
 
-    /// Wavenumbers -N/2..=N/2. The two ends are the same sequence of elements; each counts half.
+    /// Returns the wavenumbers -N/2..=N/2. The two ends are the same sequence of elements; each counts half.
     pub fn wavenumbers(&self) -> usize {
         self.elements + 1
     }
 
-    /// n of an index of [`Self::wavenumbers`].
+    /// Returns n of an index of [`Self::wavenumbers`].
     pub fn wavenumber(&self, index: usize) -> i64 {
         index as i64 - self.elements as i64 / 2
     }
 
-    /// Frequency distance of the bins \[Hz\].
+    /// Returns the frequency distance of the bins \[Hz\].
     pub fn resolution(&self) -> f64 {
         1.0 / (self.length() as f64 * self.time_step)
     }
 
-    /// The bins k = m K/q +- kappa, 0..=K/2, that a base bin kappa serves, rising; q of them at most, or one.
+    /// Returns the bins k = m K/q +- kappa, 0..=K/2, that a base bin kappa serves, rising; q of them at most, or one.
     pub(crate) fn shared_bins(&self, base: usize) -> impl Iterator<Item = SharedBin> + use<> {
         let (period, last) = (self.base_length(), self.length() / 2);
         let twice = base > 0 && 2 * base != period;
@@ -191,61 +191,63 @@ impl SegmentLayout {
         })
     }
 
-    /// Most bins that a base bin serves.
+    /// Returns the most bins that a base bin serves.
     pub fn most_shared(&self) -> usize {
         self.substeps
     }
 
-    /// Bin of the material frame, -K/2 < k' <= K/2, of the bin k and the wavenumber n in the non-rotating one.
+    /// Returns the bin of the material frame, -K/2 < k' <= K/2, of the bin k and the wavenumber n in the non-rotating
+    /// one.
     pub fn material_bin(&self, bin: usize, wavenumber: i64) -> i64 {
         let length = self.length() as i64;
         let shifted = (bin as i64 - wavenumber * self.revolutions as i64).rem_euclid(length);
         if 2 * shifted > length { shifted - length } else { shifted }
     }
 
-    /// The same between the bins: what a frequency in the non-rotating frame is to the material \[Hz\].
+    /// Returns the same between the bins: what a frequency in the non-rotating frame is to the material \[Hz\].
     pub fn material_frequency(&self, frequency: f64, wavenumber: i64) -> f64 {
         let shifted = frequency - wavenumber as f64 * self.revolutions as f64 * self.resolution();
         shifted - (shifted * self.time_step).round() / self.time_step
     }
 
-    /// How often the power of a bin counts that a one-sided spectrum lists once.
+    /// Tells how often the power of a bin counts that a one-sided spectrum lists once.
     pub fn sides(&self, bin: usize) -> f64 {
         if bin == 0 || 2 * bin == self.length() { 1.0 } else { 2.0 }
     }
 
-    /// How much of a wavenumber counts: the two ends half each.
+    /// Tells how much of a wavenumber counts: the two ends half each.
     pub fn share(&self, index: usize) -> f64 {
         if index == 0 || index == self.elements { 0.5 } else { 1.0 }
     }
 
-    /// Angular material frequency of a bin \[rad/s\].
+    /// Returns the angular material frequency of a bin \[rad/s\].
     pub fn angular_frequency(&self, bin: usize) -> f64 {
         2.0 * PI * bin as f64 * self.resolution()
     }
 
-    /// Substep of a step of a segment.
+    /// Returns the substep of a step of a segment.
     pub fn phase_of(&self, step: usize) -> usize {
         (self.phase + step) % self.substeps
     }
 
-    /// Place of a force, counted channel after channel, at a step of a segment.
+    /// Returns the place of a force, counted channel after channel, at a step of a segment.
     pub fn place(&self, step: usize, force: usize) -> usize {
         force * self.substeps + self.phase_of(step)
     }
 
-    /// First step of a segment at a substep.
+    /// Returns the first step of a segment at a substep.
     pub fn first_step(&self, phase: usize) -> usize {
         (phase + self.substeps - self.phase) % self.substeps
     }
 
-    /// exp(-2 pi i k l_p/K): the transform of a substep p begins with its first step l_p.
+    /// Returns exp(-2 pi i k l_p/K): the transform of a substep p begins with its first step l_p.
     pub(super) fn delay(&self, bin: usize, phase: usize) -> Complex64 {
         let turns = (bin * self.first_step(phase)) as f64 / self.length() as f64;
         Complex64::from_polar(1.0, -2.0 * PI * turns)
     }
 
-    /// Weight of a step of a segment: the sine window; its square and that of the neighbour segment add to 1.
+    /// Returns the weight of a step of a segment: the sine window; its square and that of the neighbour segment add to
+    /// 1.
     pub fn weight(&self, step: usize) -> f64 {
         (PI * (step as f64 + 0.5) / self.length() as f64).sin()
     }

@@ -69,8 +69,8 @@ pub(crate) use spectra::{
 pub use transfer::{TransferKind, TyreResponse, VibrationField};
 pub(crate) use velocity_table::VelocityTable;
 
-/// Bytes of the sums over the forces with the points and elements of so many fields, of a tyre that turns or of one at
-/// rest.
+/// Returns the bytes of the sums over the forces with the points and elements of so many fields, of a tyre that turns
+/// or of one at rest.
 pub(crate) fn point_bytes(layout: &SegmentLayout, fields: usize, vibration: &Vibration, turns: bool) -> f64 {
     let sums = VibrationAccumulator::bytes(layout, fields * vibration.points.len());
     match vibration.elements.len() {

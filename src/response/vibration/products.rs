@@ -13,7 +13,7 @@ pub(super) const fn count(stages: usize) -> usize {
     stages * stages
 }
 
-/// Pairs of stages i < j in the order of their numbers.
+/// Returns the pairs of stages i < j in the order of their numbers.
 fn pairs(stages: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..stages).flat_map(move |i| (i + 1..stages).map(move |j| (i, j)))
 }
@@ -39,7 +39,7 @@ pub(super) fn add(
     }
 }
 
-/// Weights of |sum_i Y_i F_i|^2.
+/// Returns the weights of |sum_i Y_i F_i|^2.
 pub(super) fn weights_of_square(stages: usize, transfer: impl Fn(usize) -> Complex64, out: &mut [f64]) {
     (0..stages).for_each(|i| out[i] = transfer(i).norm_sqr());
     for (slot, (i, j)) in pairs(stages).enumerate() {
@@ -48,7 +48,7 @@ pub(super) fn weights_of_square(stages: usize, transfer: impl Fn(usize) -> Compl
     }
 }
 
-/// Weights of Re sum_ij conj F_i M_ij F_j.
+/// Returns the weights of Re sum_ij conj F_i M_ij F_j.
 pub(super) fn weights_of_power(stages: usize, matrix: impl Fn(usize, usize) -> Complex64, out: &mut [f64]) {
     (0..stages).for_each(|i| out[i] = matrix(i, i).re);
     for (slot, (i, j)) in pairs(stages).enumerate() {
@@ -57,7 +57,7 @@ pub(super) fn weights_of_power(stages: usize, matrix: impl Fn(usize, usize) -> C
     }
 }
 
-/// The form with these weights, from its numbers. At the negative of their frequency, where all transfers are
+/// Returns the form with these weights, from its numbers. At the negative of their frequency, where all transfers are
 /// conjugate, imaginary parts count the other way round.
 pub(super) fn form(stages: usize, weights: &[f64], negative: bool, product: impl Fn(usize) -> f64) -> f64 {
     let mut sum = weights[0] * product(0);

@@ -105,12 +105,12 @@ impl Share {
         Keeper { layout: self.layout, heard: self.heard.clone() }
     }
 
-    /// Number of the first row of a base bin.
+    /// Returns the number of the first row of a base bin.
     pub(super) fn first_row(&self, base: usize) -> usize {
         (base - self.bases.start) * self.layout.most_shared()
     }
 
-    /// v of a point for given transforms of the places.
+    /// Returns v of a point for given transforms of the places.
     pub(super) fn at_point(
         &self,
         point: usize,
@@ -127,8 +127,8 @@ impl Share {
         })
     }
 
-    /// F_n(k) of all bins that share a base bin, for given transforms of the places: `visit(slot, bin, row)`, the row
-    /// by channel and wavenumber.
+    /// Returns F_n(k) of all bins that share a base bin, for given transforms of the places: `visit(slot, bin, row)`,
+    /// the row by channel and wavenumber.
     pub(super) fn waves_at(
         &mut self,
         base: usize,

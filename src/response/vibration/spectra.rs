@@ -75,14 +75,14 @@ pub(crate) struct Dissipation {
 }
 
 impl Dissipation {
-    /// Both together.
+    /// Returns both together.
     pub(crate) fn total(&self) -> f64 {
         self.mean_pattern + self.vibration
     }
 }
 
-/// Spectra of all fields, and the power that the forces' work dissipates; `None` where the response does not have a
-/// field.
+/// Returns the spectra of all fields, and the power that the forces' work dissipates; `None` where the response does
+/// not have a field.
 pub(crate) fn field_spectra(
     patch: &PatchSpectra,
     response: &TyreResponse<'_>,
@@ -207,7 +207,7 @@ impl Dissipation {
     }
 }
 
-/// Spectra of the fields whose velocities were heard of resolved forces, in their order.
+/// Returns the spectra of the fields whose velocities were heard of resolved forces, in their order.
 pub(crate) fn heard_spectra(patch: &PatchSpectra, fields: &[VibrationField], maps: bool) -> Vec<FieldSpectra> {
     let layout = &patch.layout;
     let width = layout.wavenumbers();
@@ -226,7 +226,7 @@ pub(crate) fn heard_spectra(patch: &PatchSpectra, fields: &[VibrationField], map
     fields.iter().enumerate().map(of_field).collect()
 }
 
-/// The power that resolved forces put in and the tyre dissipates.
+/// Returns the power that resolved forces put in and the tyre dissipates.
 pub(crate) fn heard_dissipation(patch: &PatchSpectra) -> Dissipation {
     let layout = &patch.layout;
     let mut dissipation = Dissipation::default();
@@ -238,12 +238,12 @@ pub(crate) fn heard_dissipation(patch: &PatchSpectra) -> Dissipation {
     dissipation
 }
 
-/// Bins of a map's row.
+/// Returns the bins of a map's row.
 fn bins_of_row(layout: &SegmentLayout) -> usize {
     layout.bins().div_ceil(MOST_ROWS)
 }
 
-/// One-sided powers as a spectrum.
+/// Returns the one-sided powers as a spectrum.
 fn spectrum(layout: &SegmentLayout, power: Vec<f64>) -> PowerSpectrum {
     PowerSpectrum {
         mean: 0.0,
@@ -258,12 +258,12 @@ fn one_sided(layout: &SegmentLayout, powers: &[f64]) -> PowerSpectrum {
     spectrum(layout, powers.iter().enumerate().map(|(bin, power)| layout.sides(bin) * power).collect())
 }
 
-/// Spectrum at a point of the non-rotating frame.
+/// Returns the spectrum at a point of the non-rotating frame.
 pub(crate) fn point_spectrum(patch: &PatchSpectra, point: usize) -> PowerSpectrum {
     one_sided(&patch.layout, &patch.points[point])
 }
 
-/// Spectrum at an element, the mean pattern that passes it left out.
+/// Returns the spectrum at an element, the mean pattern that passes it left out.
 pub(crate) fn element_spectrum(patch: &PatchSpectra, point: usize) -> PowerSpectrum {
     one_sided(&patch.layout, &patch.elements[point])
 }

@@ -66,14 +66,14 @@ impl<'a> ScaledModes<'a> {
         !self.modes.odd.is_empty()
     }
 
-    /// The odd part, of a tyre that turns.
+    /// Returns the odd part, of a tyre that turns.
     pub(super) fn odd(&self) -> Option<ScaledModes<'a>> {
         let modes = self.modes;
         let odd = Modes { residues: modes.odd, odd: &[], constant: self.odd_constant, ..modes };
         self.turns().then_some(ScaledModes { modes: odd, own: 0.0, odd_constant: 0.0, ..*self })
     }
 
-    /// D \[m/N\].
+    /// Returns D \[m/N\].
     fn constant(&self) -> f64 {
         self.scale * self.modes.constant + self.own
     }
@@ -139,7 +139,7 @@ impl StageTransfer {
         }
     }
 
-    /// The poles with `numerators(R, z, G, q)`.
+    /// Returns the poles with `numerators(R, z, G, q)`.
     fn poles(
         &self,
         tyre: &ScaledModes<'_>,

@@ -34,7 +34,7 @@ pub enum VibrationField {
 }
 
 impl VibrationField {
-    /// Its name in results.
+    /// Returns its name in results.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Tread => "tread",
@@ -54,8 +54,8 @@ pub enum TransferKind {
 }
 
 impl TransferKind {
-    /// s at the angular frequency w \[rad/s\] for a rule and a time step \[s\]: for a Runge-Kutta rule i w, which its
-    /// displacements are multiplied with.
+    /// Returns s at the angular frequency w \[rad/s\] for a rule and a time step \[s\]: for a Runge-Kutta rule i w,
+    /// which its displacements are multiplied with.
     pub fn symbol(self, rule: TimeRule, angular_frequency: f64, time_step: f64) -> Complex64 {
         let exact = Complex64::new(0.0, angular_frequency);
         if self == Self::Rule && rule.is_multistep() && angular_frequency != 0.0 {
@@ -79,7 +79,7 @@ pub struct TyreResponse<'a> {
 }
 
 impl TyreResponse<'_> {
-    /// The modes of a wavenumber n >= 0 with the residues of a field; `None` where they are not there.
+    /// Returns the modes of a wavenumber n >= 0 with the residues of a field; `None` where they are not there.
     fn modes(&self, n: usize, field: VibrationField) -> Option<ScaledModes<'_>> {
         let mut odd_constant = 0.0;
         let modes = match field {
@@ -100,9 +100,9 @@ impl TyreResponse<'_> {
         self.model.turns()
     }
 
-    /// s H_n(s) \[m/(N s)\] of a field for every s of a list, n >= 0, into `out`; whether the field is there. The
-    /// tangential displacement is odd in n and this times i. Of a tyre that turns the even part E_n of H_n, and for the
-    /// tangential displacement that of H_n/i.
+    /// Returns s H_n(s) \[m/(N s)\] of a field for every s of a list, n >= 0, into `out`; whether the field is there.
+    /// The tangential displacement is odd in n and this times i. Of a tyre that turns the even part E_n of H_n, and for
+    /// the tangential displacement that of H_n/i.
     pub fn velocities(&self, n: usize, field: VibrationField, symbols: &[Complex64], out: &mut [Complex64]) -> bool {
         let Some(modes) = self.modes(n, field) else { return false };
         velocities_of(&modes, symbols, out);
@@ -121,7 +121,7 @@ fn velocities_of(
     }
 }
 
-/// s at the bins 0..=K/2 of the material frame.
+/// Returns s at the bins 0..=K/2 of the material frame.
 pub fn symbols(layout: &SegmentLayout, kind: TransferKind) -> Vec<Complex64> {
     (0..layout.bins()).map(|bin| kind.symbol(layout.rule, layout.angular_frequency(bin), layout.time_step)).collect()
 }
@@ -180,8 +180,8 @@ impl Transfers {
         Self { stages: layout.stages(), symbols, way }
     }
 
-    /// Velocities of a field by a part of H_n for unit force at each stage \[m/(N s)\], stages x bins, n >= 0; whether
-    /// the field is there.
+    /// Returns the velocities of a field by a part of H_n for unit force at each stage \[m/(N s)\], stages x bins, n >=
+    /// 0; whether the field is there.
     pub(super) fn velocities(
         &self,
         tyre: &TyreResponse<'_>,
@@ -212,7 +212,7 @@ impl Transfers {
         }
     }
 
-    /// Forms linear in H_n, `rows` x bins, of waves that run either way.
+    /// Returns the forms linear in H_n, `rows` x bins, of waves that run either way.
     fn both_ways(
         &self,
         modes: &ScaledModes<'_>,
@@ -231,7 +231,7 @@ impl Transfers {
         self.both_ways(modes, self.stages, |modes, out| self.velocities_of(modes, out))
     }
 
-    /// Weights of the stages' products in the power that forces put in, bin by bin.
+    /// Returns the weights of the stages' products in the power that forces put in, bin by bin.
     pub(super) fn forms_of_power(&self, modes: &ScaledModes<'_>) -> BothWays<Vec<f64>> {
         self.powers(modes, || self.velocities_both_ways(modes)).map(|matrices| self.weights_of_power(matrices))
     }
@@ -246,8 +246,8 @@ impl Transfers {
         powers
     }
 
-    /// The forms of a wavenumber n >= 0, that of the power where the velocity is the one that forces work on; `None` if
-    /// the field is not there.
+    /// Returns the forms of a wavenumber n >= 0, that of the power where the velocity is the one that forces work on;
+    /// `None` if the field is not there.
     pub(super) fn forms(&self, tyre: &TyreResponse<'_>, n: usize, field: VibrationField) -> Option<BothWays<Forms>> {
         let (stages, bins) = (self.stages, self.symbols.len());
         let modes = tyre.modes(n, field)?;
@@ -268,7 +268,7 @@ impl Transfers {
         Some(forms)
     }
 
-    /// The matrices of the power put in, stages x stages x bins, of a tyre with these velocities.
+    /// Returns the matrices of the power put in, stages x stages x bins, of a tyre with these velocities.
     fn powers(
         &self,
         tyre: &ScaledModes<'_>,

@@ -41,8 +41,8 @@ impl VelocityTable {
         Self::resolved(layout, &[(1.0, *response)], kind, field)
     }
 
-    /// The same of forces that are resolved across, by component the share that is observed of what it moves, and how
-    /// the tyre answers it.
+    /// Returns the same of forces that are resolved across, by component the share that is observed of what it moves,
+    /// and how the tyre answers it.
     pub fn resolved(
         layout: &SegmentLayout,
         responses: &[(f64, TyreResponse<'_>)],
@@ -77,7 +77,7 @@ impl VelocityTable {
         Some(Self { field, layout: *layout, values: BothWays::of_parts(even, odd) })
     }
 
-    /// Its field.
+    /// Returns its field.
     pub(super) fn field(&self) -> VibrationField {
         self.field
     }
@@ -87,14 +87,14 @@ impl VelocityTable {
         &self.values
     }
 
-    /// The bins of a channel at a wavenumber, or a distance, 0..=N/2.
+    /// Returns the bins of a channel at a wavenumber, or a distance, 0..=N/2.
     fn bins_of(&self, channel: usize, n: usize) -> Range<usize> {
         let (channels, bins) = (self.layout.channels(), self.layout.bins());
         let first = (n * channels + channel) * bins;
         first..first + bins
     }
 
-    /// Y_n of a channel's force at a bin of the material frame, wavenumber and bin negative or not \[m/(N s)\].
+    /// Returns Y_n of a channel's force at a bin of the material frame, wavenumber and bin negative or not \[m/(N s)\].
     pub(super) fn at(&self, channel: usize, wavenumber: i64, material_bin: i64) -> Complex64 {
         let row = self.bins_of(channel, wavenumber.unsigned_abs() as usize).start;
         let value = self.values.of(wavenumber, material_bin)[row + material_bin.unsigned_abs() as usize];
@@ -136,7 +136,7 @@ impl VelocityTable {
         }
     }
 
-    /// T_d of a channel's force at the bins of the material frame as a factor and what it multiplies, after
+    /// Returns T_d of a channel's force at the bins of the material frame as a factor and what it multiplies, after
     /// [`Self::turn_to_distances`].
     pub(super) fn over_distance(&self, channel: usize, distance: i64) -> (f64, &[Complex64]) {
         let elements = self.layout.elements;
@@ -153,13 +153,14 @@ impl VelocityTable {
         }
     }
 
-    /// Bytes of a table, of a tyre that turns or of one at rest.
+    /// Returns the bytes of a table, of a tyre that turns or of one at rest.
     pub fn bytes(layout: &SegmentLayout, turns: bool) -> f64 {
         let one = 16.0 * (layout.elements as f64 / 2.0 + 1.0) * (layout.channels() * layout.bins()) as f64;
         if turns { 2.0 * one } else { one }
     }
 
-    /// Velocity at a position from the axle \[m\] for unit force at each place, by bin of the non-rotating frame.
+    /// Returns the velocity at a position from the axle \[m\] for unit force at each place, by bin of the non-rotating
+    /// frame.
     pub(in crate::response) fn at_position(&self, position: f64) -> impl FnMut(usize, &mut [Complex64]) + '_ {
         let layout = self.layout;
         let SegmentLayout { elements, substeps, columns, .. } = layout;

@@ -27,7 +27,8 @@ const MOST_DECIMALS: usize = 3;
 const LARGEST_PLAIN: f64 = 1e6;
 
 impl Axis {
-    /// A linear axis over exactly `range`, in the unit that `title` names. An empty or non-finite range becomes 0 to 1.
+    /// Returns a linear axis over exactly `range`, in the unit that `title` names. An empty or non-finite range becomes
+    /// 0 to 1.
     pub(crate) fn linear(title: impl Into<String>, range: Range<f64>) -> Self {
         let range = sound(range, 0.0..1.0);
         let step = round_step((range.end - range.start) / TICKS);
@@ -37,8 +38,8 @@ impl Axis {
         Self { title: title.into(), scale: Scale::Linear, range, ticks, minor: Vec::new() }
     }
 
-    /// A linear axis that holds all of `values` with a margin, ends on round numbers and does not blow a constant up to
-    /// noise.
+    /// Returns a linear axis that holds all of `values` with a margin, ends on round numbers and does not blow a
+    /// constant up to noise.
     pub(crate) fn linear_around(title: impl Into<String>, values: impl IntoIterator<Item = f64>) -> Self {
         let (low, high) = extent(values);
         let margin = 0.05 * (high - low).max(1e-6 * high.abs().max(low.abs())).max(f64::MIN_POSITIVE);
@@ -47,7 +48,7 @@ impl Axis {
         Self::linear(title, range)
     }
 
-    /// A logarithmic axis over exactly `range`; both ends positive, else 1 to 10.
+    /// Returns a logarithmic axis over exactly `range`; both ends positive, else 1 to 10.
     pub(crate) fn logarithmic(title: impl Into<String>, range: Range<f64>) -> Self {
         let range = sound(range, 1.0..10.0);
         let range = if range.start > 0.0 { range } else { 1.0..10.0 };
@@ -77,7 +78,7 @@ impl Axis {
         Self { title: title.into(), scale: Scale::Logarithmic, range, ticks, minor }
     }
 
-    /// A logarithmic axis from `below` times the smallest to `above` times the largest of `values`.
+    /// Returns a logarithmic axis from `below` times the smallest to `above` times the largest of `values`.
     pub(crate) fn logarithmic_around(
         title: impl Into<String>,
         values: impl IntoIterator<Item = f64>,
@@ -87,8 +88,8 @@ impl Axis {
         Self::logarithmic(title, below * low..above * high)
     }
 
-    /// An axis from minus to plus `largest` that follows the root of the value: small ones are not lost beside large
-    /// ones.
+    /// Returns an axis from minus to plus `largest` that follows the root of the value: small ones are not lost beside
+    /// large ones.
     pub(crate) fn signed_root(title: impl Into<String>, largest: f64) -> Self {
         let largest = if largest > 0.0 && largest.is_finite() { largest } else { 1.0 };
         // Labels of two digits: they stand beside a bar of colours, and the axis' title must have its place.
@@ -101,12 +102,12 @@ impl Axis {
         Self { title: title.into(), scale: Scale::SignedRoot, range: -largest..largest, ticks, minor: Vec::new() }
     }
 
-    /// An axis with ticks of one's own.
+    /// Returns an axis with ticks of one's own.
     pub(super) fn with_ticks(title: impl Into<String>, range: Range<f64>, ticks: Vec<(f64, String)>) -> Self {
         Self { title: title.into(), scale: Scale::Linear, range, ticks, minor: Vec::new() }
     }
 
-    /// An axis of words, at 0, 1, 2, ...
+    /// Returns an axis of words, at 0, 1, 2, ...
     pub(crate) fn of_words(title: impl Into<String>, words: &[&str]) -> Self {
         let ticks = words.iter().enumerate().map(|(place, word)| (place as f64, (*word).to_owned())).collect();
         Self::with_ticks(title, -0.5..words.len() as f64 - 0.5, ticks)
@@ -118,18 +119,18 @@ impl Axis {
         tick.map_or_else(|| four_digits(value), |(_, label)| label.clone())
     }
 
-    /// The axis' title, unit included.
+    /// Returns the axis' title, unit included.
     pub(crate) fn title(&self) -> &str {
         &self.title
     }
 
-    /// Its two ends.
+    /// Returns its two ends.
     pub(crate) fn range(&self) -> Range<f64> {
         self.range.clone()
     }
 
-    /// Where a value lies, as a part of the axis' length; outside \[0, 1\]: beside it. NaN where a logarithm has no
-    /// value.
+    /// Tells where a value lies, as a part of the axis' length; outside \[0, 1\]: beside it. NaN where a logarithm has
+    /// no value.
     pub(super) fn place(&self, value: f64) -> f64 {
         match self.scale {
             Scale::Linear => (value - self.range.start) / (self.range.end - self.range.start),
@@ -141,7 +142,7 @@ impl Axis {
         }
     }
 
-    /// The value at a part of the axis' length.
+    /// Returns the value at a part of the axis' length.
     pub(super) fn value(&self, place: f64) -> f64 {
         let Range { start, end } = self.range;
         match self.scale {
@@ -162,7 +163,7 @@ impl Axis {
     }
 }
 
-/// A value with four digits.
+/// Returns a value with four digits.
 pub(crate) fn four_digits(value: f64) -> String {
     let size = value.abs();
     if (1e-3..1e6).contains(&size) {
@@ -175,7 +176,7 @@ pub(crate) fn four_digits(value: f64) -> String {
     }
 }
 
-/// Smallest and largest finite value; 0 and 1 if there is none.
+/// Returns the smallest and largest finite value; 0 and 1 if there is none.
 pub(super) fn extent(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     let (low, high) = values
         .into_iter()
@@ -189,7 +190,7 @@ fn sound(range: Range<f64>, otherwise: Range<f64>) -> Range<f64> {
     if usable { range } else { otherwise }
 }
 
-/// The smallest of 1, 2, 2.5, 5 times a power of ten that is not below `step`.
+/// Returns the smallest of 1, 2, 2.5, 5 times a power of ten that is not below `step`.
 fn round_step(step: f64) -> f64 {
     let power = 10.0_f64.powf(step.log10().floor());
     [1.0, 2.0, 2.5, 5.0, 10.0]
@@ -199,8 +200,8 @@ fn round_step(step: f64) -> f64 {
         .unwrap_or(step)
 }
 
-/// A multiple of a step, with the digits that all multiples up to a largest one have; with a power of ten where they
-/// would not find room beside an axis.
+/// Returns a multiple of a step, with the digits that all multiples up to a largest one have; with a power of ten where
+/// they would not find room beside an axis.
 fn multiple(value: f64, step: f64, largest: f64) -> String {
     let power = |of: f64| (of * (1.0 + 1e-9)).log10().floor() as i32;
     // 2.5 times a power of ten has a digit more than the others.
@@ -233,7 +234,7 @@ fn power_label(value: f64) -> String {
     }
 }
 
-/// A hyphen is no minus sign.
+/// Returns a hyphen is no minus sign.
 fn with_minus(text: String) -> String {
     text.replace('-', "\u{2212}")
 }

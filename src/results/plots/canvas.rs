@@ -60,23 +60,23 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    /// A frame in shown pixels: left, right, top, bottom.
+    /// Returns a frame in shown pixels: left, right, top, bottom.
     pub(super) fn of(x: Range<i32>, y: Range<i32>) -> Self {
         Self { x: x.start * FINE..x.end * FINE, y: y.start * FINE..y.end * FINE }
     }
 
-    /// Horizontal position of a part of the width.
+    /// Returns the horizontal position of a part of the width.
     pub(super) fn across(&self, part: f64) -> i32 {
         self.x.start + (part * f64::from(self.x.end - self.x.start)).round() as i32
     }
 
-    /// Vertical position of a part of the height, from the bottom.
+    /// Returns the vertical position of a part of the height, from the bottom.
     pub(super) fn up(&self, part: f64) -> i32 {
         self.y.end - (part * f64::from(self.y.end - self.y.start)).round() as i32
     }
 }
 
-/// Width in shown pixels that a legend with these names needs; about 7.5 a letter.
+/// Returns the width in shown pixels that a legend with these names needs; about 7.5 a letter.
 pub(super) fn legend_width<'a>(names: impl Iterator<Item = &'a str>) -> i32 {
     let letters = names.map(|name| name.chars().count()).max().unwrap_or(0);
     if letters == 0 { 0 } else { 45 + (letters as i32 * 15).min(600) / 2 }
@@ -118,12 +118,12 @@ pub(super) enum Form {
 }
 
 impl Form {
-    /// Those for curves come in turn.
+    /// Returns those for curves come in turn.
     pub(super) fn of_curve(index: usize) -> Self {
         [Self::Circle, Self::Square, Self::Triangle, Self::Diamond, Self::Tip][index % 5]
     }
 
-    /// Corners in units of the half size; none of a circle.
+    /// Returns the corners in units of the half size; none of a circle.
     fn corners(self) -> Vec<(f64, f64)> {
         match self {
             Self::Circle => Vec::new(),
@@ -352,7 +352,7 @@ impl Sheet<'_> {
         self.line(corners, INK, 1.0);
     }
 
-    /// Colour bar in `frame` with its ticks and title on the right.
+    /// Returns the colour bar in `frame` with its ticks and title on the right.
     pub(super) fn colour_bar(&mut self, frame: &Frame, axis: &Axis, colour: impl Fn(f64) -> RGBColor, levels: usize) {
         for level in 0..levels {
             let part = |count: f64| count / levels as f64;
@@ -373,7 +373,7 @@ impl Sheet<'_> {
         }
     }
 
-    /// Lines at an axis' ticks, from one end to the other of where a place is.
+    /// Returns the lines at an axis' ticks, from one end to the other of where a place is.
     fn grid_lines(&mut self, axis: &Axis, ends: impl Fn(f64) -> [(i32, i32); 2]) {
         let minor = axis.minor_ticks().map(|place| (place, FAINT_GRID));
         for (place, colour) in minor.chain(axis.ticks().map(|(place, _)| (place, GRID))) {
@@ -382,7 +382,7 @@ impl Sheet<'_> {
     }
 }
 
-/// A text that viewers show where the pointer is on the element around it.
+/// Returns a text that viewers show where the pointer is on the element around it.
 pub(super) fn told(text: &str) -> String {
     let escaped = text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
     format!("<title>{escaped}</title>")

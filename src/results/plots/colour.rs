@@ -44,17 +44,17 @@ const LINES: [RGBColor; 7] = [
 /// Colour of levels that a run does not vouch for.
 pub(super) const UNVOUCHED: RGBColor = RGBColor(190, 190, 190);
 
-/// Colour of the part `fraction` of a range, cut to \[0, 1\].
+/// Returns the colour of the part `fraction` of a range, cut to \[0, 1\].
 pub(super) fn viridis(fraction: f64) -> RGBColor {
     between(&VIRIDIS, fraction)
 }
 
-/// Colour of the part `fraction` of a range whose middle is zero: blue below, red above.
+/// Returns the colour of the part `fraction` of a range whose middle is zero: blue below, red above.
 pub(super) fn diverging(fraction: f64) -> RGBColor {
     between(&DIVERGING, fraction)
 }
 
-/// A colour between the points of a map.
+/// Returns a colour between the points of a map.
 fn between(points: &[[u8; 3]], fraction: f64) -> RGBColor {
     let position = fraction.clamp(0.0, 1.0) * (points.len() - 1) as f64;
     let below = (position as usize).min(points.len() - 2);
@@ -66,7 +66,7 @@ fn between(points: &[[u8; 3]], fraction: f64) -> RGBColor {
     RGBColor(channel(0), channel(1), channel(2))
 }
 
-/// Colour of the n-th line; they come round again after seven.
+/// Returns the colour of the n-th line; they come round again after seven.
 pub(super) fn line(index: usize) -> RGBColor {
     LINES[index % LINES.len()]
 }

@@ -39,7 +39,7 @@ pub(crate) struct ComparisonPlot<'a> {
 }
 
 impl ComparisonPlot<'_> {
-    /// The picture as SVG.
+    /// Returns the picture as SVG.
     ///
     /// # Errors
     /// [`PlotError::Draw`].

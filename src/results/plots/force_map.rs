@@ -30,7 +30,7 @@ pub(crate) struct ForceMap<'a> {
 }
 
 impl ForceMap<'_> {
-    /// The picture as SVG: position in the patch (the axle at 0, rolling to the right) across, time upwards.
+    /// Returns the picture as SVG: position in the patch (the axle at 0, rolling to the right) across, time upwards.
     ///
     /// # Errors
     /// [`PlotError::Shape`] if the arrays differ in length or no step lies in the time shown, [`PlotError::Draw`].
@@ -68,14 +68,14 @@ impl ForceMap<'_> {
         map.to_svg()
     }
 
-    /// Place of element `first_element + column` in whole elements from the axle, at a step.
+    /// Returns the place of element `first_element + column` in whole elements from the axle, at a step.
     fn place(&self, step: usize, column: usize) -> i64 {
         let element = (self.first_element[step] + column as i64) as f64;
         let x = element * self.element_length - (self.start + self.speed * self.time[step]);
         (x / self.element_length).round() as i64
     }
 
-    /// The places that carry force at any of the steps, with two elements of air on either side.
+    /// Returns the places that carry force at any of the steps, with two elements of air on either side.
     fn columns(&self, steps: &Range<usize>) -> Range<i64> {
         let loaded = steps.clone().flat_map(|step| {
             let row = self.force.row(step);

@@ -56,7 +56,7 @@ pub(crate) struct HeatMap<'a> {
 }
 
 impl HeatMap<'_> {
-    /// The picture as SVG.
+    /// Returns the picture as SVG.
     ///
     /// # Errors
     /// [`PlotError::Shape`] without cells, [`PlotError::Draw`].
@@ -64,7 +64,7 @@ impl HeatMap<'_> {
         self.to_svg_under(&[])
     }
 
-    /// The picture as SVG with curves over it, given in the units of the axes and cut at the frame.
+    /// Returns the picture as SVG with curves over it, given in the units of the axes and cut at the frame.
     ///
     /// # Errors
     /// As [`Self::to_svg`].
@@ -115,8 +115,8 @@ fn averaged(values: ArrayView2<'_, f64>, most_rows: usize, most_columns: usize) 
     })
 }
 
-/// All cells as SVG: units of one cell, one path per colour, one stroke per run. Strokes are a tenth of a cell wider
-/// and longer than their cells: viewers that smooth every edge would show seams.
+/// Returns all cells as SVG: units of one cell, one path per colour, one stroke per run. Strokes are a tenth of a cell
+/// wider and longer than their cells: viewers that smooth every edge would show seams.
 fn cells_as_paths(cells: &Array2<f64>, frame: &Frame, bar: &Axis, colours: fn(f64) -> RGBColor) -> String {
     let (rows, columns) = cells.dim();
     let level = |value: f64| {

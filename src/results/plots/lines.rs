@@ -40,7 +40,7 @@ pub(crate) struct LinePlot<'a> {
 }
 
 impl LinePlot<'_> {
-    /// The picture as SVG.
+    /// Returns the picture as SVG.
     ///
     /// # Errors
     /// [`PlotError::Draw`].
@@ -48,8 +48,8 @@ impl LinePlot<'_> {
         self.to_svg_vouched(|_, _| true)
     }
 
-    /// The same; points that are not vouched for, by the numbers of their curve and of themselves in it, and the lines
-    /// to them are grey.
+    /// Returns the same; points that are not vouched for, by the numbers of their curve and of themselves in it, and
+    /// the lines to them are grey.
     ///
     /// # Errors
     /// [`PlotError::Draw`].
@@ -91,7 +91,7 @@ impl LinePlot<'_> {
         })
     }
 
-    /// Where curves leave the picture: for each part of a curve that does, its number, the place at the edge, its
+    /// Tells where curves leave the picture: for each part of a curve that does, its number, the place at the edge, its
     /// furthest value and whether that is above.
     fn beyond(&self, frame: &Frame) -> Vec<(usize, (i32, i32), String, bool)> {
         let mut all = Vec::new();
@@ -148,7 +148,7 @@ impl LinePlot<'_> {
         strips.iter().enumerate().filter_map(told).collect()
     }
 
-    /// The curve in drawn units, in as many pieces as it has interruptions.
+    /// Returns the curve in drawn units, in as many pieces as it has interruptions.
     fn stretches(&self, series: &Series<'_>, frame: &Frame) -> Vec<Vec<(i32, i32)>> {
         let placed = |&(x, y): &(f64, f64)| (self.x.place(x), self.y.place(y));
         series
@@ -165,7 +165,7 @@ fn sound((x, y): (f64, f64)) -> bool {
     x.is_finite() && y.is_finite()
 }
 
-/// Parts of a curve inside the unit square; where it crosses an edge it gets a point there.
+/// Returns the parts of a curve inside the unit square; where it crosses an edge it gets a point there.
 pub(super) fn cut(points: &[(f64, f64)]) -> Vec<Vec<(f64, f64)>> {
     let mut pieces: Vec<Vec<(f64, f64)>> = Vec::new();
     let mut open: Vec<(f64, f64)> = Vec::new();
@@ -184,7 +184,7 @@ pub(super) fn cut(points: &[(f64, f64)]) -> Vec<Vec<(f64, f64)>> {
     pieces
 }
 
-/// The part of a segment inside the unit square (Liang and Barsky 1984).
+/// Returns the part of a segment inside the unit square (Liang and Barsky 1984).
 fn clipped(a: (f64, f64), b: (f64, f64)) -> Option<((f64, f64), (f64, f64))> {
     let (dx, dy) = (b.0 - a.0, b.1 - a.1);
     let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
@@ -204,7 +204,7 @@ fn clipped(a: (f64, f64), b: (f64, f64)) -> Option<((f64, f64), (f64, f64))> {
     (enter <= leave).then_some((start, end))
 }
 
-/// First, lowest, highest and last point of each column of the picture, in their order.
+/// Returns the first, lowest, highest and last point of each column of the picture, in their order.
 fn thinned(points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     if points.len() <= 4 * COLUMNS {
         return points;

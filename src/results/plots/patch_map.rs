@@ -25,7 +25,7 @@ pub(crate) struct PatchMap<'a> {
 }
 
 impl PatchMap<'_> {
-    /// The picture as SVG, in mm from the axle's foot, true to scale unless the stretch is too long for that.
+    /// Returns the picture as SVG, in mm from the axle's foot, true to scale unless the stretch is too long for that.
     ///
     /// # Errors
     /// [`PlotError::Shape`] without cells, [`PlotError::Draw`].

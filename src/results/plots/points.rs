@@ -35,7 +35,7 @@ pub(crate) struct PointPlot<'a> {
 }
 
 impl PointPlot<'_> {
-    /// The picture as SVG.
+    /// Returns the picture as SVG.
     ///
     /// # Errors
     /// [`PlotError::Draw`].
@@ -77,7 +77,7 @@ impl PointPlot<'_> {
 }
 
 impl PointSeries<'_> {
-    /// The mean value at every place, from the left; where points are missing a mean is one of other things.
+    /// Returns the mean value at every place, from the left; where points are missing a mean is one of other things.
     fn means(&self) -> Vec<(f64, f64)> {
         let mut points = self.points.clone();
         points.sort_by(|one, other| one.0.total_cmp(&other.0));

@@ -31,7 +31,7 @@ pub(crate) struct PolarPlot<'a> {
 }
 
 impl PolarPlot<'_> {
-    /// The picture as SVG.
+    /// Returns the picture as SVG.
     ///
     /// # Errors
     /// [`PlotError::Draw`].
@@ -99,13 +99,13 @@ impl PolarPlot<'_> {
     }
 }
 
-/// A direction \[degrees\] and a part of the radius in drawn units.
+/// Returns a direction \[degrees\] and a part of the radius in drawn units.
 fn place(frame: &Frame, angle: f64, radius: f64) -> (i32, i32) {
     let (sin, cos) = angle.to_radians().sin_cos();
     (frame.across(0.5 - 0.5 * radius * sin), frame.up(0.5 + 0.5 * radius * cos))
 }
 
-/// Where a pointer is told what lies at a place.
+/// Tells where a pointer is told what lies at a place.
 fn around(at: i32, frame: &Frame) -> Range<i32> {
     let reach = (REACH / 440.0 * f64::from(frame.x.end - frame.x.start)) as i32;
     at - reach..at + reach

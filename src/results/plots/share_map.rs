@@ -31,7 +31,7 @@ pub(crate) struct ShareMap<'a> {
 }
 
 impl ShareMap<'_> {
-    /// The picture as SVG. Between the frequencies it shows the nearest one.
+    /// Returns the picture as SVG. Between the frequencies it shows the nearest one.
     ///
     /// # Errors
     /// [`PlotError::Shape`] for fewer than two frequencies or rows that are no shares, [`PlotError::Draw`].
@@ -60,7 +60,7 @@ impl ShareMap<'_> {
         .to_svg_under(self.curves)
     }
 
-    /// The frequency that is shown in a row.
+    /// Returns the frequency that is shown in a row.
     fn nearest(&self, lowest: f64, highest: f64, row: usize) -> usize {
         let wanted = lowest * (highest / lowest).powf((row as f64 + 0.5) / ROWS as f64);
         let above = self.frequencies.partition_point(|&frequency| frequency < wanted).min(self.frequencies.len() - 1);

@@ -23,7 +23,8 @@ pub(crate) struct ThirdOctavePlot<'a> {
 }
 
 impl ThirdOctavePlot<'_> {
-    /// The picture as SVG: one spectrum as bars, several as steps; grey where the run does not vouch for the level.
+    /// Returns the picture as SVG: one spectrum as bars, several as steps; grey where the run does not vouch for the
+    /// level.
     ///
     /// # Errors
     /// [`PlotError::Shape`] without a band, [`PlotError::Draw`].
@@ -84,7 +85,7 @@ impl ThirdOctavePlot<'_> {
         })
     }
 
-    /// How far off a level may be by all that is known \[dB\].
+    /// Tells how far off a level may be by all that is known \[dB\].
     fn error_of(&self, level: &BandLevel) -> Option<f64> {
         self.errors.total(level.band).filter(|_| level.valid)
     }
@@ -110,7 +111,8 @@ impl ThirdOctavePlot<'_> {
     }
 }
 
-/// Bands are evenly spaced on a logarithmic axis: their numbers are its coordinate. Octaves are labelled, from 1 kHz.
+/// Returns the bands are evenly spaced on a logarithmic axis: their numbers are its coordinate. Octaves are labelled,
+/// from 1 kHz.
 fn frequency_axis(first: i32, last: i32) -> Axis {
     let every = if last - first < 15 { 1 } else { 3 };
     let ticks = (first..=last)

@@ -30,7 +30,7 @@ pub(crate) struct WavenumberPlot<'a> {
 }
 
 impl WavenumberPlot<'_> {
-    /// The picture as SVG: waves round the tyre across, frequency upwards, spectral density as colour.
+    /// Returns the picture as SVG: waves round the tyre across, frequency upwards, spectral density as colour.
     ///
     /// # Errors
     /// [`PlotError::Shape`] for a map without cells, [`PlotError::Draw`].
@@ -67,8 +67,8 @@ impl WavenumberPlot<'_> {
         map.to_svg_under(&self.curves())
     }
 
-    /// Each branch in its direction, with the rotation to the right, or in both; where the rotation turns a wave's
-    /// frequency negative it is seen as its mirror image.
+    /// Returns each branch in its direction, with the rotation to the right, or in both; where the rotation turns a
+    /// wave's frequency negative it is seen as its mirror image.
     fn curves(&self) -> Vec<Vec<(f64, f64)>> {
         let curve = |branch: &DispersionBranch, direction: f64| {
             let waves = (branch.first..).map(|n| direction * n as f64);

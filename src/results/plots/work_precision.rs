@@ -51,7 +51,7 @@ pub(crate) struct WorkPrecisionPlot<'a> {
 }
 
 impl WorkPrecisionPlot<'_> {
-    /// The picture as SVG.
+    /// Returns the picture as SVG.
     ///
     /// # Errors
     /// [`PlotError::Draw`].
@@ -131,14 +131,14 @@ impl Area {
         Self(x - width, x + width, y - height, y + height)
     }
 
-    /// Overlapping part, in drawn units squared.
+    /// Returns the overlapping part, in drawn units squared.
     fn shared(self, other: Self) -> i64 {
         let overlap = |a: (i32, i32), b: (i32, i32)| i64::from((a.1.min(b.1) - a.0.max(b.0)).max(0));
         overlap((self.0, self.1), (other.0, other.1)) * overlap((self.2, self.3), (other.2, other.3))
     }
 }
 
-/// Where a mark's name hides least: right of it, left, above, below, or further away in these directions.
+/// Tells where a mark's name hides least: right of it, left, above, below, or further away in these directions.
 fn beside(name: &str, (x, y): (i32, i32), frame: &Frame, taken: &[Area]) -> ((i32, i32), Anchor, Area) {
     let width = LETTER * name.chars().count() as i32;
     let mut best: Option<(i64, (i32, i32), Anchor, Area)> = None;

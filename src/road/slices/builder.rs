@@ -43,7 +43,7 @@ pub struct SliceScratch {
 }
 
 impl SliceBuilder {
-    /// The slice's highest point counts, flat: S(y) = y.
+    /// Returns the slice's highest point counts, flat: S(y) = y.
     ///
     /// # Errors
     /// [`SliceError::Empty`] for no columns.
@@ -59,7 +59,7 @@ impl SliceBuilder {
         Self::new(Law::Winkler, columns)
     }
 
-    /// An elastic half-space pressed on cells of `length` along the road by `pitch` across it \[m\].
+    /// Returns an elastic half-space pressed on cells of `length` along the road by `pitch` across it \[m\].
     ///
     /// # Errors
     /// [`SliceError::Empty`] for no columns, [`SliceError::Length`] for a cell without size, [`SliceError::MayShrink`]
@@ -87,7 +87,7 @@ impl SliceBuilder {
         Ok(Self { law, columns, lines: 1, tolerance: 0.0 })
     }
 
-    /// Slices of so many lines of cells along the element instead of one.
+    /// Returns the slices of so many lines of cells along the element instead of one.
     ///
     /// # Errors
     /// [`SliceError::Empty`] for none.
@@ -111,12 +111,12 @@ impl SliceBuilder {
         Ok(self)
     }
 
-    /// Cells of one slice.
+    /// Returns the cells of one slice.
     pub fn cells(&self) -> usize {
         self.lines * self.columns
     }
 
-    /// The curve of one slice.
+    /// Returns the curve of one slice.
     ///
     /// `heights`: one height \[m\] per cell, line by line.
     ///
@@ -131,7 +131,7 @@ impl SliceBuilder {
         Ok(self.curve(heights, scratch))
     }
 
-    /// The curve of as many finite heights as there are cells.
+    /// Returns the curve of as many finite heights as there are cells.
     fn curve(&self, heights: &[f64], scratch: &mut SliceScratch) -> StiffnessCurve {
         match &self.law {
             Law::Flat => StiffnessCurve::flat(heights.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
@@ -143,8 +143,8 @@ impl SliceBuilder {
         }
     }
 
-    /// The curve of one slice, and the pressure/E* of every cell at each of the penetrations `at` \[m\] past the
-    /// highest point (0 at or above it).
+    /// Returns the curve of one slice, and the pressure/E* of every cell at each of the penetrations `at` \[m\] past
+    /// the highest point (0 at or above it).
     ///
     /// On the half-space as solved for the builder's own cells. The independent springs of [`Self::winkler`] and the
     /// rigid lines of [`Self::flat`] know no cells: they are given the stiffness of the flat line on cells of `length`
@@ -193,7 +193,8 @@ impl SliceBuilder {
         Ok((curve, pressures))
     }
 
-    /// The curves of many slices, in parallel on the current rayon pool; the same bits for any number of threads.
+    /// Returns the curves of many slices, in parallel on the current rayon pool; the same bits for any number of
+    /// threads.
     ///
     /// `heights`: slice by slice, line by line \[m\].
     ///

@@ -37,13 +37,13 @@ pub(crate) struct Piece {
 const CLOSEST: f64 = 1e-12;
 
 impl StiffnessCurve {
-    /// A flat slice: S(y) = y.
+    /// Returns a flat slice: S(y) = y.
     pub fn flat(peak: f64) -> Self {
         Self { peak, penetration: Box::new([]), displacement: Box::new([]), final_slope: 1.0, error: 0.0 }
     }
 
-    /// S(y) = sum over k of w_k max(0, y - y_k), with sum of the weights w_k = 1: the form in which both slice laws
-    /// come.
+    /// Returns S(y) = sum over k of w_k max(0, y - y_k), with sum of the weights w_k = 1: the form in which both slice
+    /// laws come.
     ///
     /// `events` are the pairs (y_k, w_k) by non-decreasing y_k >= 0 \[m\]; y_k that are equal, up to a picometre,
     /// become one breakpoint, for a slope between them would be rounding; those at y_k = 0 only set the initial slope.
@@ -75,7 +75,7 @@ impl StiffnessCurve {
         Self { peak, penetration: penetration.into(), displacement: displacement.into(), final_slope: 1.0, error: 0.0 }
     }
 
-    /// S(y); for y <= 0 the gap y itself (no contact).
+    /// Returns S(y); for y <= 0 the gap y itself (no contact).
     pub fn displacement_at(&self, y: f64) -> f64 {
         if y <= 0.0 {
             return y;
@@ -84,12 +84,13 @@ impl StiffnessCurve {
         s0 + slope * (y - y0)
     }
 
-    /// The normalised stiffness s(y) = dS/dy, in \[0, 1\]; at a breakpoint the one to its right, and 0 for y < 0.
+    /// Returns the normalised stiffness s(y) = dS/dy, in \[0, 1\]; at a breakpoint the one to its right, and 0 for y <
+    /// 0.
     pub fn stiffness_at(&self, y: f64) -> f64 {
         if y < 0.0 { 0.0 } else { self.segment(self.segment_index(y)).2 }
     }
 
-    /// The penetration y >= 0 at which S(y) is so much \[m\]: S^-1, and 0 for nothing or less.
+    /// Returns the penetration y >= 0 at which S(y) is so much \[m\]: S^-1, and 0 for nothing or less.
     ///
     /// Where S is level, as it is for rounding only, the first such y.
     pub fn penetration_at(&self, displacement: f64) -> f64 {
@@ -100,30 +101,31 @@ impl StiffnessCurve {
         if slope > 0.0 { y0 + (displacement - s0) / slope } else { y0 }
     }
 
-    /// A linear piece by its number, see [`Self::segment_index`].
+    /// Returns a linear piece by its number, see [`Self::segment_index`].
     pub(crate) fn piece(&self, number: usize) -> Piece {
         let (start, from, slope) = self.segment(number);
         let to = self.penetration.get(number).copied().unwrap_or(f64::INFINITY);
         Piece { slope, intercept: start - slope * from, from, to }
     }
 
-    /// Number of the linear piece that holds `y`: the number of breakpoints at or below it.
+    /// Returns the number of the linear piece that holds `y`: the number of breakpoints at or below it.
     pub fn segment_index(&self, y: f64) -> usize {
         self.penetration.partition_point(|&breakpoint| breakpoint <= y)
     }
 
-    /// The same, looked for from a piece near which it is likely: a few comparisons that a processor foretells.
+    /// Returns the same, looked for from a piece near which it is likely: a few comparisons that a processor foretells.
     pub fn segment_index_near(&self, y: f64, near: usize) -> usize {
         self.walk(near, |k| self.penetration[k] <= y)
     }
 
-    /// Number of the piece that holds the penetration w at which w + `excess` S(w) = y > 0, `excess` > -1; likewise.
+    /// Returns the number of the piece that holds the penetration w at which w + `excess` S(w) = y > 0, `excess` > -1;
+    /// likewise.
     pub fn segment_index_in_series(&self, y: f64, excess: f64, near: usize) -> usize {
         // The left side grows with w, because no slope is above 1.
         self.walk(near, |k| self.penetration[k] + excess * self.displacement[k] <= y)
     }
 
-    /// Number of breakpoints passed, from a guess; those passed come first.
+    /// Returns the number of breakpoints passed, from a guess; those passed come first.
     fn walk(&self, guess: usize, passed: impl Fn(usize) -> bool) -> usize {
         let mut above = guess.min(self.penetration.len());
         while above < self.penetration.len() && passed(above) {
@@ -135,7 +137,7 @@ impl StiffnessCurve {
         above
     }
 
-    /// Start value, start and slope of the piece before breakpoint `above`.
+    /// Returns the start value, start and slope of the piece before breakpoint `above`.
     fn segment(&self, above: usize) -> (f64, f64, f64) {
         let (y0, s0) = match above {
             0 => (0.0, 0.0),

@@ -62,7 +62,7 @@ impl SliceError {
     }
 }
 
-/// Place of the first height that is not finite.
+/// Returns the place of the first height that is not finite.
 fn first_hole(heights: &[f64]) -> Option<usize> {
     /// Heights that are looked at together.
     const BLOCK: usize = 64;

@@ -17,7 +17,7 @@ use crate::half_space::{GrowingContact, LineInfluence};
 /// that carry energy, are 4 to 8 mm long; elements were about 4 mm long where both laws were compared.
 pub(crate) const CELL_LENGTH: f64 = 4e-3;
 
-/// The half-space curve of finite heights \[m\], line by line, one per cell of `line`; the rest is scratch.
+/// Returns the half-space curve of finite heights \[m\], line by line, one per cell of `line`; the rest is scratch.
 pub(super) fn curve(
     line: &LineInfluence,
     heights: &[f64],

@@ -15,8 +15,8 @@
 
 use super::StiffnessCurve;
 
-/// The curve with the fewest breakpoints within `tolerance` \[m\] of `curve`, its `error` the largest |S_reduced - S|
-/// over all y >= 0, found at the breakpoints of both; `tolerance` <= 0 leaves the curve as it is.
+/// Returns the curve with the fewest breakpoints within `tolerance` \[m\] of `curve`, its `error` the largest
+/// |S_reduced - S| over all y >= 0, found at the breakpoints of both; `tolerance` <= 0 leaves the curve as it is.
 pub(super) fn reduce(curve: StiffnessCurve, tolerance: f64) -> StiffnessCurve {
     if tolerance <= 0.0 || curve.penetration.is_empty() {
         return curve;
@@ -73,13 +73,13 @@ pub(super) fn reduce(curve: StiffnessCurve, tolerance: f64) -> StiffnessCurve {
     reduced
 }
 
-/// Largest difference of two curves of equal final slope: it is attained at a breakpoint of either. Cost: linear in
-/// breakpoints.
+/// Returns the largest difference of two curves of equal final slope: it is attained at a breakpoint of either. Cost:
+/// linear in breakpoints.
 pub(super) fn largest_difference(a: &StiffnessCurve, b: &StiffnessCurve) -> f64 {
     one_way(a, b).max(one_way(b, a))
 }
 
-/// Largest difference at the breakpoints of `a`.
+/// Returns the largest difference at the breakpoints of `a`.
 fn one_way(a: &StiffnessCurve, b: &StiffnessCurve) -> f64 {
     let (mut number, mut piece, mut largest) = (0, b.piece(0), 0.0_f64);
     for (&y, &s) in a.penetration.iter().zip(&a.displacement) {

@@ -29,7 +29,7 @@ pub(crate) struct LevelStatistics {
     pub stiffness: Spread,
 }
 
-/// Statistics of curves at each of `penetrations` \[m\]; None without curves.
+/// Returns the statistics of curves at each of `penetrations` \[m\]; None without curves.
 pub(crate) fn statistics(curves: &[StiffnessCurve], penetrations: &[f64]) -> Option<Vec<LevelStatistics>> {
     let mut values = Vec::with_capacity(curves.len());
     penetrations
@@ -47,7 +47,7 @@ pub(crate) fn statistics(curves: &[StiffnessCurve], penetrations: &[f64]) -> Opt
         .collect()
 }
 
-/// Spread of the values, which are sorted; quantiles are those of the nearest rank.
+/// Returns the spread of the values, which are sorted; quantiles are those of the nearest rank.
 fn spread(values: &mut [f64]) -> Option<Spread> {
     values.sort_unstable_by(f64::total_cmp);
     let last = values.len().checked_sub(1)?;

@@ -36,7 +36,7 @@ const CROWDED: f64 = 2.4;
 /// Most bins for a cell: with more, sorting is as fast.
 const MOST_BINS: usize = 2;
 
-/// The Winkler curve of finite heights \[m\] within `tolerance`.
+/// Returns the Winkler curve of finite heights \[m\] within `tolerance`.
 ///
 /// No heights have no highest point: they give [`StiffnessCurve::flat`] of minus infinity. Callers check first.
 pub(super) fn curve(heights: &[f64], tolerance: f64, scratch: &mut Scratch) -> StiffnessCurve {
@@ -54,7 +54,7 @@ pub(super) fn curve(heights: &[f64], tolerance: f64, scratch: &mut Scratch) -> S
     StiffnessCurve::from_events(peak, depths.iter().map(|&depth| (f64::from_bits(depth), weight)))
 }
 
-/// The curve by bins with its largest error; none where bins are of no use.
+/// Returns the curve by bins with its largest error; none where bins are of no use.
 fn binned(heights: &[f64], peak: f64, range: f64, tolerance: f64, scratch: &mut Scratch) -> Option<StiffnessCurve> {
     /// Adding it leaves a whole number in the last bits of the mantissa.
     const ROUND: f64 = (1_u64 << 52) as f64;
@@ -91,7 +91,7 @@ fn binned(heights: &[f64], peak: f64, range: f64, tolerance: f64, scratch: &mut 
     (error <= tolerance).then(|| StiffnessCurve { error, ..StiffnessCurve::from_events(peak, events.iter().copied()) })
 }
 
-/// Lowest and highest height, lane by lane.
+/// Returns the lowest and highest height, lane by lane.
 fn extremes(heights: &[f64]) -> (f64, f64) {
     const LANES: usize = 8;
     let (mut low, mut high) = ([f64::INFINITY; LANES], [f64::NEG_INFINITY; LANES]);
@@ -114,7 +114,7 @@ mod tests {
 
     use super::*;
 
-    /// The integral itself.
+    /// Returns the integral itself.
     fn brute_force(heights: &[f64], y: f64) -> f64 {
         let peak = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         heights.iter().map(|z| (y - (peak - z)).max(0.0)).sum::<f64>() / heights.len() as f64

@@ -10,7 +10,7 @@ use crate::storage::array::Array;
 /// Largest share of missing heights.
 const MISSING_ALLOWED: f64 = 0.2;
 
-/// Number of columns, from the array's header.
+/// Returns the number of columns, from the array's header.
 ///
 /// # Errors
 /// As [`read`], as far as the header tells.
@@ -18,7 +18,7 @@ pub(super) fn columns(spec: &GridRoad) -> Result<usize, RoadError> {
     Ok(open(spec)?.1.1)
 }
 
-/// The file behind its header, rows and columns.
+/// Returns the file behind its header, rows and columns.
 fn open(spec: &GridRoad) -> Result<(Array, (usize, usize)), RoadError> {
     let path = &spec.file;
     let fault = |fault: FileFault| RoadError::file(path, fault);

@@ -42,27 +42,27 @@ pub struct HeightMap {
 }
 
 impl HeightMap {
-    /// Number of rows.
+    /// Returns the number of rows.
     pub fn rows(&self) -> usize {
         self.heights.len() / self.columns.max(1)
     }
 
-    /// Road coordinate of the last row \[m\]; the first is at 0.
+    /// Returns the road coordinate of the last row \[m\]; the first is at 0.
     pub fn end(&self) -> f64 {
         (self.rows() as f64 - 1.0) * self.dx
     }
 
-    /// One column.
+    /// Returns one column.
     pub fn column(&self, column: usize) -> Vec<f64> {
         self.heights.iter().skip(column).step_by(self.columns).copied().collect()
     }
 
-    /// Which heights of a column are missing in the file; empty where none of the map is.
+    /// Tells which heights of a column are missing in the file; empty where none of the map is.
     pub fn missing_of(&self, column: usize) -> Vec<bool> {
         self.missing.iter().skip(column).step_by(self.columns).copied().collect()
     }
 
-    /// Highest minus lowest \[m\].
+    /// Returns the highest minus lowest \[m\].
     pub fn span(&self) -> f64 {
         let (low, high) = self
             .heights
@@ -71,7 +71,7 @@ impl HeightMap {
         high - low
     }
 
-    /// The same, refused where it is larger than any texture's: the heights are most likely in millimetres.
+    /// Returns the same, refused where it is larger than any texture's: the heights are most likely in millimetres.
     pub fn plausible_span(&self) -> Result<f64, RoadError> {
         let (span, allowed) = (self.span(), LARGEST_SPAN);
         if span > allowed {
@@ -141,7 +141,7 @@ pub(crate) fn remove_plane(heights: &mut [f64], columns: usize) {
     }
 }
 
-/// An index reflected at the ends of 0..count, the end samples not doubled.
+/// Returns an index reflected at the ends of 0..count, the end samples not doubled.
 pub(crate) fn reflected(index: i64, count: i64) -> usize {
     if (0..count).contains(&index) {
         return index as usize;
@@ -154,7 +154,7 @@ pub(crate) fn reflected(index: i64, count: i64) -> usize {
     (if folded < count { folded } else { period - folded }) as usize
 }
 
-/// Which heights are missing (NaN); empty where none is.
+/// Tells which heights are missing (NaN); empty where none is.
 pub(crate) fn missing(heights: &[f64]) -> Vec<bool> {
     let all = || heights.iter().map(|height| height.is_nan());
     if all().any(|hole| hole) { all().collect() } else { Vec::new() }

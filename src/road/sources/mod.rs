@@ -64,7 +64,7 @@ impl Source {
     }
 }
 
-/// A surface with the levels of a profile.
+/// Returns a surface with the levels of a profile.
 fn isotropic(spec: &ProfileRoad, bytes: u64, report: &mut RoadReport) -> Result<Design, RoadError> {
     let map = profile::read(spec, bytes, report)?;
     let spacing = ISOTROPIC_SPACING.max(map.dx);
@@ -86,9 +86,9 @@ fn isotropic(spec: &ProfileRoad, bytes: u64, report: &mut RoadReport) -> Result<
 }
 
 impl Lattice {
-    /// The lattice for a road: cells across and along as the scene says; else those of a grid that covers the contact
-    /// width exactly, its rows falling on the middle of each element and an odd number of them on its length; one
-    /// column for roads that are level across; else cells of about [`Road::cell`].
+    /// Returns the lattice for a road: cells across and along as the scene says; else those of a grid that covers the
+    /// contact width exactly, its rows falling on the middle of each element and an odd number of them on its length;
+    /// one column for roads that are level across; else cells of about [`Road::cell`].
     ///
     /// # Errors
     /// A grid's file that cannot be read (its header is needed); dx or width not positive.

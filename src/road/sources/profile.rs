@@ -103,7 +103,7 @@ fn metres(unit: LengthUnit) -> f64 {
     }
 }
 
-/// Where the column titles of a CAPTIF file start: byte offset and line number (from 1).
+/// Tells where the column titles of a CAPTIF file start: byte offset and line number (from 1).
 fn captif_data(bytes: &[u8]) -> Option<(usize, u64)> {
     let mark = b"*****DATA*****";
     // The mark ends a short header; a search through megabytes of numbers would find nothing.
@@ -181,7 +181,7 @@ fn csv_points(spec: &ProfileRoad, bytes: &[u8]) -> Result<Vec<Point>, RoadError>
     Ok(points)
 }
 
-/// Column (from 0) of a name or number (from 1), looked up in the file's first line.
+/// Returns the column (from 0) of a name or number (from 1), looked up in the file's first line.
 fn column_number(wanted: Option<&str>, default: usize, titles: &csv::ByteRecord) -> Result<usize, FileFault> {
     let Some(wanted) = wanted else { return Ok(default) };
     let names: Vec<String> = titles.iter().map(|title| String::from_utf8_lossy(title).into_owned()).collect();
@@ -218,7 +218,7 @@ fn point(record: &csv::ByteRecord, line: u64, columns: [usize; 2], factors: [f64
     Ok(Point { distance: number(0, "distance", false)?, height: number(1, "height", true)? })
 }
 
-/// Sorted by distance, points at one distance averaged.
+/// Returns the sorted by distance, points at one distance averaged.
 fn sorted(mut points: Vec<Point>, notes: &mut Vec<RoadNote>) -> Result<Vec<Point>, FileFault> {
     let steps = points.windows(2).filter(|pair| pair[1].distance < pair[0].distance).count();
     if steps > 0 {
@@ -289,8 +289,8 @@ struct Uniform {
     missing: Vec<bool>,
 }
 
-/// Spacing and heights on a uniform lattice from the first point to the last: linear interpolation between valid
-/// points. Refuses a profile most of which would be invented, in particular one with a far outlying distance.
+/// Returns the spacing and heights on a uniform lattice from the first point to the last: linear interpolation between
+/// valid points. Refuses a profile most of which would be invented, in particular one with a far outlying distance.
 fn uniform(points: &[Point], notes: &mut Vec<RoadNote>) -> Result<Uniform, FileFault> {
     let first = points[0].distance;
     let span = points[points.len() - 1].distance - first;

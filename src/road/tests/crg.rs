@@ -11,7 +11,7 @@ fn read(path: &std::path::Path) -> Crg {
     Crg::read(path, 1 << 30).unwrap()
 }
 
-/// One of the small roads that come with OpenCRG.
+/// Returns one of the small roads that come with OpenCRG.
 fn handmade(name: &str) -> PathBuf {
     reference(&format!("roads/handmade_{name}.crg"))
 }
@@ -30,7 +30,7 @@ fn height(row: usize, column: usize) -> f64 {
     f64::from((1e-3 * ((row * 3 + column * 5) as f64).sin()) as f32)
 }
 
-/// A file of one of the formats, `payload` changed by `change`.
+/// Returns a file of one of the formats, `payload` changed by `change`.
 fn make(format: &str, extra: &str, hole: Option<(usize, usize)>) -> Vec<u8> {
     let mut text = format!(
         "$CT\nmade by a test\n$\n$ROAD_CRG\nreference_line_start_u = 100\nreference_line_end_u = {}\n\

@@ -12,7 +12,7 @@ fn texture(target: &TargetSpectrum, lattice: Lattice) -> Texture {
     Texture::new(&design, lattice, 1 << 30).unwrap()
 }
 
-/// A band of waves by itself: 25 to 10 mm, as high as those of asphalt.
+/// Returns a band of waves by itself: 25 to 10 mm, as high as those of asphalt.
 fn short_waves() -> TargetSpectrum {
     TargetSpectrum::third_octaves(&[0.025, 0.02, 0.016, 0.0125, 0.01], &[46.0, 46.8, 46.2, 45.6, 43.1]).unwrap()
 }

@@ -72,8 +72,8 @@ fn is_too_coarse(spacing: f64) -> bool {
     spacing > COARSEST * (1.0 + 1e-9)
 }
 
-/// Depth of each segment of a profile \[m\]; `None` where it is not valid. No segments for a profile shorter than one,
-/// or so coarse that half a segment has fewer than two points.
+/// Returns the depth of each segment of a profile \[m\]; `None` where it is not valid. No segments for a profile
+/// shorter than one, or so coarse that half a segment has fewer than two points.
 fn segment_depths(heights: &[f64], missing: &[bool], spacing: f64) -> Vec<Option<f64>> {
     let per_segment = (SEGMENT_LENGTH / spacing).round() as usize;
     if per_segment < 4 {
@@ -97,7 +97,7 @@ fn segment_depths(heights: &[f64], missing: &[bool], spacing: f64) -> Vec<Option
     segments.map(|(number, segment)| valid(number).then(|| depth(segment))).collect()
 }
 
-/// Depth of one segment \[m\], which loses its line.
+/// Returns the depth of one segment \[m\], which loses its line.
 fn depth(segment: &mut [f64]) -> f64 {
     remove_line(segment);
     let (left, right) = segment.split_at(segment.len() / 2);
@@ -129,7 +129,7 @@ fn low_pass(profile: &mut [f64], spacing: f64) {
 mod tests {
     use super::*;
 
-    /// A cosine with its peaks in the middle between points, even about the middle of every segment.
+    /// Returns a cosine with its peaks in the middle between points, even about the middle of every segment.
     fn cosine(amplitude: f64, wavelength: f64, spacing: f64, points: usize) -> Vec<f64> {
         let phase = |i: usize| 2.0 * PI * (i as f64 + 0.5) * spacing / wavelength;
         (0..points).map(|i| amplitude * phase(i).cos()).collect()

@@ -26,23 +26,23 @@ pub(crate) fn mid_wavelength(band: i32) -> f64 {
     10_f64.powf(f64::from(band) / 10.0)
 }
 
-/// Number of the band whose mid-wavelength is nearest on the logarithmic scale.
+/// Returns the number of the band whose mid-wavelength is nearest on the logarithmic scale.
 pub(crate) fn nearest_band(wavelength: f64) -> i32 {
     (10.0 * wavelength.log10()).round() as i32
 }
 
-/// Lower and upper edge of a band in wavenumber (cycles per metre).
+/// Returns the lower and upper edge of a band in wavenumber (cycles per metre).
 pub(crate) fn band_edges(band: i32) -> (f64, f64) {
     let mid = 1.0 / mid_wavelength(band);
     (mid * 10_f64.powf(-0.05), mid * 10_f64.powf(0.05))
 }
 
-/// A mean square \[m^2\] as texture level, dB re 1e-6 m; minus infinity for zero.
+/// Returns a mean square \[m^2\] as texture level, dB re 1e-6 m; minus infinity for zero.
 pub(crate) fn level(mean_square: f64) -> f64 {
     10.0 * (mean_square / (REFERENCE_HEIGHT * REFERENCE_HEIGHT)).log10()
 }
 
-/// The mean square \[m^2\] of a texture level, dB re 1e-6 m.
+/// Returns the mean square \[m^2\] of a texture level, dB re 1e-6 m.
 pub(crate) fn mean_square(level: f64) -> f64 {
     REFERENCE_HEIGHT * REFERENCE_HEIGHT * 10_f64.powf(level / 10.0)
 }
@@ -82,7 +82,7 @@ impl OverallLevel {
         Self::of(levels, -12..=-3)
     }
 
-    /// The energy sum of those bands that are valid.
+    /// Returns the energy sum of those bands that are valid.
     fn of(levels: &[TextureLevel], bands: RangeInclusive<i32>) -> Option<Self> {
         let inside = levels.iter().filter(|at| at.valid && bands.contains(&nearest_band(at.wavelength)));
         let wavelengths: Vec<f64> = inside.clone().map(|at| at.wavelength).collect();
@@ -105,7 +105,7 @@ pub(crate) struct BandFit {
 }
 
 impl BandFit {
-    /// How far the level is from the one asked for \[dB\].
+    /// Tells how far the level is from the one asked for \[dB\].
     pub(crate) fn deviation(&self) -> f64 {
         (self.fitted - self.target).abs()
     }
@@ -120,7 +120,7 @@ pub struct ProfileSpectrum {
 }
 
 impl ProfileSpectrum {
-    /// An empty average for profiles of `points` heights, `spacing` \[m\] apart.
+    /// Returns an empty average for profiles of `points` heights, `spacing` \[m\] apart.
     pub fn new(points: usize, spacing: f64) -> Self {
         Self { line: 1.0 / (points as f64 * spacing), power: vec![0.0; points / 2 + 1], profiles: 0 }
     }
@@ -154,7 +154,7 @@ impl ProfileSpectrum {
         self.profiles += 1;
     }
 
-    /// Mean square \[m^2\] between two wavenumbers (cycles per metre).
+    /// Returns the mean square \[m^2\] between two wavenumbers (cycles per metre).
     pub fn energy(&self, lower: f64, upper: f64) -> f64 {
         let from = ((lower / self.line - 0.5).floor().max(0.0)) as usize;
         let to = ((upper / self.line + 0.5).ceil() as usize + 1).min(self.power.len());
@@ -163,21 +163,21 @@ impl ProfileSpectrum {
         sum / self.profiles.max(1) as f64
     }
 
-    /// All lines but the mean: wavenumber (cycles per metre) and mean square \[m^2\].
+    /// Returns all lines but the mean: wavenumber (cycles per metre) and mean square \[m^2\].
     pub fn lines(&self) -> impl Iterator<Item = (f64, f64)> {
         let profiles = self.profiles.max(1) as f64;
         let lines = self.power.iter().enumerate().skip(1);
         lines.map(move |(index, power)| (index as f64 * self.line, power / profiles))
     }
 
-    /// Level of one third-octave band, dB re 1e-6 m.
+    /// Returns the level of one third-octave band, dB re 1e-6 m.
     pub fn level(&self, band: i32) -> f64 {
         let (lower, upper) = band_edges(band);
         level(self.energy(lower, upper))
     }
 
-    /// Levels of all bands between two wavelengths \[m\], bands wholly inside, longest wavelength first; a band without
-    /// any texture has no level and is left out.
+    /// Returns the levels of all bands between two wavelengths \[m\], bands wholly inside, longest wavelength first; a
+    /// band without any texture has no level and is left out.
     pub fn levels(&self, longest: f64, shortest: f64) -> Vec<TextureLevel> {
         bands_between(longest, shortest)
             .map(|band| {
@@ -190,7 +190,7 @@ impl ProfileSpectrum {
     }
 }
 
-/// Share of a spectrum's line, a cell one `spacing` wide, between two wavenumbers.
+/// Returns the share of a spectrum's line, a cell one `spacing` wide, between two wavenumbers.
 pub(crate) fn line_inside(index: usize, spacing: f64, lower: f64, upper: f64) -> f64 {
     let centre = index as f64;
     ((upper / spacing).min(centre + 0.5) - (lower / spacing).max(centre - 0.5)).clamp(0.0, 1.0)

@@ -9,7 +9,7 @@ pub(crate) fn remove_line(heights: &mut [f64]) {
     }
 }
 
-/// Mean and slope per sample of the least-squares line, about the middle of the profile.
+/// Returns the mean and slope per sample of the least-squares line, about the middle of the profile.
 pub(crate) fn line_of(heights: &[f64]) -> (f64, f64) {
     let count = heights.len() as f64;
     let middle = 0.5 * (count - 1.0);
@@ -19,7 +19,7 @@ pub(crate) fn line_of(heights: &[f64]) -> (f64, f64) {
     (mean, if inertia > 0.0 { moment / inertia } else { 0.0 })
 }
 
-/// Root mean square about the mean \[m\].
+/// Returns the root mean square about the mean \[m\].
 pub(crate) fn rms(heights: &[f64]) -> f64 {
     let count = heights.len().max(1) as f64;
     let mean = heights.iter().sum::<f64>() / count;

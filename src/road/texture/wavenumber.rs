@@ -16,7 +16,8 @@ pub(crate) const LONGEST: f64 = 0.2239;
 /// Shortest wave that counts \[m\]: the lower edge of the third octave of 4 mm, two cells of 2 mm.
 pub(crate) const SHORTEST: f64 = 0.00355;
 
-/// Mean wavenumber `<k_x>` along a profile \[rad/m\] from third-octave (or narrower) bands; `None` without any height.
+/// Returns the mean wavenumber `<k_x>` along a profile \[rad/m\] from third-octave (or narrower) bands; `None` without
+/// any height.
 pub(crate) fn of_bands(bands: &[BandFit]) -> Option<f64> {
     let waves = |from: f64, to: f64| {
         let inside = bands.iter().filter(|band| (from..=to).contains(&band.wavelength));
@@ -25,7 +26,7 @@ pub(crate) fn of_bands(bands: &[BandFit]) -> Option<f64> {
     waves(SHORTEST, LONGEST).or_else(|| waves(0.0, f64::INFINITY))
 }
 
-/// Mean wavenumber `<k_x>` along profiles \[rad/m\] from their spectrum; `None` without any height.
+/// Returns the mean wavenumber `<k_x>` along profiles \[rad/m\] from their spectrum; `None` without any height.
 pub(crate) fn of_spectrum(spectrum: &ProfileSpectrum) -> Option<f64> {
     let waves = |from: f64, to: f64| {
         let inside = spectrum.lines().filter(|(cycles, _)| (1.0 / to..=1.0 / from).contains(cycles));
@@ -34,12 +35,12 @@ pub(crate) fn of_spectrum(spectrum: &ProfileSpectrum) -> Option<f64> {
     waves(SHORTEST, LONGEST).or_else(|| waves(f64::MIN_POSITIVE, f64::MAX))
 }
 
-/// Mean wavenumber `<k>` of the surface \[rad/m\] from that of its profiles along.
+/// Returns the mean wavenumber `<k>` of the surface \[rad/m\] from that of its profiles along.
 pub(crate) fn of_surface(along: f64, level_across: bool) -> f64 {
     if level_across { along } else { 0.5 * PI * along }
 }
 
-/// Mean of the values by their weights, which are not negative; `None` for weights of zero in all.
+/// Returns the mean of the values by their weights, which are not negative; `None` for weights of zero in all.
 fn mean(waves: impl Iterator<Item = (f64, f64)>) -> Option<f64> {
     let (weights, sum) =
         waves.fold((0.0, 0.0), |(weights, sum), (weight, value)| (weights + weight, sum + weight * value));

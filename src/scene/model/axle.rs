@@ -42,7 +42,7 @@ pub enum Axle {
 }
 
 impl Axle {
-    /// The load \[N\] and the relative tolerance of the mean force, where a load is given.
+    /// Returns the load \[N\] and the relative tolerance of the mean force, where a load is given.
     pub fn load(&self) -> Option<(f64, f64)> {
         match *self {
             Self::Load { load, tolerance } | Self::Mass { load, tolerance, .. } => Some((load, tolerance)),

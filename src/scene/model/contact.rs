@@ -197,9 +197,9 @@ pub enum Slices {
 }
 
 impl Contact {
-    /// Size of cells that belongs to the local law on a road whose waves end nowhere \[m\]: [`Road::CELL`]. The law
-    /// counts no shorter waves: springs have no limit as cells get smaller, and pressing takes far longer. `None` where
-    /// cells resolve a road, the finer the better.
+    /// Returns the size of cells that belongs to the local law on a road whose waves end nowhere \[m\]: [`Road::CELL`].
+    /// The law counts no shorter waves: springs have no limit as cells get smaller, and pressing takes far longer.
+    /// `None` where cells resolve a road, the finer the better.
     pub fn cell_of_law(&self, road: &Road) -> Option<f64> {
         let endless = matches!(road, Road::Profile(_) | Road::OpenCrg(_)) && road.varies_across();
         (endless && self.is_local()).then_some(Road::CELL)
@@ -214,7 +214,8 @@ impl Contact {
 }
 
 impl Slices {
-    /// The law itself, or that of springs for one that other forms of slice coupling and of the tread do not take.
+    /// Returns the law itself, or that of springs for one that other forms of slice coupling and of the tread do not
+    /// take.
     #[must_use]
     pub fn alone(self) -> Self {
         if self == Self::Pressed { Self::Winkler } else { self }

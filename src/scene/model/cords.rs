@@ -87,7 +87,7 @@ pub(crate) struct PlaneConstants {
 pub(crate) const MOST_CORD_LOSSES: usize = 3;
 
 impl Cords {
-    /// Cords of a stiffness K \[Pa\], at an angle from the circumference (degrees).
+    /// Returns the cords of a stiffness K \[Pa\], at an angle from the circumference (degrees).
     pub fn new(stiffness: f64, angle_deg: f64, loss_factor: f64) -> Self {
         Self { stiffness: Some(stiffness), spacing: None, area: None, modulus: None, angle_deg, loss_factor }
     }
@@ -100,14 +100,15 @@ impl Cords {
         losses.len()
     }
 
-    /// Stiffness K of the cords in a layer of a thickness \[m\], E A/(spacing thickness) where it is not given \[Pa\].
+    /// Returns the stiffness K of the cords in a layer of a thickness \[m\], E A/(spacing thickness) where it is not
+    /// given \[Pa\].
     pub fn stiffness_in(&self, thickness: f64) -> f64 {
         let of_parts = || Some(self.modulus? * self.area? / (self.spacing? * thickness));
         self.stiffness.or_else(of_parts).unwrap_or(0.0)
     }
 
-    /// K cos^4, K sin^4 and K cos^2 sin^2 in a layer of a thickness \[m\]: along, across, and both between them and in
-    /// shear \[Pa\].
+    /// Returns K cos^4, K sin^4 and K cos^2 sin^2 in a layer of a thickness \[m\]: along, across, and both between them
+    /// and in shear \[Pa\].
     pub fn shares_in(&self, thickness: f64) -> [f64; 3] {
         let stiffness = self.stiffness_in(thickness);
         // Along and across no rounded cosine of 90 degrees.
@@ -119,7 +120,7 @@ impl Cords {
 }
 
 impl Orthotropic {
-    /// The constants in the plane and outwards; not positive where the moduli are those of no material.
+    /// Returns the constants in the plane and outwards; not positive where the moduli are those of no material.
     pub(crate) fn constants(&self) -> PlaneConstants {
         let Self { e_theta, e_y, e_r, nu_theta_y, nu_theta_r, nu_y_r, .. } = *self;
         let left = self.determinant();
@@ -131,8 +132,8 @@ impl Orthotropic {
         PlaneConstants { plane, contraction: [along, across], radial: compliance.recip() }
     }
 
-    /// Modulus \[Pa\] and Poisson's ratio of an isotropic material with the shear modulus G_theta_r: the measure of the
-    /// others.
+    /// Returns the modulus \[Pa\] and Poisson's ratio of an isotropic material with the shear modulus G_theta_r: the
+    /// measure of the others.
     pub fn measure(&self) -> (f64, f64) {
         (2.0 * self.g_theta_r, 0.0)
     }
@@ -142,7 +143,7 @@ impl Orthotropic {
         self.determinant() > 0.0 && self.constants().radial > 0.0
     }
 
-    /// D = 1 - nu_theta_y^2 E_y/E_theta, above 0 in a material.
+    /// Returns D = 1 - nu_theta_y^2 E_y/E_theta, above 0 in a material.
     fn determinant(&self) -> f64 {
         1.0 - self.nu_theta_y * self.nu_theta_y * self.e_y / self.e_theta
     }
@@ -216,7 +217,7 @@ fn orthotropic(table: &mut Table<'_>) -> Option<Orthotropic> {
 mod tests {
     use super::*;
 
-    /// The belt of cords of the default tyre at 1 kHz.
+    /// Returns the belt of cords of the default tyre at 1 kHz.
     fn belt() -> Orthotropic {
         Orthotropic {
             e_theta: 1.566e9,

@@ -51,7 +51,7 @@ impl MadeRoad {
     /// Kurtosis of Gaussian heights.
     pub const GAUSSIAN_KURTOSIS: f64 = 3.0;
 
-    /// Named texture, the default one too; `None` of a road that has a spectrum of its own.
+    /// Returns the named texture, the default one too; `None` of a road that has a spectrum of its own.
     pub fn named(&self) -> Option<NamedTexture> {
         let own = self.wavelengths.is_some() || self.levels.is_some() || self.power_law.is_some();
         self.texture.or_else(|| (!own).then_some(NamedTexture::DEFAULT))

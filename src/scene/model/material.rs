@@ -68,7 +68,7 @@ impl Material {
 }
 
 impl Law {
-    /// Its word, and the keys that a material has by it beside those of all.
+    /// Returns its word, and the keys that a material has by it beside those of all.
     const fn own(self) -> (&'static str, &'static [&'static str]) {
         match self {
             Self::Elastic => ("elastic", &[]),

@@ -73,7 +73,7 @@ impl NamedTexture {
     /// Shortest mid-wavelength of all of them \[m\].
     pub const SHORTEST: f64 = 0.004;
 
-    /// The name as `road.texture` has it.
+    /// Returns the name as `road.texture` has it.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Iso10844 => "iso-10844",
@@ -94,7 +94,7 @@ impl NamedTexture {
         NAMED_TEXTURE_BANDS.rev().zip(levels)
     }
 
-    /// Mean profile depth that the name stands for, and how far off one such road may be \[m\].
+    /// Returns the mean profile depth that the name stands for, and how far off one such road may be \[m\].
     pub const fn depth(self) -> [f64; 2] {
         match self {
             Self::Iso10844 => [0.5e-3, 0.2e-3],
@@ -104,7 +104,8 @@ impl NamedTexture {
         }
     }
 
-    /// Skewness and kurtosis of the heights, where they were measured; else heights are Gaussian. The chip seal has
+    /// Returns the skewness and kurtosis of the heights, where they were measured; else heights are Gaussian. The chip
+    /// seal has
     /// -0.34 and 2.27; 2.4 is the least kurtosis that a made road has with this skewness.
     pub const fn shape(self) -> Option<[f64; 2]> {
         match self {
@@ -113,7 +114,7 @@ impl NamedTexture {
         }
     }
 
-    /// Origin of depth and levels, in a sentence.
+    /// Returns the origin of depth and levels, in a sentence.
     pub const fn origin(self) -> &'static str {
         match self {
             Self::Iso10844 => {

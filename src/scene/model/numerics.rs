@@ -81,7 +81,7 @@ impl Numerics {
         Some(format!(": numerics.fmax = {fmax} Hz is not reached"))
     }
 
-    /// `memory_limit` in bytes.
+    /// Returns `memory_limit` in bytes.
     pub fn memory_bytes(&self) -> u64 {
         (self.memory_limit * 1e9) as u64
     }
@@ -143,7 +143,7 @@ fn optional_decibels<S: Serializer>(accuracy: &Option<f64>, serializer: S) -> Re
     accuracy.map(Decibels::text).serialize(serializer)
 }
 
-/// A level difference as it is read, in quotes.
+/// Returns a level difference as it is read, in quotes.
 pub(super) fn decibels<S: Serializer>(difference: &f64, serializer: S) -> Result<S::Ok, S::Error> {
     Decibels::text(*difference).serialize(serializer)
 }
@@ -164,7 +164,7 @@ impl Preset {
     /// All presets, cheapest first.
     pub const ALL: [Self; 3] = [Self::Draft, Self::Standard, Self::Reference];
 
-    /// The preset's name in a scene.
+    /// Returns the preset's name in a scene.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Draft => "draft",

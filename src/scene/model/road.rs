@@ -43,9 +43,9 @@ impl Road {
         !matches!(self, Self::Smooth | Self::Profile(ProfileRoad { lateral: Lateral::Extruded, .. }))
     }
 
-    /// Size of cells for levels within a decibel or so \[m\]: half the shortest wave of a made road, the spacing of a
-    /// height map; [`Self::CELL`] at most. The waves of other files are not known before they are read: a quarter of
-    /// that at least, which a coarse chip seal wants (profiles/README.md).
+    /// Returns the size of cells for levels within a decibel or so \[m\]: half the shortest wave of a made road, the
+    /// spacing of a height map; [`Self::CELL`] at most. The waves of other files are not known before they are read: a
+    /// quarter of that at least, which a coarse chip seal wants (profiles/README.md).
     pub fn cell(&self) -> f64 {
         let shortest = match self {
             Self::Smooth => return Self::CELL,
@@ -60,7 +60,7 @@ impl Road {
         (0.5 * shortest).clamp(0.25 * Self::CELL, Self::CELL)
     }
 
-    /// Cells of at most a size on a length \[m\].
+    /// Returns the cells of at most a size on a length \[m\].
     pub fn cells(length: f64, cell: f64) -> usize {
         // What fits up to rounding in a scene file fits.
         (length / cell - 1e-9).ceil().max(1.0) as usize
@@ -170,7 +170,7 @@ keys! {
 }
 
 impl Road {
-    /// The file that the road is read from; `None` for a road that is made.
+    /// Returns the file that the road is read from; `None` for a road that is made.
     pub fn file(&self) -> Option<&Path> {
         match self {
             Self::Smooth | Self::Made(_) => None,
@@ -210,7 +210,7 @@ enum RoadKind {
 }
 
 impl RoadKind {
-    /// The table of its keys: in words, what may stand in it beside the kind, and its reader.
+    /// Returns the table of its keys: in words, what may stand in it beside the kind, and its reader.
     #[expect(clippy::type_complexity, reason = "three parts of one statement")]
     fn table(self) -> (&'static str, fn() -> Json, fn(&mut Table<'_>) -> Option<Road>) {
         match self {

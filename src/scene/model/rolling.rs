@@ -37,7 +37,7 @@ impl Rolling {
     /// Default warm-up \[s\]: the default tyre's transient after a static start has died out by then.
     pub const WARM_UP: f64 = 0.5;
 
-    /// Speed V \[m/s\].
+    /// Returns the speed V \[m/s\].
     pub fn speed(&self) -> f64 {
         self.speed_kmh / 3.6
     }

@@ -39,7 +39,7 @@ pub enum ReceiverPlace {
 }
 
 impl ReceiverPlace {
-    /// The key and the place \[m\] by which a draft's error is told; `None` where
+    /// Returns the key and the place \[m\] by which a draft's error is told; `None` where
     /// it is stated for the standard.
     pub(crate) fn judged_by(&self) -> Option<(&'static str, [f64; 3])> {
         Some(match *self {
@@ -100,8 +100,9 @@ impl StandardReceiver {
     pub const DISTANCE: f64 = 7.5;
     /// Height of the coast-by microphone \[m\].
     pub const HEIGHT: f64 = 1.2;
-    /// Length of the passage by a microphone at a distance and height \[m\]: that of a point source, whose level falls
-    /// with the distance squared, rises and falls by 10 dB over +-3 times its least distance; no less than is read.
+    /// Returns the length of the passage by a microphone at a distance and height \[m\]: that of a point source, whose
+    /// level falls with the distance squared, rises and falls by 10 dB over +-3 times its least distance; no less than
+    /// is read.
     pub fn passage(distance: f64, height: f64) -> f64 {
         (6.0 * distance.hypot(height)).max(READ)
     }

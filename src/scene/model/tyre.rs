@@ -150,8 +150,8 @@ impl Layer {
         self.cords.is_empty() && self.orthotropic.is_none()
     }
 
-    /// Stiffness of the layer along the circumference per width, strains across held, at the reference frequency: Q_tt
-    /// h \[N/m\].
+    /// Returns the stiffness of the layer along the circumference per width, strains across held, at the reference
+    /// frequency: Q_tt h \[N/m\].
     pub fn hoop_stiffness(&self) -> f64 {
         let Material { modulus, poisson, .. } = self.material;
         let own = match &self.orthotropic {
@@ -169,24 +169,24 @@ impl Layer {
 }
 
 impl Tyre {
-    /// Rolling radius R = L/(2 pi) \[m\].
+    /// Returns the rolling radius R = L/(2 pi) \[m\].
     pub fn radius(&self) -> f64 {
         self.circumference / std::f64::consts::TAU
     }
 
-    /// Thickness of all layers \[m\].
+    /// Returns the thickness of all layers \[m\].
     pub fn thickness(&self) -> f64 {
         self.layers.iter().map(|layer| layer.thickness).sum()
     }
 
-    /// The same with a level tread: its waves know no crown.
+    /// Returns the same with a level tread: its waves know no crown.
     #[must_use]
     pub fn levelled(&self) -> Self {
         Self { crown_radius: None, ..self.clone() }
     }
 
-    /// One of its sidewalls, turning with an angular velocity \[rad/s\], where they are arcs: they end at the inner
-    /// face.
+    /// Returns one of its sidewalls, turning with an angular velocity \[rad/s\], where they are arcs: they end at the
+    /// inner face.
     pub(crate) fn sidewall_arc(&self, angular_velocity: f64) -> Option<Arc> {
         let Sidewall { radius, angle, mass, shear, hoop, loss_factor } = *self.sidewall.as_ref()?;
         Some(Arc {
@@ -202,15 +202,15 @@ impl Tyre {
         })
     }
 
-    /// Tension along the belt that the inflation gives it at rest, less what the sidewalls' arcs pull: T = R_b p B_e/B
-    /// \[N/m\]. It is the tension of the stiffest layer where no layer has any.
+    /// Returns the tension along the belt that the inflation gives it at rest, less what the sidewalls' arcs pull: T =
+    /// R_b p B_e/B \[N/m\]. It is the tension of the stiffest layer where no layer has any.
     pub fn carried_tension(&self) -> Option<f64> {
         let arc = self.sidewall_arc(0.0)?;
         let pull = Meridian::new(&arc)?.edge().pull();
         Some(arc.edge_radius * (arc.pressure - 2.0 * pull / self.width))
     }
 
-    /// Tension of all layers along the belt \[N/m\].
+    /// Returns the tension of all layers along the belt \[N/m\].
     pub fn tension_along(&self) -> f64 {
         self.layers.iter().map(|layer| layer.tension[0]).sum()
     }
@@ -221,7 +221,7 @@ impl Tyre {
         self.carried_tension().is_some_and(|carried| carried.to_bits() == self.tension_along().to_bits())
     }
 
-    /// Place of the layer that is stiffest along the circumference.
+    /// Returns the place of the layer that is stiffest along the circumference.
     pub fn stiffest_layer(&self) -> usize {
         let stiffness = |place: &usize| self.layers[*place].hoop_stiffness();
         (0..self.layers.len()).max_by(|one, other| stiffness(one).total_cmp(&stiffness(other))).unwrap_or(0)
@@ -255,7 +255,7 @@ const LAYERS: Each<Layer> = Each(Nested {
     read: layer,
 });
 
-/// A layer whose moduli stand in its material, or in `orthotropic`.
+/// Returns a layer whose moduli stand in its material, or in `orthotropic`.
 fn layer(table: &mut Table<'_>) -> Option<Layer> {
     let is_orthotropic = table.has("orthotropic");
     let mut sound = Some(());
@@ -374,7 +374,7 @@ fn check(tyre: &Tyre, table: &Table<'_>) -> Option<()> {
     sound
 }
 
-/// A tyre under the tension that its inflation gives it, where it has none; `None` after complaints.
+/// Returns a tyre under the tension that its inflation gives it, where it has none; `None` after complaints.
 fn inflated(mut tyre: Tyre, table: &Table<'_>) -> Option<Tyre> {
     let (Some(sidewall), Some(arc)) = (&tyre.sidewall, tyre.sidewall_arc(0.0)) else { return Some(tyre) };
     let complain = |key: &str, wrong: String, right: String| table.complain(key, Problem::new(wrong, right));

@@ -7,7 +7,7 @@ use super::super::{DEFAULT, LoadedScene, Road, Scene, SceneError, Sides, Tyre};
 use super::{BASE, edited, hash, listed};
 use crate::test_models::replaced;
 
-/// The base scene's tyre as a file, the scene without it.
+/// Returns the base scene's tyre as a file, the scene without it.
 fn split() -> (String, String) {
     let begin = BASE.find("[tyre]").unwrap();
     let end = BASE.find("[road]").unwrap();

@@ -40,7 +40,7 @@ elements = 512
 plots = true
 "#;
 
-/// The base scene with one passage replaced.
+/// Returns the base scene with one passage replaced.
 pub(crate) fn edited(from: &str, to: &str) -> String {
     assert_eq!(BASE.matches(from).count(), 1, "{from:?} must occur once in the base scene");
     replaced(BASE, &[(from, to)])
@@ -56,7 +56,7 @@ pub(crate) struct Complaint {
     pub(crate) right: String,
 }
 
-/// All complaints about a text, which must be an invalid scene.
+/// Returns all complaints about a text, which must be an invalid scene.
 pub(crate) fn complaints(text: &str) -> Vec<Complaint> {
     match Scene::from_str(text, "test.toml") {
         Err(error @ SceneError::Invalid { .. }) => listed(&error),
@@ -75,7 +75,7 @@ pub(crate) fn listed(error: &SceneError) -> Vec<Complaint> {
     error.diagnostics().iter().map(complaint).collect()
 }
 
-/// The hash of a scene's settings.
+/// Returns the hash of a scene's settings.
 fn hash(scene: &LoadedScene) -> String {
     scene.hash().unwrap()
 }

@@ -192,7 +192,7 @@ fn inflation() -> impl Strategy<Value = Inflation> {
     around(1e5).prop_map(|pressure| Inflation { pressure })
 }
 
-/// Its radius as a part of the inner face's.
+/// Returns its radius as a part of the inner face's.
 fn sidewall() -> impl Strategy<Value = Sidewall> {
     let arc = (0.05..0.25_f64, 0.5..1.2_f64, 1.0..20.0_f64, 1e3..1e5_f64);
     (arc, prop::option::of(1e5..1e6_f64), 0.0..1.0_f64).prop_map(|((radius, angle, mass, shear), hoop, loss_factor)| {
@@ -200,7 +200,7 @@ fn sidewall() -> impl Strategy<Value = Sidewall> {
     })
 }
 
-/// Its radius as a part of the tyre's, its depth as a part of that.
+/// Returns its radius as a part of the tyre's, its depth as a part of that.
 fn cavity() -> impl Strategy<Value = Cavity> {
     (0.01..0.99_f64, 0.01..0.99_f64, positive(), positive(), 0.0..1e-3_f64).prop_map(
         |(radius, depth, density, sound_speed, relaxation)| Cavity { radius, depth, density, sound_speed, relaxation },
@@ -297,7 +297,7 @@ fn numerics() -> impl Strategy<Value = Numerics> {
     )
 }
 
-/// Those that fit any other settings.
+/// Returns those that fit any other settings.
 fn effects() -> impl Strategy<Value = Effects> {
     let any = prop_oneof![Just(Switch::Auto), Just(Switch::Off)];
     (any.clone(), any.clone(), any).prop_map(|(rotation, radiation, friction)| Effects {

@@ -58,7 +58,7 @@ pub(super) fn fits(value: &Value, schema: &Value) -> bool {
     })
 }
 
-/// A scene's text as a schema sees it.
+/// Returns a scene's text as a schema sees it.
 fn as_json(text: &str) -> Value {
     json!(toml::from_str::<Table>(text).unwrap())
 }
@@ -67,7 +67,7 @@ fn keys<'a>(section: &Section<'a>) -> impl Iterator<Item = (&'a String, &'a Valu
     section.schema["properties"].as_object().unwrap().iter()
 }
 
-/// A scene with nothing but a table, in which there is one key beside the word that tells what table it is.
+/// Returns a scene with nothing but a table, in which there is one key beside the word that tells what table it is.
 fn alone(key: &str, value: toml::Value, section: &Section<'_>, all: &[Section<'_>]) -> Table {
     let tags = keys(section).filter_map(|(tag, of)| Some((tag.clone(), of.get("const")?.as_str()?.into())));
     let table = tags.chain([(key.to_owned(), value)]).collect();

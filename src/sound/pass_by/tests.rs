@@ -20,13 +20,13 @@ fn passage(receivers: usize) -> Passage {
     }
 }
 
-/// Distance from a source to a point of the line.
+/// Returns the distance from a source to a point of the line.
 fn distance(source: Position, point: Position) -> f64 {
     source.iter().zip(point).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Cosine and sine of what is heard of a tone from a monopole in the tyre's frame, 1 Pa at 1 m: two pass-bys, a quarter
-/// of a period apart.
+/// Returns the cosine and sine of what is heard of a tone from a monopole in the tyre's frame, 1 Pa at 1 m: two
+/// pass-bys, a quarter of a period apart.
 fn heard(pass_by: &PassBy, frequency: f64, source: Position) -> Vec<[f64; 2]> {
     let tone = |shift: f64| {
         let pressure = |receiver: usize, needed: Range<i64>| -> Vec<f64> {
@@ -41,7 +41,7 @@ fn heard(pass_by: &PassBy, frequency: f64, source: Position) -> Vec<[f64; 2]> {
     tone(0.0).into_iter().zip(tone(0.25 * TAU)).map(|(cosine, sine)| [cosine, sine]).collect()
 }
 
-/// The same of a monopole that really moves, from its potential q(tau)/(4 pi R), whose time derivative is
+/// Returns the same of a monopole that really moves, from its potential q(tau)/(4 pi R), whose time derivative is
 /// q'(tau)/(R (1 - M cos)) + q c (M cos - M^2)/(R^2 (1 - M cos)): far field and near field (Morse and Ingard, 11.2). q'
 /// = 4 pi cos(omega tau).
 fn exact(pass_by: &PassBy, frequency: f64, source: Position, sample: usize) -> [f64; 2] {

@@ -59,7 +59,7 @@ impl Default for CoastByLine {
 }
 
 impl CoastByLine {
-    /// The positions, in the order in which the microphone takes them: from the front to the rear.
+    /// Returns the positions, in the order in which the microphone takes them: from the front to the rear.
     pub fn positions(&self) -> Vec<Position> {
         let spacing = 2.0 * self.half_length / (self.receivers.max(2) - 1) as f64;
         let y = self.side.sign() * (self.distance - self.offset);
@@ -81,7 +81,7 @@ impl CoastBy {
         self.passage.unwrap_or_else(|| StandardReceiver::passage(self.distance, self.height))
     }
 
-    /// The points from which the tyre is followed over so much road, `offset` nearer to the microphone.
+    /// Returns the points from which the tyre is followed over so much road, `offset` nearer to the microphone.
     fn line(&self, followed: f64, offset: f64) -> Vec<Position> {
         let Self { distance, height, .. } = *self;
         let near = COAST_BY_DISTANCE.hypot(COAST_BY_HEIGHT);

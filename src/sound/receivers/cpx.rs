@@ -10,9 +10,9 @@ pub(crate) const CPX_HEIGHT: f64 = 0.1;
 /// How far they are ahead of and behind the axle's plane \[m\].
 pub(crate) const CPX_ADVANCE: f64 = 0.2;
 
-/// The two mandatory microphones of the close-proximity method, front and rear, beside a tyre of a width \[m\]: 0.2 m
-/// from the undeformed sidewall, 0.1 m high, 0.2 m ahead of and behind the axle's plane, hence at 45 and 135 degrees to
-/// the direction of travel (ISO 11819-2:2017). The CPX level of a run is the [energetic mean] of both.
+/// Returns the two mandatory microphones of the close-proximity method, front and rear, beside a tyre of a width \[m\]:
+/// 0.2 m from the undeformed sidewall, 0.1 m high, 0.2 m ahead of and behind the axle's plane, hence at 45 and 135
+/// degrees to the direction of travel (ISO 11819-2:2017). The CPX level of a run is the [energetic mean] of both.
 ///
 /// [energetic mean]: crate::sound::levels::energetic_mean
 pub fn close_proximity(width: f64, side: Side) -> [Position; 2] {

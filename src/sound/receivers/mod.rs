@@ -25,7 +25,7 @@ pub(crate) use coast_by::{COAST_BY_DISTANCE, COAST_BY_HALF_LENGTH, COAST_BY_HEIG
 pub(crate) use cpx::close_proximity;
 pub(crate) use standard::{Beside, Finding, Probes, Standard};
 
-/// The microphones of a receiver's place.
+/// Returns the microphones of a receiver's place.
 pub(crate) fn standard(place: &ReceiverPlace) -> Box<dyn Standard> {
     match *place {
         ReceiverPlace::Position { position } => Box::new(Point(position)),
@@ -63,7 +63,7 @@ impl Standard for Point {
 }
 
 impl Vehicle {
-    /// A microphone as each tyre sees it, in its own frame: front left, front right, rear left, rear right. The
+    /// Returns a microphone as each tyre sees it, in its own frame: front left, front right, rear left, rear right. The
     /// microphone is given in the frame of the vehicle, whose origin is on the road in the middle of the four.
     ///
     /// Bodywork is not there, and each tyre is that of the run, not its mirror image.

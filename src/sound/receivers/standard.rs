@@ -41,21 +41,21 @@ pub(crate) enum Finding {
 
 /// Microphones of a standard.
 pub(crate) trait Standard {
-    /// Name of a receiver that the scene gives none.
+    /// Returns the name of a receiver that the scene gives none.
     fn name(&self) -> &'static str;
 
     /// Places of its microphones.
     fn points(&self, beside: &Beside<'_>) -> Vec<Position>;
 
-    /// Finding beside its spectrum and level.
+    /// Returns the finding beside its spectrum and level.
     fn finding(&self) -> Finding;
 
-    /// Length of the passage \[m\], if the tyre passes it.
+    /// Returns the length of the passage \[m\], if the tyre passes it.
     fn passage(&self) -> Option<f64> {
         None
     }
 
-    /// The vehicle whose four tyres it hears, if it hears more than one.
+    /// Returns the vehicle whose four tyres it hears, if it hears more than one.
     fn vehicle(&self) -> Option<Vehicle> {
         None
     }

@@ -50,7 +50,7 @@ pub(crate) struct Joint {
     pub plain: (f64, f64),
 }
 
-/// All combinations of the settings that were swept, as single knobs let them be expected.
+/// Returns all combinations of the settings that were swept, as single knobs let them be expected.
 pub(crate) fn candidates(scene: &Scene, reference: &Settings, knobs: &[Knob], highest: f64) -> Vec<Candidate> {
     let steps = |name: &str| -> Vec<(Settings, f64)> {
         let knob = knobs.iter().find(|knob| knob.name == name && knob.kind == Kind::Error && knob.anchor.is_none());
@@ -113,8 +113,8 @@ pub(crate) fn candidates(scene: &Scene, reference: &Settings, knobs: &[Knob], hi
     found
 }
 
-/// The candidate to roll next: on the expected front together with what is known, as far as possible from all that is.
-/// `known`: work and error; errors below `floor` \[dB\] are equal.
+/// Returns the candidate to roll next: on the expected front together with what is known, as far as possible from all
+/// that is. `known`: work and error; errors below `floor` \[dB\] are equal.
 pub(crate) fn next(all: &[Candidate], tried: &[Joint], known: &[(f64, f64)], floor: f64) -> Option<Candidate> {
     let fresh = all.iter().filter(|candidate| tried.iter().all(|tried| tried.expected.settings != candidate.settings));
     let expected: Vec<Candidate> = fresh
@@ -143,7 +143,7 @@ pub(crate) fn next(all: &[Candidate], tried: &[Joint], known: &[(f64, f64)], flo
     on_front.max_by(|a, b| distance(a).total_cmp(&distance(b))).cloned()
 }
 
-/// Factors of error and work that the runs so far suggest.
+/// Returns the factors of error and work that the runs so far suggest.
 fn correction(settings: &Settings, tried: &[Joint]) -> (f64, f64) {
     let (mut error, mut work, mut weights) = (0.0, 0.0, PRIOR);
     for run in tried {
@@ -156,8 +156,8 @@ fn correction(settings: &Settings, tried: &[Joint]) -> (f64, f64) {
     ((error / weights).exp(), (work / weights).exp())
 }
 
-/// How different settings are: a factor of two in elements, steps or cells, a decade in a tolerance and another rule
-/// are 1 each.
+/// Tells how different settings are: a factor of two in elements, steps or cells, a decade in a tolerance and another
+/// rule are 1 each.
 fn distance(a: &Settings, b: &Settings) -> f64 {
     let ratio =
         |a: f64, b: f64| if a > 0.0 && b > 0.0 { (a / b).log2() } else { f64::from(u8::from((a - b).abs() > 0.0)) };

@@ -75,8 +75,8 @@ const STEPS_PER_PERIOD: f64 = 48.0;
 const STEPS_PER_PERIOD_OF_OUTLINE: f64 = 24.0;
 const TOLERANCES_OF_OUTLINE: [f64; 2] = [1e-5, 1e-7];
 
-/// The settings of the reference: twice the scene's elements unless given, and steps for `STEPS_PER_PERIOD` at the
-/// highest frequency, or `STEPS_PER_PERIOD_OF_OUTLINE`.
+/// Returns the settings of the reference: twice the scene's elements unless given, and steps for `STEPS_PER_PERIOD` at
+/// the highest frequency, or `STEPS_PER_PERIOD_OF_OUTLINE`.
 pub(crate) fn reference(scene: &Scene, options: &StudyOptions) -> Settings {
     let StudyOptions { highest, elements, substeps, sweep, .. } = *options;
     let (per_period, [poles, sums]) = match sweep {
@@ -113,7 +113,7 @@ pub(crate) fn reference(scene: &Scene, options: &StudyOptions) -> Settings {
     settings
 }
 
-/// Every other setting of the knobs of the discretisation, from the second on.
+/// Returns every other setting of the knobs of the discretisation, from the second on.
 pub(crate) fn outline(scene: &Scene, reference: &Settings, highest: f64) -> Vec<Knob> {
     let mut knobs = knobs(scene, reference, highest);
     knobs.retain(|knob| knob.kind == Kind::Error && knob.anchor.is_none());
@@ -127,7 +127,7 @@ pub(crate) fn outline(scene: &Scene, reference: &Settings, highest: f64) -> Vec<
     knobs
 }
 
-/// All knobs, those first that a discretisation has.
+/// Returns all knobs, those first that a discretisation has.
 pub(crate) fn knobs(scene: &Scene, reference: &Settings, highest: f64) -> Vec<Knob> {
     let own = Settings::of(scene);
     let mut knobs = vec![elements(reference), substeps(reference)];
@@ -154,7 +154,7 @@ pub(crate) fn knobs(scene: &Scene, reference: &Settings, highest: f64) -> Vec<Kn
 }
 
 impl Knob {
-    /// A knob that is compared with `anchor`, or with the reference; or why there is none.
+    /// Returns a knob that is compared with `anchor`, or with the reference; or why there is none.
     pub(crate) fn new(
         name: &str,
         kind: Kind,
@@ -171,7 +171,7 @@ impl Knob {
     }
 }
 
-/// A reference with other elements and steps, and what it is called.
+/// Returns a reference with other elements and steps, and what it is called.
 fn resolved(name: impl ToString, reference: &Settings, elements: usize, substeps: usize) -> (String, Settings) {
     let turn = |settings: &mut Settings| {
         (settings.numerics.elements, settings.numerics.substeps) = (elements, substeps);
@@ -283,7 +283,8 @@ fn direct(scene: &Scene, own: &Settings, reference: &Settings) -> Vec<Knob> {
     ]
 }
 
-/// Laws at few elements: the stiffness of a bedding is looked for in static solutions, which take minutes with many.
+/// Returns the laws at few elements: the stiffness of a bedding is looked for in static solutions, which take minutes
+/// with many.
 fn laws(scene: &Scene, own: &Settings, reference: &Settings) -> Vec<Knob> {
     let elements = own.numerics.elements.min(MOST_FOR_LAWS);
     let anchor = resolved("", reference, elements, reference.steps().div_ceil(2 * elements)).1;
@@ -333,7 +334,7 @@ fn laws(scene: &Scene, own: &Settings, reference: &Settings) -> Vec<Knob> {
     ]
 }
 
-/// Settings for all laws but one, with their names.
+/// Returns the settings for all laws but one, with their names.
 fn others<L: Copy + PartialEq>(laws: &[(L, &str)], own: L, with: impl Fn(L) -> Settings) -> Vec<(String, Settings)> {
     laws.iter().filter(|(law, _)| *law != own).map(|&(law, name)| (name.to_owned(), with(law))).collect()
 }

@@ -43,7 +43,7 @@ pub(crate) struct Point {
 }
 
 impl Point {
-    /// Work and error as the front sees it.
+    /// Returns the work and error as the front sees it.
     pub(crate) fn coordinates(&self) -> (f64, f64) {
         (self.cost.multiply_adds, self.difference.worst)
     }
@@ -67,13 +67,13 @@ impl Expected {
     /// Time of a combination over the mean of the planned runs: coarser than the reference, finer than the scene.
     const OF_COMBINATION: f64 = 0.3;
 
-    /// Time of a run, planned or a combination of settings that were \[s\].
+    /// Returns the time of a run, planned or a combination of settings that were \[s\].
     fn of(&self, settings: &Settings) -> f64 {
         let planned = self.planned.iter().find(|(planned, _)| planned == settings);
         planned.map_or_else(|| Self::OF_COMBINATION * self.mean(), |(_, seconds)| *seconds)
     }
 
-    /// Time of all planned runs and of so many combinations \[s\].
+    /// Returns the time of all planned runs and of so many combinations \[s\].
     pub(crate) fn seconds(&self, combinations: usize) -> f64 {
         (self.planned.len() as f64 + Self::OF_COMBINATION * combinations as f64) * self.mean()
     }
@@ -105,7 +105,7 @@ impl<'a, 'b> Lab<'a, 'b> {
         self.known.len()
     }
 
-    /// Settings beside others that they are compared with; both are rolled unless they were before.
+    /// Returns the settings beside others that they are compared with; both are rolled unless they were before.
     ///
     /// # Errors
     /// Errors of a run.
@@ -130,7 +130,7 @@ impl<'a, 'b> Lab<'a, 'b> {
         Ok(Point { label: label.to_owned(), settings: settings.clone(), difference, cost: *cost })
     }
 
-    /// Which of the known runs has these settings; it is rolled unless it was before.
+    /// Tells which of the known runs has these settings; it is rolled unless it was before.
     fn measure(&mut self, name: &str, settings: &Settings) -> Result<usize, RunError> {
         if let Some(known) = self.known.iter().position(|known| known.settings == *settings) {
             return Ok(known);
@@ -146,7 +146,7 @@ impl<'a, 'b> Lab<'a, 'b> {
         Ok(self.known.len() - 1)
     }
 
-    /// The stretch that is compared \[s\].
+    /// Returns the stretch that is compared \[s\].
     fn within(&self) -> Range<f64> {
         self.scene.rolling.warm_up..self.scene.rolling.warm_up + self.scene.rolling.duration
     }
@@ -180,14 +180,14 @@ fn cost(trial: &Trial, rolled: f64, evaluations: Option<u64>, fit: Option<f64>) 
     }
 }
 
-/// Multiply-adds that a plan has for making the road.
+/// Returns the multiply-adds that a plan has for making the road.
 pub(crate) fn planned_road(amounts: &Amounts) -> f64 {
     let road = |stage: Stage| matches!(stage, Stage::Road | Stage::Slices);
     let behind = amounts.work.iter().filter(|amount| amount.place == Place::Behind && road(amount.stage));
     behind.map(|amount| amount.amount * amount.unit.typical() / Unit::TextureMultiplyAdd.typical()).sum()
 }
 
-/// Multiply-adds that a plan has for the march, and for the history behind it.
+/// Returns the multiply-adds that a plan has for the march, and for the history behind it.
 pub(crate) fn planned_march(amounts: &Amounts) -> f64 {
     let counts = |unit: Unit| {
         matches!(

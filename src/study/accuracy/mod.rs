@@ -254,7 +254,7 @@ impl Study {
 /// A knob of the reference, and the reference with it twice as coarse and, unless that is left out, twice as fine.
 type Refinement = (&'static str, Settings, Option<Settings>);
 
-/// The reference with each of its knobs turned.
+/// Returns the reference with each of its knobs turned.
 fn refinements(reference: &Settings, are_finer: bool) -> Vec<Refinement> {
     let with = |elements: usize, steps: usize| {
         let substeps = (steps as f64 / elements as f64).round().max(1.0) as usize;
@@ -297,7 +297,7 @@ impl Refined {
     }
 }
 
-/// Errors of the knobs of the reference together: independent ones.
+/// Returns the errors of the knobs of the reference together: independent ones.
 fn doubt(refined: &[Refined]) -> Difference {
     let of = |value: fn(&Refined) -> Richardson| {
         refined.iter().map(|refined| value(refined).error.powi(2)).sum::<f64>().sqrt()

@@ -46,12 +46,12 @@ impl StudyOptions {
     /// Combinations that a whole study rolls unless asked for.
     pub(crate) const RUNS: usize = 12;
 
-    /// An outline of a scene's accuracy.
+    /// Returns an outline of a scene's accuracy.
     pub(crate) fn outline(scene: &Scene) -> Self {
         Self { runs: 0, sweep: Sweep::Outline, ..Self::whole(scene) }
     }
 
-    /// Everything.
+    /// Returns the everything.
     pub(crate) fn whole(scene: &Scene) -> Self {
         Self {
             highest: scene.numerics.fmax.unwrap_or(Self::HIGHEST),

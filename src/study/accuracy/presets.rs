@@ -10,7 +10,7 @@ use crate::study::accuracy::settings::Settings;
 /// Coarsest tolerance of the poles that a scene may ask for.
 const COARSEST_POLES: f64 = 1e-2;
 
-/// The settings that a row chooses for a scene up to `highest` \[Hz\].
+/// Returns the settings that a row chooses for a scene up to `highest` \[Hz\].
 pub(crate) fn settings(scene: &Scene, row: &'static FrontRow, highest: f64) -> Settings {
     let mut settings = Settings::of(scene);
     let Settings { numerics, contact, cell_length } = &mut settings;
@@ -32,14 +32,14 @@ pub(crate) fn settings(scene: &Scene, row: &'static FrontRow, highest: f64) -> S
     settings
 }
 
-/// All rows with their names.
+/// Returns all rows with their names.
 pub(crate) fn named(scene: &Scene, highest: f64) -> Vec<(String, Settings)> {
     let rows = FrontRow::all(scene.contact.zone).iter();
     rows.map(|row| (row.preset.name().to_owned(), settings(scene, row, highest))).collect()
 }
 
-/// Each of some settings with one of them turned either way: what is close to them on the way to more accuracy or less
-/// work.
+/// Returns each of some settings with one of them turned either way: what is close to them on the way to more accuracy
+/// or less work.
 pub(crate) fn neighbours(named: &[(String, Settings)]) -> Vec<Knob> {
     named
         .iter()

@@ -22,7 +22,7 @@ pub(crate) struct Settings {
 }
 
 impl Settings {
-    /// Those of a scene.
+    /// Returns those of a scene.
     pub(crate) fn of(scene: &Scene) -> Self {
         let (mut numerics, mut contact) = (scene.numerics.clone(), scene.contact.clone());
         numerics.forget_wishes();
@@ -42,14 +42,14 @@ impl Settings {
         Self { numerics, contact, cell_length }
     }
 
-    /// The same with something turned.
+    /// Returns the same with something turned.
     pub(crate) fn with(&self, turn: impl FnOnce(&mut Self)) -> Self {
         let mut settings = self.clone();
         turn(&mut settings);
         settings
     }
 
-    /// The scene with these settings.
+    /// Returns the scene with these settings.
     pub(crate) fn on(&self, scene: &Scene) -> Scene {
         let Self { numerics, mut contact, cell_length } = self.clone();
         if contact.zone == Zone::Slices {
@@ -70,12 +70,12 @@ impl Settings {
         Scene { numerics, contact, ..scene.clone() }
     }
 
-    /// Time steps in a revolution.
+    /// Returns the time steps in a revolution.
     pub(crate) fn steps(&self) -> usize {
         self.numerics.elements * self.numerics.substeps
     }
 
-    /// Time step of a scene's tyre at its speed \[s\].
+    /// Returns the time step of a scene's tyre at its speed \[s\].
     pub(crate) fn time_step(&self, scene: &Scene) -> f64 {
         scene.tyre.circumference / (self.steps() as f64 * scene.rolling.speed())
     }

@@ -58,12 +58,12 @@ pub(crate) struct SoundPoint {
 }
 
 impl SoundPoint {
-    /// Largest difference of a third octave at any receiver \[dB\].
+    /// Returns the largest difference of a third octave at any receiver \[dB\].
     pub(crate) fn worst(&self) -> Option<&SoundDifference> {
         self.differences.iter().max_by(|a, b| a.worst.total_cmp(&b.worst))
     }
 
-    /// Largest difference of an A-weighted level at any receiver \[dB(A)\].
+    /// Returns the largest difference of an A-weighted level at any receiver \[dB(A)\].
     pub(crate) fn level_a(&self) -> f64 {
         self.differences.iter().filter_map(|of| of.level_a).map(f64::abs).fold(0.0, f64::max)
     }
@@ -81,7 +81,7 @@ pub(crate) struct SoundStudy {
 /// A way by its name.
 type Way = (String, Radiation);
 
-/// The reference, and what is compared with it.
+/// Returns the reference, and what is compared with it.
 fn ways(own: &Radiation) -> (Way, Vec<Way>) {
     let finest = Radiation {
         // What a draft is worth is told by the full method, too.

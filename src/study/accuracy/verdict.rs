@@ -37,7 +37,7 @@ impl Verdict {
     }
 }
 
-/// The verdicts of a study in which the presets are named points.
+/// Returns the verdicts of a study in which the presets are named points.
 pub(crate) fn verdicts(study: &Study) -> Vec<Verdict> {
     let points: Vec<(f64, f64)> = study.points().map(Point::coordinates).collect();
     let verdict = |row: &FrontRow| {

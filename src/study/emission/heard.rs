@@ -103,12 +103,13 @@ pub(super) fn listen(label: &Label, run: &Stored) -> Result<Vec<Heard>, Emission
     if all.is_empty() { Err(EmissionError::NoPassage { name }) } else { Ok(all) }
 }
 
-/// Level of a vehicle's tyres over that of so many \[dB\]: mean squares add.
+/// Returns the level of a vehicle's tyres over that of so many \[dB\]: mean squares add.
 fn to_vehicle(tyres: usize) -> f64 {
     10.0 * (Vehicle::TYRES as f64 / tyres as f64).log10()
 }
 
-/// Octave bands of CNOSSOS-EU, 63 Hz to 8 kHz, from the third octaves within: those of which all three are there.
+/// Returns the octave bands of CNOSSOS-EU, 63 Hz to 8 kHz, from the third octaves within: those of which all three are
+/// there.
 pub(super) fn octaves(third_octaves: &[BandLevel]) -> Vec<BandLevel> {
     let octave = |middle: i32| {
         let three: Vec<&BandLevel> = third_octaves.iter().filter(|of| (of.band.0 - middle).abs() <= 1).collect();
@@ -124,7 +125,7 @@ pub(super) fn octaves(third_octaves: &[BandLevel]) -> Vec<BandLevel> {
 pub(super) mod tests {
     use super::*;
 
-    /// Levels of bands \[dB\].
+    /// Returns the levels of bands \[dB\].
     pub(in crate::study::emission) fn bands(levels: &[(i32, f64)]) -> Vec<BandLevel> {
         let one = |&(band, level): &(i32, f64)| BandLevel {
             band: ThirdOctaveBand(band),

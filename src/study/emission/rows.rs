@@ -28,7 +28,7 @@ impl EmissionModel {
     /// All, in the order of the table.
     pub(crate) const ALL: [Self; 3] = [Self::CnossosEu, Self::Nord2000, Self::UnR117];
 
-    /// Name in tables for scripts.
+    /// Returns the name in tables for scripts.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::CnossosEu => "cnossos-eu",
@@ -37,7 +37,7 @@ impl EmissionModel {
         }
     }
 
-    /// Reference speed v_ref \[km/h\].
+    /// Returns the reference speed v_ref \[km/h\].
     pub(crate) fn reference_speed(self) -> f64 {
         match self {
             Self::CnossosEu | Self::Nord2000 => 70.0,
@@ -78,7 +78,7 @@ struct Point {
     valid: bool,
 }
 
-/// The rows of one group at one receiver, from its runs.
+/// Returns the rows of one group at one receiver, from its runs.
 pub(super) fn rows(heard: &[&Heard]) -> Vec<EmissionRow> {
     let row = |model: EmissionModel, nominal_hz, tyres, points: Vec<Point>| {
         let points: Vec<Point> = points.into_iter().filter(|point| point.level.is_finite()).collect();

@@ -15,8 +15,8 @@ pub(crate) const EMISSION_HEAD: &str = "group,receiver,model,nominal_hz,referenc
 const R117_RUNS: usize = 4;
 
 impl Emission {
-    /// All rows, numbers written so that reading gives the same bits. Errors are half of the 95 % interval, empty for
-    /// two runs.
+    /// Returns all rows, numbers written so that reading gives the same bits. Errors are half of the 95 % interval,
+    /// empty for two runs.
     pub(crate) fn csv(&self) -> String {
         let rows = self.rows.iter().map(|of| {
             let (model, reference, line) = (of.model.name(), of.model.reference_speed(), &of.line);
@@ -45,7 +45,7 @@ impl Emission {
         csv(EMISSION_HEAD.split(','), rows)
     }
 
-    /// All rows, and what they assume.
+    /// Returns all rows, and what they assume.
     pub(crate) fn to_json(&self) -> Value {
         let row = |of: &EmissionRow| {
             json!({
@@ -72,7 +72,7 @@ impl Emission {
         })
     }
 
-    /// Tables by group and receiver, for people.
+    /// Returns the tables by group and receiver, for people.
     pub(crate) fn report(&self) -> Report {
         let mut report = Report::default();
         let apart = |one: &EmissionRow, other: &EmissionRow| {
@@ -96,7 +96,7 @@ impl Emission {
     }
 }
 
-/// Cells of a row, in brackets where it is not valid.
+/// Returns the cells of a row, in brackets where it is not valid.
 fn cells(of: &EmissionRow) -> Vec<String> {
     let line = &of.line;
     let number = |value: Option<f64>| match value {
@@ -117,7 +117,7 @@ fn cells(of: &EmissionRow) -> Vec<String> {
 }
 
 impl EmissionModel {
-    /// Title of its table.
+    /// Returns the title of its table.
     fn title(self) -> &'static str {
         match self {
             Self::CnossosEu => "CNOSSOS-EU, sound power of four tyres re 1 pW, L_W = A + B lg(v/70 km/h)",
@@ -126,7 +126,7 @@ impl EmissionModel {
         }
     }
 
-    /// Assumptions of its rows.
+    /// Returns the assumptions of its rows.
     fn note(self) -> &'static str {
         match self {
             Self::CnossosEu => {
@@ -146,7 +146,7 @@ impl EmissionModel {
 }
 
 impl EmissionRow {
-    /// Difference of a row from the regulation that it follows.
+    /// Returns the difference of a row from the regulation that it follows.
     fn note(&self) -> String {
         if self.model != EmissionModel::UnR117 {
             return String::new();

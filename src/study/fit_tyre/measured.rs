@@ -242,7 +242,7 @@ impl Columns {
     }
 }
 
-/// Columns of the real and the imaginary part for each patch that the header names: `re_20mm`, `im_20mm`.
+/// Returns the columns of the real and the imaginary part for each patch that the header names: `re_20mm`, `im_20mm`.
 fn pairs(found: &[String], line: u64, width: f64) -> Result<Vec<ValueColumns>, MeasuredError> {
     let mut pairs = Vec::new();
     for (number, title) in found.iter().enumerate() {

@@ -36,7 +36,7 @@ struct Group {
     frequencies: Vec<f64>,
 }
 
-/// Rising, each once.
+/// Returns the rising, each once.
 fn distinct(values: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
@@ -44,7 +44,7 @@ fn distinct(values: impl Iterator<Item = f64>) -> Vec<f64> {
     values
 }
 
-/// Where a value stands among rising ones that have it.
+/// Tells where a value stands among rising ones that have it.
 fn place(values: &[f64], value: f64) -> usize {
     values.partition_point(|other| other.total_cmp(&value).is_lt())
 }
@@ -70,14 +70,14 @@ impl<'a> Misfit<'a> {
         Self { points, uncertainty, groups, places }
     }
 
-    /// Mobilities of a tyre where it was measured.
+    /// Returns the mobilities of a tyre where it was measured.
     pub(super) fn mobilities(&self, tyre: &Tyre) -> Vec<Complex64> {
         let computed = |group: &Group| driving_point(tyre, &group.patches, &group.frequencies).values;
         let values: Vec<Vec<Vec<Complex64>>> = self.groups.iter().map(computed).collect();
         self.places.iter().map(|&(group, row, column)| values[group][row][column]).collect()
     }
 
-    /// The residuals of a tyre; once the end is asked for no numbers, without any sum.
+    /// Returns the residuals of a tyre; once the end is asked for no numbers, without any sum.
     pub(super) fn residuals_unless(&self, stop: &AtomicBool, tyre: &Tyre) -> Vec<f64> {
         if stop.load(Ordering::Relaxed) {
             return vec![f64::NAN; 2 * self.points.len()];
@@ -85,7 +85,8 @@ impl<'a> Misfit<'a> {
         self.residuals(&self.mobilities(tyre))
     }
 
-    /// Differences of level and phase, computed less measured, over their uncertainties: two for each point.
+    /// Returns the differences of level and phase, computed less measured, over their uncertainties: two for each
+    /// point.
     pub(super) fn residuals(&self, mobilities: &[Complex64]) -> Vec<f64> {
         let pairs = self.points.iter().zip(mobilities).flat_map(|(point, mobility)| {
             let difference = (mobility / point.mobility).ln();

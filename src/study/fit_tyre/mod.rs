@@ -177,7 +177,7 @@ pub(crate) fn fit(
     })
 }
 
-/// The end, once it is asked for.
+/// Returns the end, once it is asked for.
 fn asked(stop: &AtomicBool) -> Result<(), FitTyreError> {
     if stop.load(Ordering::Relaxed) { Err(FitTyreError::Interrupted) } else { Ok(()) }
 }
@@ -186,7 +186,7 @@ fn going_on(stop: &AtomicBool) -> ControlFlow<()> {
     if stop.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }
 
-/// The point from which the descent on all frequencies begins. Without enough low frequencies it is the start.
+/// Returns the point from which the descent on all frequencies begins. Without enough low frequencies it is the start.
 fn low_point(
     space: &Space<'_>,
     points: &[Point],
@@ -235,14 +235,14 @@ fn low_point(
     Ok(ends.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)).map_or(origin, |end| end.1))
 }
 
-/// Point `index` of a sequence that fills the unit cube evenly, its middle first: multiples of the powers of 1/g, g
-/// the root of g^4 = g + 1 (M. Roberts' R sequence).
+/// Returns the point `index` of a sequence that fills the unit cube evenly, its middle first: multiples of the powers
+/// of 1/g, g the root of g^4 = g + 1 (M. Roberts' R sequence).
 fn spread(index: usize) -> [f64; 3] {
     const ROOT: f64 = 1.220_744_084_605_759_5;
     [1, 2, 3].map(|power| (0.5 + index as f64 / ROOT.powi(power)).fract())
 }
 
-/// (J^T J)^-1 by the singular values of J, and their ratio.
+/// Returns (J^T J)^-1 by the singular values of J, and their ratio.
 fn covariance(slopes: &Mat<f64>) -> (Mat<f64>, f64) {
     let unknowns = slopes.ncols();
     let Ok(svd) = slopes.thin_svd() else {

@@ -81,7 +81,7 @@ impl Parameter {
         Self::SidewallAngle,
     ];
 
-    /// Its name on the command line.
+    /// Returns its name on the command line.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::TreadModulus => "tread-modulus",
@@ -105,7 +105,7 @@ impl Parameter {
         }
     }
 
-    /// Its unit; empty for a number.
+    /// Returns its unit; empty for a number.
     pub(crate) const fn unit(self) -> &'static str {
         match self {
             Self::TreadModulus | Self::BeltModulus | Self::CordStiffness => "Pa",
@@ -142,7 +142,7 @@ impl Parameter {
         )
     }
 
-    /// The key of the scene that holds it.
+    /// Returns the key of the scene that holds it.
     pub(crate) fn key(self, tyre: &Tyre) -> String {
         let belt = belt(tyre).unwrap_or(0);
         let tread = tyre.layers.len().saturating_sub(1);
@@ -167,7 +167,7 @@ impl Parameter {
         }
     }
 
-    /// Where it stands in a tyre; `None` where the tyre, or its material's law, has no such thing.
+    /// Tells where it stands in a tyre; `None` where the tyre, or its material's law, has no such thing.
     pub(crate) fn place(self, tyre: &mut Tyre) -> Option<&mut f64> {
         let belt = belt(tyre);
         let layer = match self {
@@ -199,13 +199,13 @@ impl Parameter {
         }
     }
 
-    /// Its value, if a logarithm can vary it.
+    /// Returns its value, if a logarithm can vary it.
     pub(crate) fn value(self, tyre: &Tyre) -> Option<f64> {
         self.place(&mut tyre.clone()).copied().filter(|&value| value > 0.0)
     }
 }
 
-/// Place of the belt among the layers; a single layer is the tread.
+/// Returns the place of the belt among the layers; a single layer is the tread.
 fn belt(tyre: &Tyre) -> Option<usize> {
     let inner = tyre.layers.len().checked_sub(1).filter(|&count| count > 0)?;
     Some(tyre.layers[..inner].iter().position(crate::scene::Layer::is_tense).unwrap_or(0))
@@ -219,13 +219,13 @@ pub(super) struct Space<'a> {
 }
 
 impl Space<'_> {
-    /// The box in which all points lie.
+    /// Returns the box in which all points lie.
     pub(super) fn bounds(&self) -> Vec<Range<f64>> {
         vec![-BOUND.ln()..BOUND.ln(); self.free.len()]
     }
 
-    /// The tyre at a point. Tension that the start has of its inflation and sidewalls follows the sidewalls, unless it
-    /// is free itself.
+    /// Returns the tyre at a point. Tension that the start has of its inflation and sidewalls follows the sidewalls,
+    /// unless it is free itself.
     pub(super) fn tyre(&self, point: &[f64]) -> Tyre {
         let mut tyre = self.start.clone();
         for (parameter, logarithm) in self.free.iter().zip(point) {

@@ -26,7 +26,7 @@ pub(crate) enum Design {
 }
 
 impl Design {
-    /// The settings of each point; one without any where there is no factor.
+    /// Returns the settings of each point; one without any where there is no factor.
     ///
     /// # Errors
     /// In words, for a factor that is given twice, one without steps on a grid, and too many points.
@@ -57,7 +57,7 @@ impl Design {
     }
 }
 
-/// Every point with every combination of the factors.
+/// Returns every point with every combination of the factors.
 fn grid(mut points: Vec<Vec<Setting>>, factors: &[Factor]) -> Result<Vec<Vec<Setting>>, String> {
     for factor in factors {
         let Values::Listed(values) = &factor.values else {
@@ -80,7 +80,7 @@ fn bounded(points: usize) -> Result<(), String> {
     }
 }
 
-/// One place in each of so many equal parts of \[0, 1), the parts in random order (Fisher and Yates).
+/// Returns one place in each of so many equal parts of \[0, 1), the parts in random order (Fisher and Yates).
 fn column(points: usize, random: &mut impl Rng) -> Vec<f64> {
     let mut parts: Vec<usize> = (0..points).collect();
     for last in (1..points).rev() {

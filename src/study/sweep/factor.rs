@@ -37,7 +37,7 @@ pub(crate) enum Range {
 }
 
 impl Values {
-    /// The values of a list as given.
+    /// Returns the values of a list as given.
     ///
     /// # Errors
     /// In words, for a range without steps.
@@ -87,7 +87,7 @@ impl Factor {
         is_seed(&self.key)
     }
 
-    /// The value at a place of \[0, 1): of a list that whose equal share the place lies in.
+    /// Returns the value at a place of \[0, 1): of a list that whose equal share the place lies in.
     ///
     /// # Errors
     /// As [`Setting::parse`].
@@ -106,7 +106,7 @@ impl Factor {
     }
 }
 
-/// The parts of a list, at its commas: those within quotes and brackets are parts of values.
+/// Returns the parts of a list, at its commas: those within quotes and brackets are parts of values.
 fn parts(text: &str) -> Vec<&str> {
     let (mut quote, mut escaped, mut depth) = (None, false, 0_usize);
     let is_comma = |sign: char| {
@@ -134,8 +134,8 @@ pub(crate) fn is_seed(key: &str) -> bool {
 }
 
 impl Range {
-    /// `FROM..TO:STEP`, or `FROM..TO` of whole numbers, which go in steps of 1, or of others, which has no steps.
-    /// `None` for what does not begin with a number and two points.
+    /// Returns `FROM..TO:STEP`, or `FROM..TO` of whole numbers, which go in steps of 1, or of others, which has no
+    /// steps. `None` for what does not begin with a number and two points.
     pub(crate) fn parse(text: &str) -> Option<Result<Self, String>> {
         let (from, rest) = text.split_once("..")?;
         let start = number(from).ok()?;
@@ -171,14 +171,14 @@ impl Range {
     }
 }
 
-/// A finite number.
+/// Returns a finite number.
 fn number(text: &str) -> Result<f64, String> {
     let text = text.trim();
     let told = || format!("\"{text}\" is not a number: a range is FROM..TO:STEP, such as 50..130:10");
     text.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(told)
 }
 
-/// The number with so many digits that is next to a value.
+/// Returns the number with so many digits that is next to a value.
 fn shortest(value: f64, digits: usize) -> f64 {
     format!("{value:.*e}", digits - 1).parse().unwrap_or(value)
 }

@@ -53,7 +53,7 @@ fn read(folder: &Path) -> Option<Summary> {
     serde_json::from_slice(&input::read(&folder.join(SUMMARY_FILE), TABLE_BYTES).ok()?).ok()
 }
 
-/// Files to listen to.
+/// Returns the files to listen to.
 fn audio(summary: &Summary) -> impl Iterator<Item = &AudioSummary> {
     summary.sound.iter().flat_map(|sound| &sound.receivers).filter_map(|receiver| receiver.audio.as_ref())
 }

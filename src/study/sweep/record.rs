@@ -37,7 +37,7 @@ impl SweepRecord {
         Self { format: FORMAT.to_owned(), format_version: FORMAT_VERSION, title, variants }
     }
 
-    /// The file's text.
+    /// Returns the file's text.
     pub(crate) fn to_json(&self) -> String {
         format!("{:#}\n", serde_json::json!(self))
     }

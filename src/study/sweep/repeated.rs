@@ -50,7 +50,7 @@ impl Mean {
         Some(Self { runs: values.len(), mean, interval, lowest: fold(f64::min), highest: fold(f64::max) })
     }
 
-    /// `70.12 +- 0.31`.
+    /// Returns `70.12 +- 0.31`.
     fn text(&self, decimals: usize) -> String {
         let interval = self.interval.map_or_else(String::new, |interval| format!(" +- {interval:.decimals$}"));
         format!("{:.decimals$}{interval}", self.mean)
@@ -146,12 +146,13 @@ impl RepeatedTable {
         report
     }
 
-    /// Every mean, with the columns that say which.
+    /// Returns every mean, with the columns that say which.
     fn lines(&self) -> impl Iterator<Item = (&RepeatedRow, &Quantity, &Mean)> {
         self.rows.iter().flat_map(|row| row.means.iter().map(move |(quantity, mean)| (row, quantity, mean)))
     }
 
-    /// Every mean as CSV: the factors, quantity, unit, runs, mean, half its 95 % interval, lowest and highest value.
+    /// Returns every mean as CSV: the factors, quantity, unit, runs, mean, half its 95 % interval, lowest and highest
+    /// value.
     pub(crate) fn csv(&self) -> String {
         let columns = ["quantity", "unit", "runs", "mean", "interval_95", "lowest", "highest"];
         let header = self.factors.iter().cloned().chain(columns.map(str::to_owned));
@@ -164,7 +165,7 @@ impl RepeatedTable {
         table::csv(header, self.lines().map(line))
     }
 
-    /// The same as JSON: an array of objects.
+    /// Returns the same as JSON: an array of objects.
     pub(crate) fn to_json(&self) -> Value {
         let line = |(row, quantity, mean): (&RepeatedRow, &Quantity, &Mean)| {
             let factors: serde_json::Map<String, Value> = self
@@ -184,8 +185,8 @@ impl RepeatedTable {
         self.lines().map(line).collect()
     }
 
-    /// Levels against each factor that takes more than one value, as name of a file and picture: a point with its
-    /// interval for every combination, and a line through the means where values occur more than once.
+    /// Returns the levels against each factor that takes more than one value, as name of a file and picture: a point
+    /// with its interval for every combination, and a line through the means where values occur more than once.
     ///
     /// # Errors
     /// [`PlotError`].
@@ -209,9 +210,9 @@ impl RepeatedTable {
         Ok(plots)
     }
 
-    /// Levels against the speed or, where that is not varied, against the key with the most values, numbers before
-    /// words: a line for each receiver and each combination of the rest, in one picture or in one for each receiver.
-    /// Without any where there are too many lines even so.
+    /// Returns the levels against the speed or, where that is not varied, against the key with the most values, numbers
+    /// before words: a line for each receiver and each combination of the rest, in one picture or in one for each
+    /// receiver. Without any where there are too many lines even so.
     ///
     /// # Errors
     /// [`PlotError`].
@@ -278,7 +279,7 @@ impl RepeatedTable {
         self.quantities.iter().filter(move |quantity| quantity.rank.0 == rank)
     }
 
-    /// A factor's values, each once.
+    /// Returns a factor's values, each once.
     fn labels(&self, column: usize) -> Vec<&str> {
         let mut labels: Vec<&str> = Vec::new();
         for row in &self.rows {
@@ -305,7 +306,7 @@ const DRAWN: [(u8, &str, &str); 2] = [(FORCE, "Force", FORCE_LEVEL), (SOUND, "So
 /// Points of a picture: their name, the quantity and the combinations.
 type Drawn<'a> = (String, &'a Quantity, Vec<&'a RepeatedRow>);
 
-/// A receiver's name; empty for the force, of which there is one.
+/// Returns a receiver's name; empty for the force, of which there is one.
 fn of_sound(quantity: &Quantity) -> String {
     if quantity.rank.0 == SOUND { quantity.name.clone() } else { String::new() }
 }
@@ -333,7 +334,7 @@ fn quantities(done: &Done) -> Vec<(Quantity, f64)> {
     found
 }
 
-/// An axis for a factor, and where its values lie on it: numbers at their place, words one beside the other.
+/// Returns an axis for a factor, and where its values lie on it: numbers at their place, words one beside the other.
 fn axis_of(factor: &str, labels: &[&str]) -> (Axis, Vec<f64>) {
     let numbers: Option<Vec<f64>> = labels.iter().map(|label| label.parse().ok()).collect();
     match numbers {
@@ -361,7 +362,7 @@ mod tests {
         assert_eq!(mean.text(1), "2.0 +- 2.5");
     }
 
-    /// Every combination of some loads and speeds with two seeds, heard by two receivers.
+    /// Returns every combination of some loads and speeds with two seeds, heard by two receivers.
     fn heard(loads: u32) -> Vec<(Label, Option<Done>)> {
         let mut runs = Vec::new();
         for (load, speed, seed) in (0..loads)

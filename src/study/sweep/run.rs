@@ -84,18 +84,18 @@ impl Done {
         }
     }
 
-    /// The level at a receiver \[dB(A)\].
+    /// Returns the level at a receiver \[dB(A)\].
     pub(crate) fn level_at(&self, receiver: &str) -> Option<f64> {
         self.sound.iter().find(|(name, _)| name == receiver).map(|(_, level)| *level)
     }
 
-    /// Name of what is known of a receiver.
+    /// Returns the name of what is known of a receiver.
     pub(crate) fn label_of(&self, receiver: &str) -> String {
         let passed = self.passed.iter().any(|name| name == receiver);
         RatedLevel { name: receiver.to_owned(), passed, level: None }.label()
     }
 
-    /// The load, where it was missed by more than its tolerance.
+    /// Returns the load, where it was missed by more than its tolerance.
     pub(crate) fn missed_load(&self) -> Option<&LoadResult> {
         self.load.as_ref().filter(|load| !load.met)
     }
@@ -187,7 +187,7 @@ fn share_models<'a>(variants: impl Iterator<Item = &'a Variant>, stop: &AtomicBo
     }
 }
 
-/// The levels of a variant that an earlier sweep has finished: the same scene, version and road file.
+/// Returns the levels of a variant that an earlier sweep has finished: the same scene, version and road file.
 fn finished(variant: &Variant, target: &Path) -> Option<Outcome> {
     let folder = target.join(&variant.label.name);
     // What cannot be put in order is told when the variant is run.
@@ -207,12 +207,12 @@ fn finished(variant: &Variant, target: &Path) -> Option<Outcome> {
     Some(Outcome::Done(Done::new(true, read_levels(&folder)?, &summary)))
 }
 
-/// A folder's levels.
+/// Returns a folder's levels.
 fn read_levels(folder: &Path) -> Option<Vec<BandLevel>> {
     read_force_levels(&input::read_text(&folder.join(SPECTRA_FILE), TABLE_BYTES).ok()?)
 }
 
-/// A folder's summary.
+/// Returns a folder's summary.
 fn read_summary(folder: &Path) -> Option<serde_json::Value> {
     serde_json::from_slice(&input::read(&folder.join(SUMMARY_FILE), TABLE_BYTES).ok()?).ok()
 }

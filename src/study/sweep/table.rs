@@ -48,7 +48,7 @@ pub(crate) struct SweepBlock {
     pub lines: Vec<BandLine>,
 }
 
-/// The blocks of a sweep, in the order of its variants, from what each has found.
+/// Returns the blocks of a sweep, in the order of its variants, from what each has found.
 pub(crate) fn blocks(runs: &[(Label, Option<Done>)]) -> Vec<SweepBlock> {
     // A design may have its speeds in any order; the groups keep that in which they begin.
     let first: BTreeMap<&str, usize> =
@@ -62,7 +62,7 @@ pub(crate) fn blocks(runs: &[(Label, Option<Done>)]) -> Vec<SweepBlock> {
     runs.chunk_by(|(one, _), (other, _)| one.group == other.group).map(block).collect()
 }
 
-/// The tables of all roads, loads and settings, speeds side by side.
+/// Returns the tables of all roads, loads and settings, speeds side by side.
 pub(crate) fn side_by_side(blocks: &[SweepBlock]) -> Report {
     let mut report = Report::default();
     for (index, block) in blocks.iter().enumerate() {
@@ -96,7 +96,7 @@ impl SweepBlock {
         heard.into_iter().flatten().map(|(name, _)| name.clone()).collect()
     }
 
-    /// How the level at a receiver grows with the speed, about 80 km/h.
+    /// Tells how the level at a receiver grows with the speed, about 80 km/h.
     fn growth_at(&self, receiver: &str) -> Option<SpeedCoefficient> {
         let pairs = self.speeds.iter().zip(&self.found);
         SpeedCoefficient::fit(
@@ -105,8 +105,8 @@ impl SweepBlock {
         )
     }
 
-    /// The block for people: a line per band, a column per speed, growth and residual last; the rolling resistance
-    /// below, and which loads were missed.
+    /// Returns the block for people: a line per band, a column per speed, growth and residual last; the rolling
+    /// resistance below, and which loads were missed.
     pub(crate) fn report(&self) -> Report {
         let mark = |done: &Done| if done.missed_load().is_some() { " *" } else { "" };
         let columns = || self.speeds.iter().zip(&self.found);
@@ -166,7 +166,7 @@ impl SweepBlock {
     }
 }
 
-/// Levels at the receivers as CSV: one row per group, receiver and speed, with the regression L = L_ref + b
+/// Returns the levels at the receivers as CSV: one row per group, receiver and speed, with the regression L = L_ref + b
 /// lg(v/v_ref);
 /// `None` without receivers.
 pub(crate) fn sound_csv(blocks: &[SweepBlock]) -> Option<String> {
@@ -188,8 +188,8 @@ pub(crate) fn sound_csv(blocks: &[SweepBlock]) -> Option<String> {
     (!rows.is_empty()).then(|| table::csv(header, rows))
 }
 
-/// All blocks as CSV: one row per group, band and speed, the band's growth and what the speed has found repeated.
-/// Numbers are written so that reading gives the same bits.
+/// Returns all blocks as CSV: one row per group, band and speed, the band's growth and what the speed has found
+/// repeated. Numbers are written so that reading gives the same bits.
 pub(crate) fn csv(blocks: &[SweepBlock]) -> String {
     let band = ["group", "nominal_hz", "mid_frequency_hz", "speed_kmh", "level_db_re_1n"];
     let growth = ["growth_db_per_decade", "residual_db", "speeds"];
@@ -214,7 +214,8 @@ pub(crate) fn csv(blocks: &[SweepBlock]) -> String {
     table::csv(header, rows)
 }
 
-/// Growth over frequency, a curve per group, grey where a level is not vouched for; `None` where no band has one.
+/// Returns the growth over frequency, a curve per group, grey where a level is not vouched for; `None` where no band
+/// has one.
 ///
 /// # Errors
 /// [`PlotError`].

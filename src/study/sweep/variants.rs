@@ -121,7 +121,7 @@ pub(crate) enum SweepError {
     },
 }
 
-/// All combinations, speeds innermost, the points of a design round them. A road is a file:
+/// Returns all combinations, speeds innermost, the points of a design round them. A road is a file:
 /// - `.toml`: the keys of a scene's `[road]`, paths relative to the file;
 /// - `.crg`: OpenCRG; `.npy`: a height map, for a scene whose road is one (its spacings are taken); anything else: a
 ///   profile (`.dat`, `.csv`). If the scene's own road is of the same kind its other keys stay.
@@ -194,7 +194,7 @@ impl Combination<'_> {
         (choices, labels)
     }
 
-    /// Its scene, made from the given keys of the sweep's.
+    /// Returns its scene, made from the given keys of the sweep's.
     fn variant(
         &self,
         base: &LoadedScene,
@@ -232,7 +232,8 @@ impl Combination<'_> {
     }
 }
 
-/// The name of a folder, after the labels of what is varied; signs that a folder's name should not have give way.
+/// Returns the name of a folder, after the labels of what is varied; signs that a folder's name should not have give
+/// way.
 fn unique_name(labels: &[String], names: &mut BTreeSet<String>) -> String {
     let sign = |sign: char| if sign.is_alphanumeric() || "+-_.=".contains(sign) { sign } else { '_' };
     let part = |label: &String| -> String {
@@ -253,7 +254,7 @@ fn set(scene: &mut Table, table: &str, key: &str, value: Value) {
     }
 }
 
-/// A road's name and its table.
+/// Returns a road's name and its table.
 fn road(scene: &Table, path: &Path) -> Result<(String, Table), SweepError> {
     let failed = |message: String| SweepError::Road { path: path.to_owned(), message };
     let absolute = std::path::absolute(path).map_err(|error| failed(error.to_string()))?;

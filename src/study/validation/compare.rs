@@ -43,13 +43,13 @@ struct Table<'a> {
 }
 
 impl Table<'_> {
-    /// The run on a road at the speed of a number.
+    /// Returns the run on a road at the speed of a number.
     fn run(&self, texture: NamedTexture, speed: usize) -> Option<&HeardRun> {
         let of = |run: &&HeardRun| run.texture == texture && (run.speed_kmh - PUBLISHED_SPEEDS[speed]).abs() < 1e-9;
         self.measured.runs.iter().find(of)
     }
 
-    /// A row of a single quantity; none of a name without one.
+    /// Returns a row of a single quantity; none of a name without one.
     fn single(&self, group: Group, of: Compared, name: &str, frequency: Option<f64>, value: Option<f64>) -> Vec<Row> {
         let Some(quantity) = self.published.quantity(name) else { return Vec::new() };
         let row = Row {
@@ -188,7 +188,7 @@ impl Table<'_> {
     }
 }
 
-/// Level of all bands together; `None` where one is not known.
+/// Returns the level of all bands together; `None` where one is not known.
 fn energy_of(run: &HeardRun, bands: std::ops::RangeInclusive<i32>) -> Option<f64> {
     let levels: Option<Vec<f64>> = bands.map(|band| run.coast_by_band(ThirdOctaveBand(band))).collect();
     levels.map(energy_sum)
@@ -201,7 +201,7 @@ mod tests {
     use super::*;
     use crate::study::validation::row::Verdict;
 
-    /// A run with levels that fall by 2 dB a band from 200 Hz on and grow by 30 dB a decade.
+    /// Returns a run with levels that fall by 2 dB a band from 200 Hz on and grow by 30 dB a decade.
     fn run(texture: NamedTexture, speed: usize, shift: f64) -> HeardRun {
         let grown = 30.0 * (PUBLISHED_SPEEDS[speed] / 80.0).log10() + shift;
         let bands: BTreeMap<i32, f64> = (-7..=4).map(|band| (band, 60.0 - 2.0 * f64::from(band) + grown)).collect();

@@ -63,12 +63,12 @@ pub(crate) struct HeardRun {
 }
 
 impl HeardRun {
-    /// Level of a band along the coast-by line \[dB(A)\].
+    /// Returns the level of a band along the coast-by line \[dB(A)\].
     pub(crate) fn coast_by_band(&self, band: ThirdOctaveBand) -> Option<f64> {
         self.coast_by_bands.get(&band.0).copied()
     }
 
-    /// Level of a band close to the tyre \[dB(A)\].
+    /// Returns the level of a band close to the tyre \[dB(A)\].
     pub(crate) fn cpx_band(&self, band: ThirdOctaveBand) -> Option<f64> {
         self.cpx_bands.get(&band.0).copied()
     }
@@ -147,8 +147,8 @@ impl From<ContactError> for ValidationError {
     }
 }
 
-/// The scene that is validated where none is named: the default scene, its numerics good up to 2 kHz, with settings of
-/// the caller's.
+/// Returns the scene that is validated where none is named: the default scene, its numerics good up to 2 kHz, with
+/// settings of the caller's.
 ///
 /// # Errors
 /// Mistakes in the settings.
@@ -167,8 +167,9 @@ fn setting(text: &str) -> Vec<Setting> {
     Setting::parse(text).into_iter().collect()
 }
 
-/// Measures a scene: the standing tyre, then runs on the roads at the speeds that a row needs, each over 165 m after the
-/// warm-up, heard by a coast-by microphone and close to the tyre. Of the scene all counts but its road, receivers, speed and duration.
+/// Measures a scene: the standing tyre, then runs on the roads at the speeds that a row needs, each over 165 m after
+/// the warm-up, heard by a coast-by microphone and close to the tyre. Of the scene all counts but its road, receivers,
+/// speed and duration.
 ///
 /// # Errors
 /// [`ValidationError`]; [`RunError::Interrupted`] within it.
@@ -208,7 +209,7 @@ pub(crate) fn measure(
     Ok(Measured { tyre, runs, load, lacks: Lacks::of(&loaded.scene) })
 }
 
-/// Settings of a run on a road.
+/// Returns the settings of a run on a road.
 fn on_road(texture: NamedTexture, duration: f64) -> Vec<Setting> {
     let texts = [
         format!("road={{ kind = \"made\", seed = {SEED}, texture = \"{}\" }}", texture.name()),

@@ -32,7 +32,7 @@ pub(crate) enum Missing {
 }
 
 impl Missing {
-    /// The reason in words.
+    /// Returns the reason in words.
     pub(crate) const fn title(self) -> &'static str {
         match self {
             Self::Sidewalls => "sidewalls at rest",

@@ -86,30 +86,30 @@ pub(crate) struct PublishedSet {
 }
 
 impl PublishedSet {
-    /// A band relative to the energy sum of all, at the speed of a number \[dB\].
+    /// Returns a band relative to the energy sum of all, at the speed of a number \[dB\].
     pub(crate) fn relative(&self, speed: usize, band: ThirdOctaveBand) -> Option<f64> {
         let levels = self.levels.get(speed)?;
         Some(levels.get(&band.0)? - energy_sum(levels.values().copied()))
     }
 
-    /// Growth of a band from the lowest speed to the highest \[dB a decade\].
+    /// Returns the growth of a band from the lowest speed to the highest \[dB a decade\].
     pub(crate) fn growth(&self, band: ThirdOctaveBand) -> Option<f64> {
         let [lowest, _, highest] = &self.levels;
         Some((highest.get(&band.0)? - lowest.get(&band.0)?) / decades())
     }
 }
 
-/// Decades of speed between the lowest and the highest published one.
+/// Returns the decades of speed between the lowest and the highest published one.
 pub(super) fn decades() -> f64 {
     (PUBLISHED_SPEEDS[2] / PUBLISHED_SPEEDS[0]).log10()
 }
 
-/// Level of several levels together \[dB\].
+/// Returns the level of several levels together \[dB\].
 pub(super) fn energy_sum(levels: impl IntoIterator<Item = f64>) -> f64 {
     crate::sound::levels::energetic_sum(levels)
 }
 
-/// The bands of the comparison, lowest first.
+/// Returns the bands of the comparison, lowest first.
 pub(super) fn bands() -> impl Iterator<Item = ThirdOctaveBand> {
     BANDS.map(ThirdOctaveBand)
 }
@@ -147,7 +147,7 @@ impl Published {
         Self { sets, shape, growth, quantities }
     }
 
-    /// The quantity of a name.
+    /// Returns the quantity of a name.
     pub(crate) fn quantity(&self, name: &str) -> Option<&Quantity> {
         self.quantities.get(name)
     }
@@ -158,12 +158,12 @@ impl Published {
         self.quantities.iter().map(|(name, quantity)| (name.as_str(), quantity))
     }
 
-    /// Range of a band relative to the sum, at the speed of a number \[dB\].
+    /// Returns the range of a band relative to the sum, at the speed of a number \[dB\].
     pub(crate) fn shape_range(&self, speed: usize, band: ThirdOctaveBand) -> [f64; 2] {
         widened(self.sets.iter().filter_map(|set| set.relative(speed, band)), self.shape.spread)
     }
 
-    /// Range of a band's growth \[dB a decade\].
+    /// Returns the range of a band's growth \[dB a decade\].
     pub(crate) fn growth_range(&self, band: ThirdOctaveBand) -> [f64; 2] {
         widened(self.sets.iter().filter_map(|set| set.growth(band)), self.growth.spread)
     }
@@ -175,8 +175,8 @@ fn widened(values: impl Iterator<Item = f64>, by: f64) -> [f64; 2] {
     [lowest - by, highest + by]
 }
 
-/// A-weighted levels with one reference at all speeds: the shape of each, shifted so that 1 kHz, where the A-weighting
-/// is 0 dB, has the level of its power.
+/// Returns the A-weighted levels with one reference at all speeds: the shape of each, shifted so that 1 kHz, where the
+/// A-weighting is 0 dB, has the level of its power.
 fn absolute(shape: [BTreeMap<i32, f64>; 3], power: &[BTreeMap<i32, f64>; 3]) -> [BTreeMap<i32, f64>; 3] {
     let mut shifted = shape;
     for (shape, power) in shifted.iter_mut().zip(power) {
@@ -186,8 +186,8 @@ fn absolute(shape: [BTreeMap<i32, f64>; 3], power: &[BTreeMap<i32, f64>; 3]) -> 
     shifted
 }
 
-/// Levels of the bands at the three speeds, in the columns that are named by the speed, of the rows of a set; `None` of
-/// a set that is not there.
+/// Returns the levels of the bands at the three speeds, in the columns that are named by the speed, of the rows of a
+/// set; `None` of a set that is not there.
 fn levels(
     table: &str,
     key: &str,

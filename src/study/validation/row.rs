@@ -40,7 +40,7 @@ impl Group {
         Self::Resistance,
     ];
 
-    /// The group in words.
+    /// Returns the group in words.
     pub(crate) const fn title(self) -> &'static str {
         match self {
             Self::Tyre => "tyre, standing",
@@ -106,7 +106,7 @@ impl Row {
         }
     }
 
-    /// Distance from the range: 0 inside, negative below it; `None` of a value that is not known.
+    /// Returns the distance from the range: 0 inside, negative below it; `None` of a value that is not known.
     pub(crate) fn outside(&self) -> Option<f64> {
         match self.verdict() {
             Verdict::Inside => Some(0.0),

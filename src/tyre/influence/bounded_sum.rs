@@ -11,8 +11,8 @@ use super::projection::Projection;
 use super::waves::Waves;
 
 impl InfluenceSum {
-    /// Explicit terms; whichever of the two counts is not given ends when the rest is below the tolerance of the static
-    /// value.
+    /// Returns the explicit terms; whichever of the two counts is not given ends when the rest is below the tolerance
+    /// of the static value.
     ///
     /// Bound: for k h >= 3 and |Q/mu| <= 0.4 k^2, |C_zz| <= 2 (1 - nu)/(|mu| k). Then the rest of the sum over m, with
     /// a_m^2 <= (2 B/(pi b m))^2, is below c (2/B) (2 B/(pi b))^2 min(1/(2 m k), 1/(4 m ky)) and the rest over p, with

@@ -24,44 +24,44 @@ pub struct CellGrid {
 }
 
 impl CellGrid {
-    /// N cells round a tyre by M across its contact width.
+    /// Returns N cells round a tyre by M across its contact width.
     pub fn new(tyre: &Tyre, elements: usize, across: usize) -> Self {
         Self { along: Projection::new(tyre, elements), across }
     }
 
-    /// The tyre's waves.
+    /// Returns the tyre's waves.
     pub(crate) fn waves(&self) -> Waves {
         self.along.waves
     }
 
-    /// Cells N round the tyre.
+    /// Returns the cells N round the tyre.
     pub fn elements(&self) -> usize {
         self.along.elements
     }
 
-    /// Length dx of a cell along \[m\].
+    /// Returns the length dx of a cell along \[m\].
     pub fn length(&self) -> f64 {
         self.along.element
     }
 
-    /// Width dy of a cell \[m\].
+    /// Returns the width dy of a cell \[m\].
     pub fn pitch(&self) -> f64 {
         self.along.contact_width / self.across as f64
     }
 
-    /// Distance of a cell's middle from the tyre's, to the left \[m\].
+    /// Returns the distance of a cell's middle from the tyre's, to the left \[m\].
     pub fn from_middle(&self, j: usize) -> f64 {
         (j as f64 + 0.5) * self.pitch() - 0.5 * self.along.contact_width
     }
 
-    /// The width nearest to the tyre's \[m\] at which its sides are whole numbers of cells away from the strip: there,
-    /// m and 2 B/dy - m are the same on cells, up to a sign.
+    /// Returns the width nearest to the tyre's \[m\] at which its sides are whole numbers of cells away from the strip:
+    /// there, m and 2 B/dy - m are the same on cells, up to a sign.
     pub fn width_in_cells(&self) -> f64 {
         let strip = self.along.contact_width;
         strip + ((self.waves().width - strip) / self.pitch()).round() * self.pitch()
     }
 
-    /// The lowest lateral number that cells take for m, where sides are whole cells away.
+    /// Returns the lowest lateral number that cells take for m, where sides are whole cells away.
     pub(super) fn same_on_cells(&self, m: usize) -> usize {
         let all = 2 * (self.waves().width / self.pitch()).round() as usize;
         (m % all).min(all - m % all)
@@ -74,7 +74,7 @@ impl CellGrid {
         (0..self.across).any(|j| self.wave(m, j).abs() > ROUNDING)
     }
 
-    /// The wave itself at y_j.
+    /// Returns the wave itself at y_j.
     pub fn wave(&self, m: usize, j: usize) -> f64 {
         let waves = self.waves();
         let phase = waves.ky(m) * (0.5 * waves.width + self.from_middle(j));
@@ -84,21 +84,21 @@ impl CellGrid {
         }
     }
 
-    /// s_m(y_j).
+    /// Returns s_m(y_j).
     pub fn shape(&self, m: usize, j: usize) -> f64 {
         self.wave(m, j) * sinc(0.5 * self.waves().ky(m) * self.pitch())
     }
 
-    /// a_m = (1/M) sum_j s_m(y_j), the mean over the strip: zero for waves that are odd about mid-width.
+    /// Returns a_m = (1/M) sum_j s_m(y_j), the mean over the strip: zero for waves that are odd about mid-width.
     pub fn mean_shape(&self, m: usize) -> f64 {
         let waves = self.waves();
         let even = if waves.is_even(m) { waves.sign_about_middle(m) } else { 0.0 };
         even * waves.lateral_share(m, self.along.contact_width)
     }
 
-    /// The lateral numbers that the strip's mean hears, up to `last`: of forces that have nothing to do with each other
-    /// from cell to cell, and waves so short along that all m answer alike, no more than this part of the mean square
-    /// is left out. Of longer waves it is less.
+    /// Returns the lateral numbers that the strip's mean hears, up to `last`: of forces that have nothing to do with
+    /// each other from cell to cell, and waves so short along that all m answer alike, no more than this part of the
+    /// mean square is left out. Of longer waves it is less.
     pub fn heard_by_mean(&self, tolerance: f64, last: usize) -> Vec<usize> {
         let waves = self.waves();
         // The sum over all numbers is 1/b.
@@ -111,18 +111,18 @@ impl CellGrid {
         heard.collect()
     }
 
-    /// sinc^2(ky dy/2), what shapes of two cells have in common.
+    /// Returns sinc^2(ky dy/2), what shapes of two cells have in common.
     pub(super) fn lateral_weight(&self, m: usize) -> f64 {
         let share = sinc(0.5 * self.waves().ky(m) * self.pitch());
         share * share * self.waves().lateral_norm(m)
     }
 
-    /// (1/L) sinc^2(kx dx/2) \[1/m\].
+    /// Returns (1/L) sinc^2(kx dx/2) \[1/m\].
     pub(super) fn longitudinal_weight(&self, n: i64) -> f64 {
         self.along.longitudinal_weight(n)
     }
 
-    /// The lateral numbers that cells can excite, from the lowest on.
+    /// Returns the lateral numbers that cells can excite, from the lowest on.
     pub fn lateral_numbers(&self) -> impl Iterator<Item = usize> + use<> {
         self.waves().first_lateral_number()..
     }

@@ -74,7 +74,7 @@ impl CellSums {
         Self { kernel: Kernel::new(tyre, largest_s, tolerance), grid, truncation, turns, identity }
     }
 
-    /// All that the sums depend on, to the last bit.
+    /// Returns all that the sums depend on, to the last bit.
     pub(super) fn identity(&self) -> &str {
         &self.identity
     }
@@ -84,17 +84,17 @@ impl CellSums {
         self.turns
     }
 
-    /// The cells.
+    /// Returns the cells.
     pub fn grid(&self) -> &CellGrid {
         &self.grid
     }
 
-    /// The kernel at s.
+    /// Returns the kernel at s.
     pub fn at(&self, s: Complex64) -> CellSumsAt {
         CellSumsAt(self.kernel.at(s))
     }
 
-    /// Waves of a band, by lateral number.
+    /// Returns the waves of a band, by lateral number.
     pub fn waves(&self, band: WaveBand) -> Vec<CellRow> {
         band.rows(&self.grid, self.truncation)
     }
@@ -208,7 +208,7 @@ impl HalfSpace {
         phi * self.inverse_shear / k_squared.sqrt()
     }
 
-    /// sum over |kx| > K of (1/L) 4/(kx dx)^2 C: 4/(pi dx^2) int dkx/kx^2 C, with kx = K/u.
+    /// Returns sum over |kx| > K of (1/L) 4/(kx dx)^2 C: 4/(pi dx^2) int dkx/kx^2 C, with kx = K/u.
     fn rest(&self, around: &Around<'_>, ky: f64) -> f64 {
         let (length, highest) = (around.grid.length(), around.highest());
         let integral: f64 = on_unit().map(|[u, weight]| weight * self.compliance(highest / u, ky)).sum();
@@ -231,7 +231,7 @@ impl HalfSpace {
     }
 }
 
-/// Nodes and weights on (0, 1).
+/// Returns the nodes and weights on (0, 1).
 fn on_unit() -> impl Iterator<Item = [f64; 2]> {
     legendre::gauss(TAIL_POINTS).into_iter().map(|[x, weight]| [0.5 * (1.0 + x), 0.5 * weight])
 }
@@ -247,12 +247,12 @@ struct Around<'a> {
 }
 
 impl Around<'_> {
-    /// Where the sum ends \[1/m\].
+    /// Tells where the sum ends \[1/m\].
     fn highest(&self) -> f64 {
         self.grid.waves().kx(self.last) + 0.5 * self.grid.waves().kx(1)
     }
 
-    /// sum over n of (1/L) sinc^2(kx dx/2) cos(kx i dx) of a compliance, i = 0..columns.
+    /// Returns sum over n of (1/L) sinc^2(kx dx/2) cos(kx i dx) of a compliance, i = 0..columns.
     fn sum(&self, ring: &mut Ring, mut compliance: impl FnMut(i64) -> f64) -> Vec<f64> {
         let elements = self.grid.elements();
         let mut folded = vec![0.0; elements / 2 + 1];
@@ -341,7 +341,7 @@ mod tests {
     const ELEMENTS: usize = 32;
     const TIME_STEP: f64 = 2e-4;
 
-    /// The default tyre at 250 km/h.
+    /// Returns the default tyre at 250 km/h.
     fn turning() -> Tyre {
         let tyre = Scene::from_str(DEFAULT, "scene").unwrap().scene.tyre;
         Tyre { angular_velocity: -250.0 / 3.6 / tyre.radius(), ..tyre }

@@ -56,8 +56,8 @@ pub struct WaveBand {
 }
 
 impl CellRow {
-    /// The waves of one lateral number by themselves, n = 0..=N/2 with all aliases |p| up to `most`: how the tyre
-    /// answers forces that are resolved across.
+    /// Returns the waves of one lateral number by themselves, n = 0..=N/2 with all aliases |p| up to `most`: how the
+    /// tyre answers forces that are resolved across.
     pub fn whole(grid: &CellGrid, m: usize, most: usize) -> Self {
         let (elements, norm) = (grid.elements() as i64, grid.waves().lateral_norm(m));
         let wave = |n: i64| {
@@ -74,7 +74,7 @@ impl WaveBand {
     /// All waves on the whole tyre.
     pub const WHOLE: Self = Self { part: 1, fades_in: None, fades_out: None, folded: false };
 
-    /// Share of a wave: those of two bands that meet add up to one.
+    /// Returns the share of a wave: those of two bands that meet add up to one.
     fn share(&self, k: f64) -> f64 {
         // A step that is smooth in ln k, so that neither part reaches far in space.
         let passed = |[low, high]: [f64; 2]| {
@@ -83,7 +83,7 @@ impl WaveBand {
         };
         self.fades_in.map_or(1.0, passed) * (1.0 - self.fades_out.map_or(0.0, passed))
     }
-    /// Its waves on cells, by lateral number.
+    /// Returns its waves on cells, by lateral number.
     pub fn rows(self, grid: &CellGrid, truncation: CellTruncation) -> Vec<CellRow> {
         let waves = grid.waves();
         let ring = grid.elements() / self.part;

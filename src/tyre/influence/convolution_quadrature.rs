@@ -40,7 +40,7 @@ impl Circle {
         Self { length, radius: WRAPPED.powf(1.0 / length as f64) }
     }
 
-    /// zeta_k for k = 0..=K/2.
+    /// Returns zeta_k for k = 0..=K/2.
     pub(crate) fn points(&self) -> impl Iterator<Item = Complex64> + use<> {
         let Self { length, radius } = *self;
         (0..=length / 2).map(move |k| Complex64::from_polar(radius, -2.0 * PI * k as f64 / length as f64))
@@ -62,7 +62,7 @@ pub(crate) struct Contour {
 }
 
 impl Contour {
-    /// The contour for a rule, a time step \[s\] and a number of lags.
+    /// Returns the contour for a rule, a time step \[s\] and a number of lags.
     pub(crate) fn new(rule: TimeRule, time_step: f64, lags: usize) -> Self {
         let circle = Circle::new(lags);
         Self { points: circle.points().map(|zeta| rule.symbol(zeta) / time_step).collect(), circle }
@@ -103,7 +103,7 @@ impl Weights {
         (!stop.load(Ordering::Relaxed)).then_some(weights)
     }
 
-    /// The weights; what comes after `stop` was set stays zero.
+    /// Returns the weights; what comes after `stop` was set stays zero.
     fn summed(
         sum: &InfluenceSum,
         field: Field,
@@ -155,17 +155,17 @@ impl Weights {
         Self { values, odd, lags, evaluations: evaluations.iter().sum(), at_rest }
     }
 
-    /// w_(n,p) for all lags p.
+    /// Returns w_(n,p) for all lags p.
     pub fn of(&self, n: usize) -> &[f64] {
         &self.values[n * self.lags..(n + 1) * self.lags]
     }
 
-    /// The odd part of w_(n,p) for all lags p; none at rest.
+    /// Returns the odd part of w_(n,p) for all lags p; none at rest.
     pub fn odd_of(&self, n: usize) -> &[f64] {
         self.odd.get(n * self.lags..(n + 1) * self.lags).unwrap_or_default()
     }
 
-    /// The part of the static influence that lies beyond the lags kept, relative to the static influence: since
+    /// Returns the part of the static influence that lies beyond the lags kept, relative to the static influence: since
     /// sum_p w_p = H(0), the truncation of the memory is measured, not guessed.
     pub fn truncated(&self) -> f64 {
         let total: f64 = self.at_rest.iter().sum();

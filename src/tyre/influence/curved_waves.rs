@@ -35,26 +35,26 @@ pub(super) struct CurvedWaves {
 const LAYER_BYTES: f64 = 1.2e4;
 const TURNING_LAYER_BYTES: f64 = 5.2e4;
 
-/// Wavenumber \[1/m\] from which waves are a flat layer's.
+/// Returns the wavenumber \[1/m\] from which waves are a flat layer's.
 fn flat_from(tyre: &Tyre, tolerance: f64) -> f64 {
     let thickness = tyre.layers.last().map_or(tyre.circumference, |tread| tread.thickness);
     thickness_limit(thickness, tolerance)
 }
 
-/// Bytes of the waves of a tyre that sums within a relative `tolerance` prepare.
+/// Returns the bytes of the waves of a tyre that sums within a relative `tolerance` prepare.
 pub(crate) fn wave_bytes(tyre: &Tyre, tolerance: f64) -> f64 {
     let each = LAYER_BYTES + if tyre.turns() { TURNING_LAYER_BYTES } else { 0.0 };
     each * tyre.layers.len() as f64 * wave_count(tyre, tolerance)
 }
 
-/// Bytes of the products of polynomials that layers with cords, or orthotropic ones, take for all degrees: their waves
-/// have steep displacements, and hardly two of them one degree. Others take a few degrees.
+/// Returns the bytes of the products of polynomials that layers with cords, or orthotropic ones, take for all degrees:
+/// their waves have steep displacements, and hardly two of them one degree. Others take a few degrees.
 pub(crate) fn steep_bytes(tyre: &Tyre) -> f64 {
     let steep = tyre.layers.iter().filter(|layer| tyre.curvature && !layer.is_isotropic()).count();
     steep as f64 * Cylinder::PRODUCT_BYTES
 }
 
-/// Waves of a tyre that sums within a relative `tolerance` prepare; none of a flat one.
+/// Returns the waves of a tyre that sums within a relative `tolerance` prepare; none of a flat one.
 pub(crate) fn wave_count(tyre: &Tyre, tolerance: f64) -> f64 {
     if !tyre.curvature {
         return 0.0;
@@ -83,7 +83,7 @@ impl CurvedWaves {
         }
     }
 
-    /// The same for s = 0 alone.
+    /// Returns the same for s = 0 alone.
     pub(super) fn at_rest(&self) -> Self {
         Self::new(&self.tyre, 0.0, self.tolerance)
     }
@@ -106,7 +106,7 @@ impl CurvedWaves {
         self.tyre.turns()
     }
 
-    /// The wave (|n|, m), which serves n and -n; `None`: a flat layer's will do.
+    /// Returns the wave (|n|, m), which serves n and -n; `None`: a flat layer's will do.
     #[inline]
     pub(super) fn get(&self, n: i64, m: usize) -> Option<&CylinderWave> {
         if self.waves.kx(n).hypot(self.waves.ky(m)) >= self.below {

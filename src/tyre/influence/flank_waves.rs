@@ -39,14 +39,15 @@ pub(super) struct FlankWaves {
 /// Flows of the sidewall by its edge's motion, by wave.
 pub(super) type ByEdge = Vec<BothWays<Flow>>;
 
-/// Bytes of the flows of so many waves and lateral numbers at so many frequencies, those of one edge included.
+/// Returns the bytes of the flows of so many waves and lateral numbers at so many frequencies, those of one edge
+/// included.
 pub(super) fn bytes(around: usize, lateral: usize, points: f64, turns: bool) -> f64 {
     let by_edge = around.next_multiple_of(MOST_LANES) * size_of::<BothWays<Flow>>();
     let ways = if turns { 2 } else { 1 };
     points * (by_edge + ways * around * lateral * PIECES * size_of::<Complex32>()) as f64
 }
 
-/// The flows by the edge's motion at some s, all waves that sidewalls are told apart by.
+/// Returns the flows by the edge's motion at some s, all waves that sidewalls are told apart by.
 pub(super) fn by_edge(at: &[KernelAt], rule: &SplitRule, most_around: usize) -> Vec<ByEdge> {
     let pieces = Pieces::new(rule.clone());
     in_parallel::map(at, |at| {
@@ -60,7 +61,7 @@ pub(super) fn by_edge(at: &[KernelAt], rule: &SplitRule, most_around: usize) -> 
 }
 
 impl FlankWaves {
-    /// Room for the flows of so many lateral numbers at so many frequencies.
+    /// Returns the room for the flows of so many lateral numbers at so many frequencies.
     pub(super) fn new(by_edge: &[ByEdge], lateral: usize, turns: bool) -> Self {
         let (points, around) = (by_edge.len(), by_edge.first().map_or(0, Vec::len));
         let flows = vec![Complex32::ZERO; around * lateral * points * PIECES];
@@ -68,14 +69,15 @@ impl FlankWaves {
         Self { around, lateral, points, flows, backwards }
     }
 
-    /// Rows of each n, forwards and backwards; these are empty at rest.
+    /// Returns the rows of each n, forwards and backwards; these are empty at rest.
     pub(super) fn rows(&mut self) -> Vec<[&mut [Complex32]; 2]> {
         let width = (self.lateral * self.points * PIECES).max(1);
         let mut backwards = self.backwards.chunks_mut(width);
         self.flows.chunks_mut(width).map(|row| [row, backwards.next().unwrap_or_default()]).collect()
     }
 
-    /// Q/C_zz of the pieces of a wave at the four frequencies from `first` on, by their weights; zero beyond the table.
+    /// Returns Q/C_zz of the pieces of a wave at the four frequencies from `first` on, by their weights; zero beyond
+    /// the table.
     pub(super) fn at(
         &self,
         [n, index]: [usize; 2],
@@ -139,7 +141,7 @@ mod tests {
 
     const PATH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/tyres/car.toml");
 
-    /// Flows of a signed wave by the stack and the arc as they turn, each by its reference.
+    /// Returns the flows of a signed wave by the stack and the arc as they turn, each by its reference.
     fn exact(tyre: &Tyre, rule: &SplitRule, n: i64, m: usize, frequency: f64) -> Vec<Complex64> {
         let s = Complex64::new(0.0, std::f64::consts::TAU * frequency);
         let (_, bottom) = CurvedStack::new(tyre).compliance(n, m, s, FINE_STEP);

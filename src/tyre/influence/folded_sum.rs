@@ -157,23 +157,23 @@ impl InfluenceSum {
         self.turns
     }
 
-    /// Bytes of a tyre's kernel with its tail at so many s \[bytes\]: what [`Self::at_all`] holds, at most.
+    /// Returns the bytes of a tyre's kernel with its tail at so many s \[bytes\]: what [`Self::at_all`] holds, at most.
     pub fn expected_bytes(tyre: &Tyre, points: usize) -> f64 {
         let own = POINT_BYTES[usize::from(tyre.curvature) + usize::from(tyre.curvature && tyre.turns())];
         points as f64 * (own + sidewall_bytes(tyre))
     }
 
-    /// The wavenumbers and weights.
+    /// Returns the wavenumbers and weights.
     pub fn projection(&self) -> &Projection {
         &self.projection
     }
 
-    /// Moduli, cut-off and tail series at s.
+    /// Returns the moduli, cut-off and tail series at s.
     pub fn at(&self, s: Complex64) -> SumAt {
         self.with_kernel(self.kernel.at(s), self.curvature.as_ref().map(|curvature| curvature.waves.at(s)))
     }
 
-    /// The same at each s of a list, on all threads: of a curved tyre several s in lockstep.
+    /// Returns the same at each s of a list, on all threads: of a curved tyre several s in lockstep.
     pub fn at_all(&self, points: &[Complex64]) -> Vec<SumAt> {
         let Some(curvature) = &self.curvature else {
             return in_parallel::map(points, |&s| self.at(s));
@@ -196,7 +196,7 @@ impl InfluenceSum {
         }
     }
 
-    /// The same of its odd part.
+    /// Returns the same of its odd part.
     pub(super) fn odd_by_curvature(&self, n: usize, at: &SumAt) -> Complex64 {
         match (&self.curvature, &at.curvature) {
             // 0 and N/2 stand for both signs.
@@ -207,12 +207,12 @@ impl InfluenceSum {
         }
     }
 
-    /// Sign of an alias' odd part in that of Ht_n; 0 where this stands for both signs, n = 0 and N/2.
+    /// Returns the sign of an alias' odd part in that of Ht_n; 0 where this stands for both signs, n = 0 and N/2.
     pub(super) fn sign_of_odd(&self, n: usize, alias: i64) -> f64 {
         if n == 0 || 2 * n == self.projection.elements { 0.0 } else { alias.signum() as f64 }
     }
 
-    /// Static influence of the element j further on, j = 0..N \[m/N\].
+    /// Returns the static influence of the element j further on, j = 0..N \[m/N\].
     pub fn static_row(&self, field: Field) -> Vec<f64> {
         let change = self.curvature.as_ref().filter(|_| field == Field::Surface);
         let at_rest = self.with_kernel(self.kernel.at_rest(), change.map(|curvature| curvature.waves.resting()));
@@ -221,7 +221,7 @@ impl InfluenceSum {
         Ring::new(self.projection.elements).elements_of(|n| values[n]).to_vec()
     }
 
-    /// Ht_n(s) of a field. `n` from 0 to N/2.
+    /// Returns Ht_n(s) of a field. `n` from 0 to N/2.
     pub fn value(&self, n: usize, at: &SumAt, field: Field) -> InfluenceValue {
         match (&self.tail, &at.tail) {
             (Some(tail), Some(tail_at)) => self.with_tail(n, at, (tail, tail_at), field),
@@ -274,8 +274,8 @@ impl InfluenceSum {
     }
 }
 
-/// The rest of a sum whose series does not converge (|s| far above the sampling frequency), from the last value and the
-/// `weight` of what has been summed: half of its bound.
+/// Returns the rest of a sum whose series does not converge (|s| far above the sampling frequency), from the last value
+/// and the `weight` of what has been summed: half of its bound.
 pub(super) fn bounded_rest(last: Complex64, projection: &Projection, weight: f64) -> Complex64 {
     last * (0.5 * (projection.total_weight() - weight).max(0.0))
 }
@@ -321,7 +321,7 @@ mod tests {
         assert!(misses.is_empty(), "{misses:#?}");
     }
 
-    /// The default tyre at 250 km/h.
+    /// Returns the default tyre at 250 km/h.
     fn turning() -> Tyre {
         let tyre = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
         Tyre { angular_velocity: -69.4 / tyre.radius(), ..tyre }
@@ -403,7 +403,7 @@ mod tests {
         }
     }
 
-    /// Bytes of its series; those of the layers are few.
+    /// Returns the bytes of its series; those of the layers are few.
     fn bytes(at: &SumAt) -> usize {
         let curvature = at
             .curvature

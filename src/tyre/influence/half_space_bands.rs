@@ -60,7 +60,7 @@ fn angle(i: usize) -> f64 {
     PI * (i as f64 + 0.5) / BAND_TERMS as f64
 }
 
-/// Chebyshev coefficients of a function of k^2 in a band.
+/// Returns the Chebyshev coefficients of a function of k^2 in a band.
 pub(super) fn chebyshev<T>([low, high]: [f64; 2], function: impl Fn(f64) -> T) -> [T; BAND_TERMS]
 where
     T: Copy + Mul<f64, Output = T> + Sum,
@@ -73,7 +73,7 @@ where
     std::array::from_fn(|j| values.iter().zip(&TRANSFORM[j]).map(|(&value, &weight)| value * weight).sum())
 }
 
-/// Chebyshev coefficients of C_zz of the half-space in a band of k^2.
+/// Returns the Chebyshev coefficients of C_zz of the half-space in a band of k^2.
 pub(super) fn coefficients(tread: &LayerAt<Complex64>, band: [f64; 2]) -> [Complex64; BAND_TERMS] {
     let ratio = tread.inertia_over_shear();
     chebyshev(band, |k_squared| {

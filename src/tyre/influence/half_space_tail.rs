@@ -41,14 +41,14 @@ pub(super) struct HalfSpaceTailAt {
     pub(super) converges: bool,
 }
 
-/// Wavenumber from which the series converges \[1/m\].
+/// Returns the wavenumber from which the series converges \[1/m\].
 pub(super) fn series_limit(tread: &LayerAt<Complex64>) -> f64 {
     (tread.inertia_over_shear().norm() / LARGEST_ARGUMENT).sqrt()
 }
 
 #[cfg(test)]
 impl HalfSpaceTailAt {
-    /// Bytes of its bands.
+    /// Returns the bytes of its bands.
     pub(super) fn heap_bytes(&self) -> usize {
         self.bands.capacity() * size_of::<[Complex64; BAND_TERMS]>()
     }
@@ -91,13 +91,13 @@ impl HalfSpaceTail {
         HalfSpaceTailAt { explicit, bands, class, series, converges }
     }
 
-    /// Wavenumber below which the layered compliance is evaluated \[1/m\]. The faces below do not see the half-space;
-    /// they keep the larger cut-off of the series.
+    /// Returns the wavenumber below which the layered compliance is evaluated \[1/m\]. The faces below do not see the
+    /// half-space; they keep the larger cut-off of the series.
     pub(super) fn cut_off(&self, at: &HalfSpaceTailAt, surface: bool) -> f64 {
         self.classes.cut_off(if surface { at.explicit } else { at.class })
     }
 
-    /// The surface's share of all waves of n above the surface's cut-off \[m/N\], where the series converges.
+    /// Returns the surface's share of all waves of n above the surface's cut-off \[m/N\], where the series converges.
     pub(super) fn rest(&self, n: usize, at: &HalfSpaceTailAt) -> Complex64 {
         let moments = self.moments.of(n, at.class);
         let mut rest = at.series.iter().zip(moments).map(|(&c, &moment)| c * moment).sum::<Complex64>();

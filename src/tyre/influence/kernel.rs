@@ -57,19 +57,19 @@ pub(crate) struct KernelAt {
 }
 
 impl Kernel {
-    /// A kernel that will be asked for |s| up to `largest_s` \[1/s\]; on a curved tyre with values within a relative
-    /// `tolerance`.
+    /// Returns a kernel that will be asked for |s| up to `largest_s` \[1/s\]; on a curved tyre with values within a
+    /// relative `tolerance`.
     pub(crate) fn new(tyre: &Tyre, largest_s: f64, tolerance: f64) -> Self {
         let curved = tyre.curvature.then(|| Arc::new(CurvedWaves::new(tyre, largest_s, tolerance)));
         Self { stack: Stack::new(tyre), waves: Waves::new(tyre), curved }
     }
 
-    /// The outermost layer, if short waves feel it as a half-space: a layer under tension has no such limit.
+    /// Returns the outermost layer, if short waves feel it as a half-space: a layer under tension has no such limit.
     pub(super) fn tread(&self) -> Option<&Layer> {
         self.stack.layers().last().filter(|tread| !tread.is_tense())
     }
 
-    /// Wavenumber from which on a curved tyre's waves are a flat layer's \[1/m\].
+    /// Returns the wavenumber from which on a curved tyre's waves are a flat layer's \[1/m\].
     pub(super) fn flat_from(&self) -> Option<f64> {
         self.curved.as_ref().map(|waves| waves.below)
     }
@@ -95,12 +95,12 @@ impl Kernel {
 }
 
 impl KernelAt {
-    /// The outermost layer.
+    /// Returns the outermost layer.
     pub(crate) fn tread(&self) -> &LayerAt<Complex64> {
         self.stack.tread()
     }
 
-    /// The sidewalls as arcs; none on a foundation.
+    /// Returns the sidewalls as arcs; none on a foundation.
     pub(super) fn sidewall(&self) -> Option<&SidewallAt> {
         self.curved.as_ref().and_then(|(_, at)| at.sidewall())
     }
@@ -115,7 +115,7 @@ impl KernelAt {
         self.curved.as_ref().is_some_and(|(waves, _)| waves.turns())
     }
 
-    /// C or D of a wave for normal traction \[m/Pa\].
+    /// Returns C or D of a wave for normal traction \[m/Pa\].
     pub(super) fn normal(&self, n: i64, m: usize, field: Field) -> Complex64 {
         if let Some((wave, at)) = self.curved(n, m) {
             if n < 0 && self.turns() {
@@ -136,7 +136,7 @@ impl KernelAt {
         }
     }
 
-    /// The parts of C or D of the waves n and -n for normal traction, n >= 0 \[m/Pa\].
+    /// Returns the parts of C or D of the waves n and -n for normal traction, n >= 0 \[m/Pa\].
     pub(crate) fn normal_parts(&self, n: i64, m: usize, field: Field) -> Parts<Complex64> {
         match self.curved(n, m) {
             Some((wave, at)) if self.turns() => Parts::of(both_ways(wave, at, field)),
@@ -144,7 +144,7 @@ impl KernelAt {
         }
     }
 
-    /// C_xz of a wave: displacement of the surface along x for normal traction \[m/Pa\].
+    /// Returns C_xz of a wave: displacement of the surface along x for normal traction \[m/Pa\].
     fn tangential(&self, n: i64, m: usize) -> Complex64 {
         match self.curved(n, m) {
             Some(_) => self.full(n, m)[0][2],
@@ -152,7 +152,7 @@ impl KernelAt {
         }
     }
 
-    /// The parts of C_xz of the waves n and -n, n >= 0 \[m/Pa\]: at rest all of it is odd.
+    /// Returns the parts of C_xz of the waves n and -n, n >= 0 \[m/Pa\]: at rest all of it is odd.
     pub(crate) fn tangential_parts(&self, n: i64, m: usize) -> Parts<Complex64> {
         if self.turns() && self.curved(n, m).is_some() {
             return Parts::of([n, -n].map(|n| self.full(n, m)[0][2]));
@@ -161,7 +161,7 @@ impl KernelAt {
         Parts { even: Complex64::ZERO, odd: tangential * -Complex64::i() }
     }
 
-    /// C of a wave for all tractions \[m/Pa\]; order circumferential, lateral, outward.
+    /// Returns C of a wave for all tractions \[m/Pa\]; order circumferential, lateral, outward.
     pub(crate) fn full(&self, n: i64, m: usize) -> Matrix3 {
         match self.curved(n, m) {
             Some((wave, at)) if n < 0 => wave.full_backwards(at).0,
@@ -171,7 +171,7 @@ impl KernelAt {
     }
 }
 
-/// C or D of the waves n and -n for normal traction \[m/Pa\].
+/// Returns C or D of the waves n and -n for normal traction \[m/Pa\].
 fn both_ways(wave: &CylinderWave, at: &CylinderAt, field: Field) -> [Complex64; 2] {
     match field {
         Field::Surface => wave.normal_both_ways(at).map(|normal| normal.surface),
@@ -199,7 +199,7 @@ impl<'a, S: Simd> LaneKernel<'a, S> {
         Self { single: kernels, stack, waves: kernels[0].waves, curved }
     }
 
-    /// C and D of a wave, driven on the surface, or [`Field::UnderTread`] \[m/Pa\].
+    /// Returns C and D of a wave, driven on the surface, or [`Field::UnderTread`] \[m/Pa\].
     #[inline(always)]
     pub(super) fn driven(&self, n: i64, m: usize, on_surface: bool) -> NormalCompliance<Lanes<S>> {
         if let Some((waves, at)) = &self.curved
@@ -216,8 +216,8 @@ impl<'a, S: Simd> LaneKernel<'a, S> {
         self.stack.driven(self.waves.kx(n), self.waves.ky(m), on_surface)
     }
 
-    /// The parts of C and D of the waves n and -n, n >= 0, driven on the surface, or [`Field::UnderTread`]: of the
-    /// driven face, then of the innermost one \[m/Pa\].
+    /// Returns the parts of C and D of the waves n and -n, n >= 0, driven on the surface, or [`Field::UnderTread`]: of
+    /// the driven face, then of the innermost one \[m/Pa\].
     #[inline(always)]
     pub(super) fn driven_parts(&self, n: i64, m: usize, on_surface: bool) -> [Parts<Lanes<S>>; 2] {
         if let Some((waves, at)) = &self.curved
@@ -231,8 +231,8 @@ impl<'a, S: Simd> LaneKernel<'a, S> {
         [Parts::even(surface), Parts::even(bottom)]
     }
 
-    /// C_xz/i of a wave, C_xz the displacement of the surface along x for normal traction \[m/Pa\]; where the tyre's
-    /// curvature is felt, one s after the other.
+    /// Returns C_xz/i of a wave, C_xz the displacement of the surface along x for normal traction \[m/Pa\]; where the
+    /// tyre's curvature is felt, one s after the other.
     #[inline(always)]
     pub(in crate::tyre) fn tangential_over_i(&self, simd: S, n: i64, m: usize) -> Lanes<S> {
         match &self.curved {
@@ -243,7 +243,8 @@ impl<'a, S: Simd> LaneKernel<'a, S> {
         }
     }
 
-    /// The parts of C_xz of the waves n and -n, n >= 0 \[m/Pa\]: at rest all of it is odd, [`Self::tangential_over_i`].
+    /// Returns the parts of C_xz of the waves n and -n, n >= 0 \[m/Pa\]: at rest all of it is odd,
+    /// [`Self::tangential_over_i`].
     #[inline(always)]
     pub(in crate::tyre) fn tangential_parts(&self, simd: S, n: i64, m: usize) -> Parts<Lanes<S>> {
         match &self.curved {
@@ -262,13 +263,13 @@ impl<'a, S: Simd> LaneKernel<'a, S> {
         }
     }
 
-    /// C and D of a wave for normal traction \[m/Pa\].
+    /// Returns C and D of a wave for normal traction \[m/Pa\].
     #[inline(always)]
     pub(super) fn normal(&self, n: i64, m: usize) -> NormalCompliance<Lanes<S>> {
         self.driven(n, m, true)
     }
 
-    /// Motion of the inner face in the waves n and -n, n >= 0; `None`: too short to reach it.
+    /// Returns the motion of the inner face in the waves n and -n, n >= 0; `None`: too short to reach it.
     #[inline(always)]
     pub(super) fn edge_both_ways(&self, n: i64, m: usize) -> Option<[EdgeMotion<Lanes<S>>; 2]> {
         let (waves, at) = self.curved.as_ref()?;
@@ -276,7 +277,7 @@ impl<'a, S: Simd> LaneKernel<'a, S> {
     }
 }
 
-/// C and D of the waves n and -n, driven on the surface or under the tread \[m/Pa\].
+/// Returns C and D of the waves n and -n, driven on the surface or under the tread \[m/Pa\].
 #[inline(always)]
 fn driven_both_ways<T: ComplexField>(
     wave: &CylinderWave,

@@ -42,12 +42,12 @@ struct PatchWeights {
     lateral: Vec<f64>,
 }
 
-/// Level of a mobility re 1 m/(N s) \[dB\].
+/// Returns the level of a mobility re 1 m/(N s) \[dB\].
 pub(crate) fn level(value: Complex64) -> f64 {
     20.0 * value.norm().log10()
 }
 
-/// Phase \[degrees\].
+/// Returns the phase \[degrees\].
 pub(crate) fn phase(value: Complex64) -> f64 {
     value.arg().to_degrees()
 }

@@ -29,7 +29,7 @@ pub(super) struct TailClasses {
 const MOST_CLASSES: usize = 48;
 
 impl TailClasses {
-    /// Classes from `smallest` until `largest` is reached \[1/m\].
+    /// Returns the classes from `smallest` until `largest` is reached \[1/m\].
     pub(super) fn new(smallest: f64, largest: f64) -> Self {
         let mut cut_offs = vec![smallest];
         let mut next = smallest;
@@ -40,27 +40,27 @@ impl TailClasses {
         Self { cut_offs }
     }
 
-    /// The cut-off of a class \[1/m\].
+    /// Returns the cut-off of a class \[1/m\].
     pub(super) fn cut_off(&self, class: usize) -> f64 {
         self.cut_offs[class]
     }
 
-    /// The largest cut-off \[1/m\].
+    /// Returns the largest cut-off \[1/m\].
     pub(super) fn highest(&self) -> f64 {
         self.cut_offs[self.last()]
     }
 
-    /// The last class.
+    /// Returns the last class.
     pub(super) fn last(&self) -> usize {
         self.cut_offs.len() - 1
     }
 
-    /// The band of k^2 between the cut-offs of a class and the next \[1/m^2\].
+    /// Returns the band of k^2 between the cut-offs of a class and the next \[1/m^2\].
     pub(super) fn band(&self, class: usize) -> [f64; 2] {
         [self.cut_offs[class].powi(2), self.cut_offs[class + 1].powi(2)]
     }
 
-    /// The smallest class at or above a wavenumber, and whether there is one.
+    /// Returns the smallest class at or above a wavenumber, and whether there is one.
     pub(super) fn choose(&self, wavenumber: f64) -> (usize, bool) {
         let class = self.cut_offs.partition_point(|&cut_off| cut_off < wavenumber);
         if class < self.cut_offs.len() { (class, true) } else { (self.cut_offs.len() - 1, false) }
@@ -98,12 +98,12 @@ impl Moments {
         Self { classes: count, values, bands }
     }
 
-    /// Chebyshev moments nu_j(n) of the band between a class and the next.
+    /// Returns the Chebyshev moments nu_j(n) of the band between a class and the next.
     pub(super) fn band(&self, n: usize, class: usize) -> &[f64; BAND_TERMS] {
         &self.bands[n * self.classes + class]
     }
 
-    /// M_j(n) of a class.
+    /// Returns M_j(n) of a class.
     pub(super) fn of(&self, n: usize, class: usize) -> &[f64; TERMS] {
         &self.values[n * self.classes + class]
     }
@@ -130,14 +130,15 @@ fn powers_of(band: [f64; 2]) -> PowersOfBand {
 /// A value of ky^2 or kx^2 and its weight.
 pub(super) type Weighted = (f64, f64);
 
-/// kx^2 and longitudinal weights of all aliases of n: those up to `lobes`, then those that stand for all others.
+/// Returns kx^2 and longitudinal weights of all aliases of n: those up to `lobes`, then those that stand for all
+/// others.
 pub(super) fn longitudinal(projection: &Projection, n: usize, lobes: i64) -> [Vec<Weighted>; 2] {
     let mut aliases = signed_longitudinal(projection, n, lobes);
     aliases.iter_mut().flatten().for_each(|(kx, _)| *kx *= *kx);
     aliases
 }
 
-/// The same by kx with its sign.
+/// Returns the same by kx with its sign.
 pub(super) fn signed_longitudinal(projection: &Projection, n: usize, lobes: i64) -> [Vec<(f64, f64)>; 2] {
     let elements = projection.elements as i64;
     let explicit = (-lobes..=lobes)
@@ -157,8 +158,8 @@ pub(super) fn signed_longitudinal(projection: &Projection, n: usize, lobes: i64)
     [explicit, far]
 }
 
-/// ky^2 and lateral weights of the m that a strip excites: as many as are summed one by one, then those that stand for
-/// all others.
+/// Returns ky^2 and lateral weights of the m that a strip excites: as many as are summed one by one, then those that
+/// stand for all others.
 pub(super) fn lateral(projection: &Projection, highest: f64) -> Vec<Weighted> {
     // a_m^2 oscillates like cos(m angle).
     let angle = PI * projection.contact_width / projection.waves.width;
@@ -197,7 +198,8 @@ pub(super) fn lateral(projection: &Projection, highest: f64) -> Vec<Weighted> {
 /// Odd m past the cut-off for which a beat of 1 is summed by parts to rounding.
 const PARTS_PER_BEAT: f64 = 25.0;
 
-/// Power moments above every cut-off, and Chebyshev moments between neighbouring ones (the last entry stays empty).
+/// Returns the power moments above every cut-off, and Chebyshev moments between neighbouring ones (the last entry stays
+/// empty).
 fn for_wavenumber(
     projection: &Projection,
     classes: &TailClasses,
@@ -319,7 +321,7 @@ mod tests {
     use super::*;
     use crate::scene::Sides;
 
-    /// A strip of a share of the width, 64 elements round.
+    /// Returns a strip of a share of the width, 64 elements round.
     fn projection(share: f64, sides: Sides) -> Projection {
         Projection {
             waves: Waves { circumference: 1.95, width: 0.2, sides },

@@ -13,13 +13,13 @@ pub(crate) struct Parts<T> {
 }
 
 impl<T: ComplexField> Parts<T> {
-    /// Those of X_n and X_-n.
+    /// Returns those of X_n and X_-n.
     #[inline(always)]
     pub(crate) fn of([forwards, backwards]: [T; 2]) -> Self {
         Self { even: (forwards + backwards) * 0.5, odd: ((backwards - forwards) * 0.5).times_i() }
     }
 
-    /// Parts of an X_n that is even in n.
+    /// Returns the parts of an X_n that is even in n.
     #[inline(always)]
     pub(crate) fn even(even: T) -> Self {
         Self { even, odd: even * 0.0 }

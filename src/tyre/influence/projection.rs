@@ -28,7 +28,7 @@ pub struct Projection {
 }
 
 impl Projection {
-    /// The projection of a tyre with N elements.
+    /// Returns the projection of a tyre with N elements.
     pub fn new(tyre: &Tyre, elements: usize) -> Self {
         Self {
             waves: Waves::new(tyre),
@@ -38,23 +38,23 @@ impl Projection {
         }
     }
 
-    /// (1/L) sinc^2(kx dx/2) \[1/m\].
+    /// Returns (1/L) sinc^2(kx dx/2) \[1/m\].
     pub fn longitudinal_weight(&self, n: i64) -> f64 {
         let shape = sinc(0.5 * self.waves.kx(n) * self.element);
         shape * shape / self.waves.circumference
     }
 
-    /// Weight of a lateral wave on the contact's strip.
+    /// Returns the weight of a lateral wave on the contact's strip.
     pub fn lateral_weight(&self, m: usize) -> f64 {
         self.waves.lateral_weight(m, self.contact_width)
     }
 
-    /// The first lateral numbers.
+    /// Returns the first lateral numbers.
     pub(super) fn first_lateral(&self, count: usize) -> Vec<Lateral> {
         self.all_lateral().take(count).collect()
     }
 
-    /// The lateral numbers with ky below the cut-off \[1/m\], from the lowest on.
+    /// Returns the lateral numbers with ky below the cut-off \[1/m\], from the lowest on.
     pub(in crate::tyre) fn lateral_below(&self, cut_off: f64) -> Vec<Lateral> {
         self.all_lateral().take_while(|lateral| lateral.ky < cut_off).collect()
     }
@@ -63,18 +63,18 @@ impl Projection {
         self.waves.lateral_numbers().map(|m| Lateral { m, ky: self.waves.ky(m), weight: self.lateral_weight(m) })
     }
 
-    /// Sum of all weights 1/(L b) \[1/m^2\].
+    /// Returns the sum of all weights 1/(L b) \[1/m^2\].
     pub fn total_weight(&self) -> f64 {
         1.0 / (self.waves.circumference * self.contact_width)
     }
 
-    /// Integer wavenumbers n + p N, p = 0, 1, -1, 2, ...
+    /// Returns the integer wavenumbers n + p N, p = 0, 1, -1, 2, ...
     pub fn aliases(&self, n: usize) -> impl Iterator<Item = i64> + use<> {
         let (n, elements) = (n as i64, self.elements as i64);
         std::iter::once(n).chain((1..).flat_map(move |p| [n + p * elements, n - p * elements]))
     }
 
-    /// Those with |kx| below the cut-off \[1/m\], p = 0, 1, -1, 2, ...
+    /// Returns those with |kx| below the cut-off \[1/m\], p = 0, 1, -1, 2, ...
     pub fn aliases_below(&self, n: usize, cut_off: f64) -> impl Iterator<Item = i64> + use<> {
         let largest = (cut_off * self.waves.circumference / (2.0 * PI)) as i64;
         let elements = self.elements as i64;

@@ -110,7 +110,7 @@ impl ShortWaves {
         Self { tyre: tyre.clone(), tolerance, classes, bands }
     }
 
-    /// The same for s = 0 alone.
+    /// Returns the same for s = 0 alone.
     fn at_rest(&self) -> Self {
         let stack = CurvedStack::new(&self.tyre).resolved().without_sidewalls();
         let resting = |band: &Band| Band::new(&self.tyre, &stack, band.limits, 0.0, self.tolerance);
@@ -118,12 +118,12 @@ impl ShortWaves {
         Self { tyre: self.tyre.clone(), classes: self.classes.clone(), bands, ..*self }
     }
 
-    /// Wavenumber from which on the last band's change stands for all \[1/m\].
+    /// Returns the wavenumber from which on the last band's change stands for all \[1/m\].
     pub(super) fn highest(&self) -> f64 {
         self.classes.highest()
     }
 
-    /// Moments of waves with weights by k_x, signed, and by k_y^2.
+    /// Returns the moments of waves with weights by k_x, signed, and by k_y^2.
     pub(super) fn moments(&self, longitudinal: &[(f64, f64)], lateral: &[Weighted]) -> Change<f64> {
         let even = self.moments_of(longitudinal, lateral, |_| 1.0, Band::beyond);
         let odd = if self.tyre.turns() {
@@ -136,8 +136,8 @@ impl ShortWaves {
         Change { even, odd }
     }
 
-    /// Moments with the weights times a `factor` of k_x/k; `beyond` shares those at a k^2 beyond out to the last band's
-    /// wavenumbers.
+    /// Returns the moments with the weights times a `factor` of k_x/k; `beyond` shares those at a k^2 beyond out to the
+    /// last band's wavenumbers.
     fn moments_of(
         &self,
         longitudinal: &[(f64, f64)],
@@ -177,19 +177,19 @@ impl ShortWaves {
         moments
     }
 
-    /// The change at s.
+    /// Returns the change at s.
     pub(super) fn at(&self, s: Complex64) -> Change<Complex64> {
         let mut changes = Vec::with_capacity(1);
         dispatch(Changes { bands: &self.bands, turns: self.tyre.turns(), points: &[s], changes: &mut changes });
         changes.pop().unwrap_or_else(|| Change { even: Vec::new(), odd: Vec::new() })
     }
 
-    /// The change at s = 0.
+    /// Returns the change at s = 0.
     pub(super) fn resting(&self) -> Change<Complex64> {
         self.at_rest().at(Complex64::ZERO)
     }
 
-    /// The change at each s of a list, on all threads.
+    /// Returns the change at each s of a list, on all threads.
     pub(super) fn at_all(&self, points: &[Complex64]) -> Vec<Change<Complex64>> {
         let waves: Vec<(&Band, usize)> =
             self.bands.iter().flat_map(|band| (0..band.waves.len()).map(move |place| (band, place))).collect();
@@ -207,7 +207,7 @@ impl ShortWaves {
     }
 }
 
-/// The change of a sum over waves.
+/// Returns the change of a sum over waves.
 pub(super) fn sum(coefficients: &Terms<Complex64>, moments: &Terms<f64>) -> Complex64 {
     let terms = coefficients.as_flattened().iter().zip(moments.as_flattened());
     terms.map(|(&coefficient, &moment)| coefficient * moment).sum()
@@ -267,7 +267,7 @@ impl Band {
         [weight * (2.0 * u * u - u), weight * 4.0 * (u - u * u)]
     }
 
-    /// k_x, k_y \[1/m\] of a wave.
+    /// Returns k_x, k_y \[1/m\] of a wave.
     fn wavenumbers(&self, place: usize) -> [f64; 2] {
         let direction = DIRECTIONS[place % DIRECTIONS.len()];
         let k_squared = self.squares[place / DIRECTIONS.len()];
@@ -279,7 +279,7 @@ impl Band {
         self.waves[place].get_or_init(|| Box::new(self.cylinder.short_wave(kx, ky)))
     }
 
-    /// Values by point and direction into coefficients.
+    /// Returns the values by point and direction into coefficients.
     fn coefficients(&self, values: &[Values], powers: fn(&Values) -> Values, terms: &mut Terms<Complex64>) {
         let values: Vec<_> = values.iter().map(powers).collect();
         let count = values.len();
@@ -304,13 +304,13 @@ impl Band {
 /// Values at c^2 = 0, 1/2, 1, or their coefficients.
 type Values = [Complex64; DIRECTIONS.len()];
 
-/// Even values into powers of c^2.
+/// Returns the even values into powers of c^2.
 fn even_powers(&[across, between, along]: &Values) -> Values {
     let bend = (across + along) * 2.0 - between * 4.0;
     [across, along - across - bend, bend]
 }
 
-/// Odd values, which are 0 across, into c times powers of c^2.
+/// Returns the odd values, which are 0 across, into c times powers of c^2.
 fn odd_powers(&[_, between, along]: &Values) -> Values {
     let bend = (along - between * std::f64::consts::SQRT_2) * 2.0;
     [along - bend, bend, Complex64::ZERO]
@@ -389,7 +389,7 @@ mod tests {
     use crate::scene::{DEFAULT, Scene};
     use crate::tyre::layers::surface_asymptote::thickness_limit;
 
-    /// Largest errors of the even and of the odd part as shares of C, between the waves that are prepared.
+    /// Returns the largest errors of the even and of the odd part as shares of C, between the waves that are prepared.
     fn errors(speed: f64, frequency: f64) -> [f64; 2] {
         let mut tyre = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
         tyre.angular_velocity = -speed / tyre.radius();

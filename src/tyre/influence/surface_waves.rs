@@ -65,7 +65,7 @@ impl SurfaceWaves {
         Self::with_flank(tyre, most_around, lateral, [highest, tolerance], None)
     }
 
-    /// The same with the flow of the sidewalls in pieces by a rule, of a tyre that has them as arcs.
+    /// Returns the same with the flow of the sidewalls in pieces by a rule, of a tyre that has them as arcs.
     pub(crate) fn with_flank(
         tyre: &Tyre,
         most_around: usize,
@@ -98,8 +98,8 @@ impl SurfaceWaves {
         Self { waves, lateral, around, points, stiffnesses, backwards, flank }
     }
 
-    /// The same from the cache, and true, where they are there; else made and kept. Trouble with the cache gives
-    /// warnings alone.
+    /// Returns the same from the cache, and true, where they are there; else made and kept. Trouble with the cache
+    /// gives warnings alone.
     pub(crate) fn fetch(
         cache: &Cache,
         tyre: &Tyre,
@@ -124,23 +124,23 @@ impl SurfaceWaves {
         (waves, known)
     }
 
-    /// Pieces of a sidewall whose flow is known; 0 where none is.
+    /// Returns the pieces of a sidewall whose flow is known; 0 where none is.
     pub(crate) fn pieces(&self) -> usize {
         if self.flank.is_some() { PIECES } else { 0 }
     }
 
-    /// Bytes of the flow of a tyre's sidewalls, for so many lateral numbers and a highest frequency \[Hz\].
+    /// Returns the bytes of the flow of a tyre's sidewalls, for so many lateral numbers and a highest frequency \[Hz\].
     pub(crate) fn flank_bytes(tyre: &Tyre, most_around: usize, lateral: usize, highest: f64) -> f64 {
         let around = (most_around + 1).min(sidewall_waves(tyre));
         flank_waves::bytes(around, lateral, coordinate(highest) / STEP + 4.0, tyre.turns())
     }
 
-    /// Evaluations of the compliance that a table takes; one gives both ways round.
+    /// Returns the evaluations of the compliance that a table takes; one gives both ways round.
     pub(crate) fn evaluations(&self) -> u64 {
         self.stiffnesses.len() as u64
     }
 
-    /// Evaluations that a table will take.
+    /// Returns the evaluations that a table will take.
     pub(crate) fn expected_evaluations(most_around: usize, lateral_waves: usize, highest: f64) -> f64 {
         (most_around as f64 + 1.0) * lateral_waves as f64 * (coordinate(highest) / STEP + 3.0)
     }
@@ -166,7 +166,7 @@ impl SurfaceWaves {
         (n < 0) != (frequency < 0.0) && !self.backwards.is_empty()
     }
 
-    /// |n|, the first of the four frequencies about one, and their weights; `None` beyond the table.
+    /// Returns |n|, the first of the four frequencies about one, and their weights; `None` beyond the table.
     fn place(&self, n: i64, frequency: f64) -> Option<(usize, usize, [f64; 4])> {
         let n = n.unsigned_abs() as usize;
         let place = coordinate(frequency.abs()) / STEP;
@@ -205,7 +205,8 @@ impl Cached for SurfaceWaves {
     }
 }
 
-/// asinh of a frequency that is not negative: the library's is as exact for the smallest ones, too, and takes longer.
+/// Returns asinh of a frequency that is not negative: the library's is as exact for the smallest ones, too, and takes
+/// longer.
 fn coordinate(frequency: f64) -> f64 {
     let ratio = frequency / LINEAR_BELOW;
     (ratio + (ratio * ratio + 1.0).sqrt()).ln()

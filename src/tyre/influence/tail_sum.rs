@@ -35,8 +35,9 @@ const END_CORRECTION: [(f64, f64); 3] =
 /// Terms of a summation by parts.
 const PARTS: usize = 8;
 
-/// (x, weight) with which sum weight g(x) is the sum of g over edge + 1/2, edge + 3/2, ... `edge` > 2.5; g falls at
-/// least like x^-2 and is smooth on the scale of x. Relative error 1e-10 from an edge of 16 on, where g is a power.
+/// Returns (x, weight) with which sum weight g(x) is the sum of g over edge + 1/2, edge + 3/2, ... `edge` > 2.5; g
+/// falls at least like x^-2 and is smooth on the scale of x. Relative error 1e-10 from an edge of 16 on, where g is a
+/// power.
 pub(super) fn plain(edge: f64) -> impl Iterator<Item = (f64, f64)> {
     let integral = NODES.into_iter().map(move |(t, weight)| (edge / t, weight * edge / (t * t)));
     let ends = END_CORRECTION
@@ -45,8 +46,8 @@ pub(super) fn plain(edge: f64) -> impl Iterator<Item = (f64, f64)> {
     integral.chain(ends)
 }
 
-/// Weights with which sum weight_k g(k), k = 0..8, is Re of sum_(k >= 0) first z^k g(k), z = exp(i `angle`). Error: the
-/// eighth difference of g over
+/// Returns the weights with which sum weight_k g(k), k = 0..8, is Re of sum_(k >= 0) first z^k g(k), z = exp(i
+/// `angle`). Error: the eighth difference of g over
 /// |2 sin(angle/2)|^8.
 pub(super) fn oscillating(first: Complex64, angle: f64) -> [f64; PARTS] {
     let z = Complex64::cis(angle);

@@ -19,27 +19,27 @@ pub(crate) struct Waves {
 }
 
 impl Waves {
-    /// Those of a tyre.
+    /// Returns those of a tyre.
     pub(crate) fn new(tyre: &Tyre) -> Self {
         Self { circumference: tyre.circumference, width: tyre.width, sides: tyre.sides }
     }
 
-    /// kx of the integer wavenumber n \[1/m\].
+    /// Returns kx of the integer wavenumber n \[1/m\].
     pub(crate) fn kx(&self, n: i64) -> f64 {
         2.0 * PI * n as f64 / self.circumference
     }
 
-    /// ky of the lateral number m \[1/m\].
+    /// Returns ky of the lateral number m \[1/m\].
     pub(crate) fn ky(&self, m: usize) -> f64 {
         PI * m as f64 / self.width
     }
 
-    /// The lateral numbers that a centred strip excites, from the lowest on.
+    /// Returns the lateral numbers that a centred strip excites, from the lowest on.
     pub(crate) fn lateral_numbers(&self) -> impl Iterator<Item = usize> + Clone + use<> {
         (self.first_lateral_number()..).step_by(2)
     }
 
-    /// The lowest of them.
+    /// Returns the lowest of them.
     pub(crate) fn first_lateral_number(&self) -> usize {
         match self.sides {
             Sides::Supported => 1,
@@ -47,18 +47,18 @@ impl Waves {
         }
     }
 
-    /// (2/B) a_m^2 of a centred strip b wide, (1/B) a_0^2 \[1/m\]; the sum over all m that it excites is 1/b.
+    /// Returns (2/B) a_m^2 of a centred strip b wide, (1/B) a_0^2 \[1/m\]; the sum over all m that it excites is 1/b.
     pub(crate) fn lateral_weight(&self, m: usize, strip: f64) -> f64 {
         let shape = self.lateral_share(m, strip);
         self.lateral_norm(m) * shape * shape
     }
 
-    /// Mean a_m over a centred strip of a wave that is 1 at mid-width.
+    /// Returns the mean a_m over a centred strip of a wave that is 1 at mid-width.
     pub(crate) fn lateral_share(&self, m: usize, strip: f64) -> f64 {
         sinc(0.5 * self.ky(m) * strip)
     }
 
-    /// 2/B, 1/B for m = 0 \[1/m\]: over the mean square of a wave across the width.
+    /// Returns 2/B, 1/B for m = 0 \[1/m\]: over the mean square of a wave across the width.
     pub(crate) fn lateral_norm(&self, m: usize) -> f64 {
         if m == 0 { 1.0 / self.width } else { 2.0 / self.width }
     }
@@ -68,9 +68,8 @@ impl Waves {
         (m - self.first_lateral_number()).is_multiple_of(2)
     }
 
-    /// Value at the right side, y = B/2 from mid-width, of cos(ky y) where a wave is even, of sin(ky y) where it is
-    /// odd;
-    /// 0 at supported sides.
+    /// Returns the value at the right side, y = B/2 from mid-width, of cos(ky y) where a wave is even, of sin(ky y)
+    /// where it is odd; 0 at supported sides.
     pub(crate) fn at_side(&self, m: usize) -> f64 {
         match self.sides {
             Sides::Guided => self.sign_about_middle(m) * if self.is_even(m) { 1.0 } else { -1.0 },

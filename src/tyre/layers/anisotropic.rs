@@ -54,7 +54,7 @@ pub(super) struct FlatLayer<T> {
 pub(super) struct FlatLayers<T>(Vec<FlatLayer<T>>);
 
 impl FlatLayers<Complex64> {
-    /// The layers at s \[1/s\]; `None` where all are isotropic.
+    /// Returns the layers at s \[1/s\]; `None` where all are isotropic.
     pub(super) fn new(layers: &[Layer], s: Complex64) -> Option<Self> {
         let at = |layer: &Layer| {
             let elasticity = ElasticityAt::new(layer, s);
@@ -76,7 +76,7 @@ impl FlatLayers<Complex64> {
 }
 
 impl<T: ComplexField> FlatLayers<T> {
-    /// Layers of several s side by side: `value` gives the lanes of an entry.
+    /// Returns the layers of several s side by side: `value` gives the lanes of an entry.
     #[inline(always)]
     pub(super) fn in_lanes(
         single: &[&FlatLayers<Complex64>],
@@ -108,8 +108,8 @@ impl<T: ComplexField> FlatLayers<T> {
         })
     }
 
-    /// C of the surface, and displacements of the bottom face by those of the surface, over a tangential and normal
-    /// stiffness \[N/m^3\]. Rows and columns V, P, w.
+    /// Returns C of the surface, and displacements of the bottom face by those of the surface, over a tangential and
+    /// normal stiffness \[N/m^3\]. Rows and columns V, P, w.
     #[inline(always)]
     pub(super) fn surface(&self, foundation: [T; 2], kx: f64, ky: f64) -> (Block<T>, Block<T>) {
         let (impedance, transfer) = self.climb(foundation, kx, ky, self.0.len());
@@ -121,7 +121,7 @@ impl<T: ComplexField> FlatLayers<T> {
         (surface, bottom)
     }
 
-    /// Driving-point compliance \[m/Pa\] for normal traction under the outermost layer, which rides along.
+    /// Returns the driving-point compliance \[m/Pa\] for normal traction under the outermost layer, which rides along.
     #[inline(always)]
     pub(super) fn under_tread(&self, foundation: [T; 2], kx: f64, ky: f64) -> T {
         let carcass = self.0.len().saturating_sub(1);
@@ -144,7 +144,7 @@ impl<T: ComplexField> FlatLayers<T> {
 }
 
 impl<T: ComplexField> FlatLayer<T> {
-    /// Tractions on the faces by displacements: see [`super::faces`].
+    /// Returns the tractions on the faces by displacements: see [`super::faces`].
     #[inline(always)]
     fn faces(&self, kx: f64, ky: f64) -> [Block<T>; 3] {
         let halvings = self.halvings(self.growth[1], kx, ky);
@@ -160,14 +160,14 @@ impl<T: ComplexField> FlatLayer<T> {
         [mirrored(&outer), down, outer]
     }
 
-    /// Halvings after which waves grow by no more than [`THIN`].
+    /// Returns the halvings after which waves grow by no more than [`THIN`].
     #[inline(always)]
     fn halvings(&self, [along, across, inertia]: [f64; 3], kx: f64, ky: f64) -> i32 {
         let growth = self.thickness * (along * kx * kx + across * ky * ky + inertia).sqrt();
         if growth > THIN { (growth / THIN).log2().ceil().min(MOST_HALVINGS) as i32 } else { 0 }
     }
 
-    /// (outer + S outer S)^-1.
+    /// Returns (outer + S outer S)^-1.
     #[inline(always)]
     fn halved_inverse(&self, [[a, b, _], [_, d, _], [_, _, f]]: &Block<T>) -> Block<T> {
         let scale = (*a * *d - *b * *b).reciprocal() * 0.5;
@@ -216,7 +216,7 @@ impl<T: ComplexField> FlatLayer<T> {
     }
 }
 
-/// c(M) and s(M) by their series.
+/// Returns c(M) and s(M) by their series.
 #[inline(always)]
 fn functions<T: ComplexField>(m: &Block<T>) -> [Block<T>; 2] {
     let square = product(m, m);
@@ -261,7 +261,7 @@ fn combined<T: ComplexField>(square: &Block<T>, m: &Block<T>, [p, q, r]: [T; 3])
     result
 }
 
-/// S block S: outwards the sign changes.
+/// Returns S block S: outwards the sign changes.
 #[inline(always)]
 fn mirrored<T: ComplexField>([[a, b, c], [d, e, f], [g, h, i]]: &Block<T>) -> Block<T> {
     [[*a, *b, -*c], [*d, *e, -*f], [-*g, -*h, *i]]
@@ -278,7 +278,7 @@ fn diagonal<T: ComplexField>(a: T, b: T, c: T) -> Block<T> {
     [[a, zero, zero], [zero, b, zero], [zero, zero, c]]
 }
 
-/// a^-1 of any block by cofactors; a singular one gives non-finite entries.
+/// Returns a^-1 of any block by cofactors; a singular one gives non-finite entries.
 #[inline(always)]
 fn general_inverse<T: ComplexField>([[a, b, c], [d, e, f], [g, h, i]]: &Block<T>) -> Block<T> {
     let (a, b, c, d, e, f, g, h, i) = (*a, *b, *c, *d, *e, *f, *g, *h, *i);

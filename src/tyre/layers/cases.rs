@@ -332,12 +332,12 @@ pub(crate) fn evaluate(text: &str) -> Result<Value, CasesError> {
     Ok(document)
 }
 
-/// A list of a document, if it has it.
+/// Returns a list of a document, if it has it.
 fn list<T: DeserializeOwned>(document: &Value, key: &str) -> Result<Option<Vec<T>>, serde_json::Error> {
     document.get(key).map(|list| serde_json::from_value(list.clone())).transpose()
 }
 
-/// A sidewall by its name.
+/// Returns a sidewall by its name.
 fn sidewall(entry: SidewallEntry) -> Result<(String, Sidewall), CasesError> {
     let name = entry.name().to_owned();
     let refuse = |what| CasesError::Range { place: format!("sidewall '{name}'"), what };
@@ -345,7 +345,7 @@ fn sidewall(entry: SidewallEntry) -> Result<(String, Sidewall), CasesError> {
     Ok((name, sidewall))
 }
 
-/// The curved tyres of a file's text, by name.
+/// Returns the curved tyres of a file's text, by name.
 #[cfg(test)]
 pub(crate) fn curved_tyres(text: &str) -> Result<Vec<(String, CurvedStack)>, CasesError> {
     let document: Value = serde_json::from_str(text)?;
@@ -358,7 +358,7 @@ fn numbers(matrix: Matrix3) -> Value {
     json!(matrix.map(|row| row.map(|entry| [entry.re, entry.im])))
 }
 
-/// A tyre by its name.
+/// Returns a tyre by its name.
 fn asked(entry: Value) -> Result<(String, Asked), CasesError> {
     if entry["curved"].as_bool() == Some(true) {
         let (name, tyre) = curved(serde_json::from_value(entry)?)?;

@@ -58,27 +58,27 @@ pub const fn operations(layers: u64) -> u64 {
 }
 
 impl Stack {
-    /// The stack of a tyre.
+    /// Returns the stack of a tyre.
     pub fn new(tyre: &Tyre) -> Self {
         Self::of(tyre.layers.clone(), tyre.foundation.clone())
     }
 
-    /// A stack of given layers, from the rim outwards, on a foundation.
+    /// Returns a stack of given layers, from the rim outwards, on a foundation.
     pub fn of(layers: Vec<Layer>, foundation: Foundation) -> Self {
         Self { layers, foundation }
     }
 
-    /// Its layers and foundation.
+    /// Returns its layers and foundation.
     pub(super) fn into_parts(self) -> (Vec<Layer>, Foundation) {
         (self.layers, self.foundation)
     }
 
-    /// The layers, from the rim outwards.
+    /// Returns the layers, from the rim outwards.
     pub fn layers(&self) -> &[Layer] {
         &self.layers
     }
 
-    /// Moduli and inertia at s \[1/s\].
+    /// Returns the moduli and inertia at s \[1/s\].
     pub fn at(&self, s: Complex64) -> StackAt {
         let layers = self
             .layers
@@ -159,14 +159,14 @@ impl<T: ComplexField> StackAt<T> {
 }
 
 impl<T: Copy> NormalCompliance<Matrix2<T>> {
-    /// The zz entries.
+    /// Returns the zz entries.
     #[inline(always)]
     pub(super) fn normal(self) -> NormalCompliance<T> {
         NormalCompliance { surface: self.surface.0[1][1], bottom: self.bottom.0[1][1] }
     }
 }
 
-/// A layer by the way that suits it.
+/// Returns a layer by the way that suits it.
 fn pass(
     layer: &LayerAt<Complex64>,
     exponents: &Exponents<Complex64>,
@@ -181,13 +181,13 @@ fn way(layer: &LayerAt<Complex64>, exponents: &Exponents<Complex64>) -> Way {
 }
 
 impl StackAt {
-    /// The outermost layer.
+    /// Returns the outermost layer.
     pub(crate) fn tread(&self) -> &LayerAt<Complex64> {
         // A checked scene has at least one layer.
         &self.layers[self.layers.len() - 1]
     }
 
-    /// Surface and bottom compliance for normal traction.
+    /// Returns the surface and bottom compliance for normal traction.
     pub fn normal(&self, kx: f64, ky: f64) -> NormalCompliance {
         if let Some(layers) = &self.anisotropic {
             let (surface, bottom) = layers.surface(self.foundation, kx, ky);
@@ -196,8 +196,8 @@ impl StackAt {
         self.p_sv(kx, ky, false, pass).0.normal()
     }
 
-    /// C_xz: displacement of the surface along x for normal traction \[m/Pa\]. It needs no SH pass, whose waves have no
-    /// normal motion.
+    /// Returns C_xz: displacement of the surface along x for normal traction \[m/Pa\]. It needs no SH pass, whose waves
+    /// have no normal motion.
     pub fn tangential(&self, kx: f64, ky: f64) -> Complex64 {
         if let Some(layers) = &self.anisotropic {
             return -Complex64::i() * layers.surface(self.foundation, kx, ky).0[0][2];
@@ -210,8 +210,8 @@ impl StackAt {
         }
     }
 
-    /// Driving-point compliance \[m/Pa\] for normal traction applied under the outermost layer, which rides along: what
-    /// independent springs in place of the tread's elasticity act on.
+    /// Returns the driving-point compliance \[m/Pa\] for normal traction applied under the outermost layer, which rides
+    /// along: what independent springs in place of the tread's elasticity act on.
     pub fn under_tread(&self, kx: f64, ky: f64) -> Complex64 {
         if let Some(layers) = &self.anisotropic {
             return layers.under_tread(self.foundation, kx, ky);
@@ -219,7 +219,7 @@ impl StackAt {
         self.p_sv(kx, ky, true, pass).1
     }
 
-    /// The full matrices: C on the surface and D to the bottom face, \[m/Pa\].
+    /// Returns the full matrices: C on the surface and D to the bottom face, \[m/Pa\].
     pub fn full(&self, kx: f64, ky: f64) -> (Matrix3, Matrix3) {
         if let Some(layers) = &self.anisotropic {
             let (surface, bottom) = layers.surface(self.foundation, kx, ky);

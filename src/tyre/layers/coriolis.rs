@@ -124,8 +124,8 @@ impl CoriolisModes {
         Self { constant, parts: parts.iter().map(part).collect(), blocks: blocks.collect() }
     }
 
-    /// The entries of both waves, n and -n, from those without the Coriolis force; g and mu x \[Pa/m^2\], mu, and t by
-    /// part.
+    /// Returns the entries of both waves, n and -n, from those without the Coriolis force; g and mu x \[Pa/m^2\], mu,
+    /// and t by part.
     #[inline(always)]
     pub(super) fn both_ways<T: ComplexField>(
         &self,
@@ -187,7 +187,7 @@ struct Residues<'a> {
 }
 
 impl Residues<'_> {
-    /// The pole of the mode a; adds to A_0 what does not depend on x.
+    /// Returns the pole of the mode a; adds to A_0 what does not depend on x.
     fn pole(&self, a: usize, constant: &mut Entries) -> Pole {
         let Self { squares, m, h, modal, ref rows } = *self;
         let (count, square) = (squares.len(), squares[a]);
@@ -243,8 +243,8 @@ impl Residues<'_> {
     }
 }
 
-/// Few simple poles in place of high ones: y(t) = 1/(1 + x t), t = 1/lambda, through their values at three t_p; y^2 =
-/// (t y)' and y^3 = (t^2 y)''/2.
+/// Returns the few simple poles in place of high ones: y(t) = 1/(1 + x t), t = 1/lambda, through their values at three
+/// t_p; y^2 = (t y)' and y^3 = (t^2 y)''/2.
 fn together(high: &[Pole]) -> [Pole; POLES] {
     let [least, largest] = [high[0].square, high[high.len() - 1].square];
     let places = [least, least.powf(0.6) * largest.powf(0.4), largest].map(f64::recip);
@@ -277,7 +277,7 @@ fn scaled(entries: &Entries, factor: f64) -> Entries {
     entries.map(|entry| entry * factor)
 }
 
-/// f g^T + g f^T.
+/// Returns f g^T + g f^T.
 fn twice_symmetric(f: &Vector, g: &Vector) -> Entries {
     upper(|row, column| f[row] * g[column] + g[row] * f[column])
 }

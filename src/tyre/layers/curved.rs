@@ -87,28 +87,28 @@ pub struct CurvedStack {
     pub rotation: Rotation,
 }
 
-/// Growth of a tyre's radius by its rotation \[m\]; 0 at rest and of a flat one.
+/// Returns the growth of a tyre's radius by its rotation \[m\]; 0 at rest and of a flat one.
 pub(crate) fn growth(tyre: &Tyre) -> f64 {
     if tyre.curvature { CurvedStack::new(tyre).rotation.growth } else { 0.0 }
 }
 
-/// Number of periods round layers of a thickness \[m\] up to a radius \[m\] from which on waves do not feel what is
-/// under them.
+/// Returns the number of periods round layers of a thickness \[m\] up to a radius \[m\] from which on waves do not feel
+/// what is under them.
 fn reach(radius: f64, thickness: f64) -> usize {
     (REACH * radius / thickness).ceil() as usize
 }
 
-/// Waves n >= 0 whose sidewalls are told apart.
+/// Returns the waves n >= 0 whose sidewalls are told apart.
 pub(crate) fn sidewall_waves(tyre: &Tyre) -> usize {
     reach(tyre.radius(), tyre.thickness()) + 1
 }
 
-/// Bytes that the sidewalls of a tyre take for each s; 0 without them.
+/// Returns the bytes that the sidewalls of a tyre take for each s; 0 without them.
 pub(crate) fn sidewall_bytes(tyre: &Tyre) -> f64 {
     if tyre.sidewall.is_some() { table_bytes(sidewall_waves(tyre)) } else { 0.0 }
 }
 
-/// Stiffness per area of the air against a motion of the inner face ~ exp(i n theta) at s \[N/m^3\].
+/// Returns the stiffness per area of the air against a motion of the inner face ~ exp(i n theta) at s \[N/m^3\].
 #[inline(always)]
 pub(crate) fn air_stiffness<T: ComplexField>(cavity: &Cavity, n: i64, s: T) -> T {
     let Cavity { radius, depth, density, sound_speed, relaxation } = *cavity;
@@ -138,8 +138,8 @@ pub(super) struct InnerFace {
 }
 
 impl InnerFace {
-    /// Traction per displacement at s of what carries the face: sidewalls and foundation, given as their tangential and
-    /// normal stiffness with inertia \[N/m^3\], following pressure, cavity. Order V, P, w.
+    /// Returns the traction per displacement at s of what carries the face: sidewalls and foundation, given as their
+    /// tangential and normal stiffness with inertia \[N/m^3\], following pressure, cavity. Order V, P, w.
     #[inline(always)]
     pub(super) fn impedance<T: ComplexField>(&self, s: T, [tangential, normal]: [T; 2]) -> [[T; 3]; 3] {
         let Self { n, ky, radius, pressure, cavity, .. } = *self;
@@ -152,7 +152,7 @@ impl InnerFace {
         [[tangential + -hoop, zero, turned], [zero, tangential, tilted], [turned, tilted, normal + -hoop]]
     }
 
-    /// Number of periods round the tyre.
+    /// Returns the number of periods round the tyre.
     pub(super) fn periods(&self) -> usize {
         self.n.unsigned_abs() as usize
     }
@@ -180,8 +180,8 @@ impl InnerFace {
         }
     }
 
-    /// The same where the tyre turns: the impedance without the Coriolis force of the sidewalls' mass, and what this
-    /// adds over i between V and w.
+    /// Returns the same where the tyre turns: the impedance without the Coriolis force of the sidewalls' mass, and what
+    /// this adds over i between V and w.
     #[inline(always)]
     pub(super) fn turning_impedance<T: ComplexField>(&self, s: T, foundation: [T; 2]) -> ([[T; 3]; 3], T) {
         let mut impedance = self.impedance(s, foundation);
@@ -220,7 +220,7 @@ impl LayerAt {
         ((h * wavenumber + 1.0) * self.fineness / step).ceil().max(FEWEST_STEPS as f64)
     }
 
-    /// Derivative of (V, P, w, tau, upsilon, sigma) by r as a matrix; tractions in units of `unit`.
+    /// Returns the derivative of (V, P, w, tau, upsilon, sigma) by r as a matrix; tractions in units of `unit`.
     fn system(&self, r: f64) -> Matrix6 {
         let Self { elasticity, inertia, tension, softening, coriolis, unit, lateral: ky, .. } = *self;
         let ElasticityAt { plane: [tt, yy, ty], contraction: [at, ay], inverse_radial, shear } = elasticity;
@@ -262,7 +262,7 @@ impl LayerAt {
         matrix
     }
 
-    /// expm(W) of a step of length d that begins at r: Magnus' expansion of fourth order.
+    /// Returns expm(W) of a step of length d that begins at r: Magnus' expansion of fourth order.
     fn step(&self, r: f64, d: f64) -> Matrix6 {
         let offset = 0.5 * d / 3.0_f64.sqrt();
         let (first, second) = (self.system(r + 0.5 * d - offset), self.system(r + 0.5 * d + offset));
@@ -279,7 +279,7 @@ impl LayerAt {
 }
 
 impl CurvedStack {
-    /// The layers of a tyre, taken as curved.
+    /// Returns the layers of a tyre, taken as curved.
     ///
     /// The edges of sidewalls as arcs are at the radius of the inner face: a rigid turn of the tyre, or a shift of it,
     /// meets nothing but their stiffness if the tension is what pressure and pull give.
@@ -305,12 +305,12 @@ impl CurvedStack {
         Self { rotation: resting.turning(tyre.angular_velocity), ..resting }
     }
 
-    /// The same on nothing: for waves that do not reach the inner face.
+    /// Returns the same on nothing: for waves that do not reach the inner face.
     pub(in crate::tyre) fn without_sidewalls(self) -> Self {
         Self { sidewall: None, ..self }
     }
 
-    /// The same with all of the hoop stress in its layers' tension, so that the stress stays if a layer is cut.
+    /// Returns the same with all of the hoop stress in its layers' tension, so that the stress stays if a layer is cut.
     pub(in crate::tyre) fn resolved(mut self) -> Self {
         let mut from = self.inner_radius();
         for layer in &mut self.layers {
@@ -323,7 +323,7 @@ impl CurvedStack {
         self
     }
 
-    /// Rotation with the growth that the stack takes: see [`super::rotation`].
+    /// Returns the rotation with the growth that the stack takes: see [`super::rotation`].
     pub fn turning(&self, angular_velocity: f64) -> Rotation {
         if angular_velocity.abs() <= 0.0 {
             return Rotation::default();
@@ -356,14 +356,14 @@ impl CurvedStack {
         Rotation { angular_velocity, growth: angular_velocity * angular_velocity * load / stiffness }
     }
 
-    /// Radius of the inner face \[m\].
+    /// Returns the radius of the inner face \[m\].
     pub fn inner_radius(&self) -> f64 {
         self.radius - self.layers.iter().map(|layer| layer.thickness).sum::<f64>()
     }
 
-    /// C and D at (n, m, s), k_y = m pi/B: displacement i \[m\] of the outer and of the inner face per unit traction j
-    /// \[Pa\] on the outer one; order circumferential, lateral, radial outward. `step`: longest step times (wavenumber
-    /// + 1/h).
+    /// Returns C and D at (n, m, s), k_y = m pi/B: displacement i \[m\] of the outer and of the inner face per unit
+    /// traction j \[Pa\] on the outer one; order circumferential, lateral, radial outward. `step`: longest step times
+    /// (wavenumber + 1/h).
     pub fn compliance(&self, n: i64, m: usize, s: Complex64, step: f64) -> (Matrix3, Matrix3) {
         let inner = self.inner_face(n, m);
         let (ky, mut r) = (inner.ky, inner.radius);
@@ -416,25 +416,25 @@ impl CurvedStack {
         self.layers.iter().map(of).sum()
     }
 
-    /// Number of periods from which on waves do not feel what is under the layers.
+    /// Returns the number of periods from which on waves do not feel what is under the layers.
     pub(super) fn reach(&self) -> usize {
         reach(self.radius, self.radius - self.inner_radius())
     }
 
-    /// Its inner face at a wave.
+    /// Returns its inner face at a wave.
     pub(super) fn inner_face(&self, n: i64, m: usize) -> InnerFace {
         let ky = m as f64 * std::f64::consts::PI / self.width;
         InnerFace { cavity: self.cavity.filter(|_| m == 0), ..self.face_of_short_wave(n, ky) }
     }
 
-    /// The same at a wave that the air does not follow.
+    /// Returns the same at a wave that the air does not follow.
     pub(super) fn face_of_short_wave(&self, n: i64, ky: f64) -> InnerFace {
         let Self { pressure, sidewall_mass: mass, rotation: Rotation { angular_velocity: omega, .. }, .. } = *self;
         let turning = [mass * omega * omega, 2.0 * mass * omega];
         InnerFace { n, ky, radius: self.inner_radius(), pressure, cavity: None, turning, edges: 2.0 / self.width }
     }
 
-    /// Tangential and normal stiffness of sidewalls and foundation at s, inertia included \[N/m^3\].
+    /// Returns the tangential and normal stiffness of sidewalls and foundation at s, inertia included \[N/m^3\].
     pub(super) fn foundation(&self, s: Complex64) -> [Complex64; 2] {
         let inertia = s * s * self.sidewall_mass;
         material::foundation_stiffness(&self.foundation, s).map(|stiffness| stiffness + inertia)
@@ -475,7 +475,7 @@ fn product<const N: usize>(a: &[[Complex64; N]; N], b: &[[Complex64; N]; N]) -> 
     result
 }
 
-/// a^-1 by cofactors; a singular `a` gives non-finite entries.
+/// Returns a^-1 by cofactors; a singular `a` gives non-finite entries.
 fn inverse(a: Matrix3) -> Matrix3 {
     let minor = |i: usize, j: usize| {
         let [r, s] = [(i + 1) % 3, (i + 2) % 3];
@@ -489,7 +489,7 @@ fn inverse(a: Matrix3) -> Matrix3 {
 /// Squarings of the largest matrix of finite numbers.
 const MOST_SQUARINGS: f64 = 1024.0;
 
-/// exp of a matrix: its series at a 2^-k of it, squared k times.
+/// Returns exp of a matrix: its series at a 2^-k of it, squared k times.
 fn exponential(mut matrix: Matrix6) -> Matrix6 {
     let norm = matrix.iter().map(|row| row.iter().map(|entry| entry.norm()).sum::<f64>()).fold(0.0, f64::max);
     // What is larger, or no number, has no exponential either.

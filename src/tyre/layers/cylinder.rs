@@ -119,12 +119,12 @@ impl Cylinder {
     /// Bytes of the products of polynomials of all degrees in a layer.
     pub const PRODUCT_BYTES: f64 = RadialProducts::bytes(HIGHEST_DEGREE);
 
-    /// A curved tyre whose C is wanted up to |s| = `largest_s` \[1/s\] within a relative `tolerance`.
+    /// Returns a curved tyre whose C is wanted up to |s| = `largest_s` \[1/s\] within a relative `tolerance`.
     pub fn new(tyre: &Tyre, largest_s: f64, tolerance: f64) -> Self {
         Self::of(CurvedStack::new(tyre), largest_s, tolerance)
     }
 
-    /// The same of a stack.
+    /// Returns the same of a stack.
     pub fn of(stack: CurvedStack, largest_s: f64, tolerance: f64) -> Self {
         let mut from = stack.inner_radius();
         let layers = stack.layers.iter().map(|layer| {
@@ -150,7 +150,7 @@ impl Cylinder {
         Self { layers: layers.collect(), stack, tolerance }
     }
 
-    /// Moduli, inertia and foundation at s \[1/s\].
+    /// Returns the moduli, inertia and foundation at s \[1/s\].
     pub fn at(&self, s: Complex64) -> CylinderAt {
         let layers = self
             .layers
@@ -166,13 +166,13 @@ impl Cylinder {
         CylinderAt { layers, foundation: self.stack.foundation(s), s, sidewalls: sidewall.into_iter().collect() }
     }
 
-    /// The wave of n periods round the tyre and of the lateral number m.
+    /// Returns the wave of n periods round the tyre and of the lateral number m.
     pub fn wave(&self, n: i64, m: usize) -> CylinderWave {
         self.with_face(n as f64, self.stack.inner_face(n, m))
     }
 
-    /// A wave with any wavenumbers \[1/m\] on the outer face, so short that it hardly moves the inner one: the pressure
-    /// there acts as for the next whole number of periods.
+    /// Returns a wave with any wavenumbers \[1/m\] on the outer face, so short that it hardly moves the inner one: the
+    /// pressure there acts as for the next whole number of periods.
     pub fn short_wave(&self, kx: f64, ky: f64) -> CylinderWave {
         let n = kx * self.stack.radius;
         self.with_face(n, self.stack.face_of_short_wave(n.round() as i64, ky))
@@ -189,8 +189,8 @@ impl Cylinder {
 }
 
 impl CurvedLayer {
-    /// Degree of the polynomials: displacements ~ exp(a x), x in (-1, 1), have Legendre coefficients of about
-    /// (a/2)^p/p!, and C has the square of what is left out. A thin layer's bending, which is soft beside its
+    /// Returns the degree of the polynomials: displacements ~ exp(a x), x in (-1, 1), have Legendre coefficients of
+    /// about (a/2)^p/p!, and C has the square of what is left out. A thin layer's bending, which is soft beside its
     /// stretching, wants no less than the least degree. Cords make displacements steeper across the layer.
     fn degree(&self, n: f64, ky: f64, tolerance: f64) -> usize {
         let [along, across] = self.steepness;
@@ -230,7 +230,7 @@ impl CurvedLayer {
 }
 
 impl<S: Simd> CylinderAt<Lanes<S>> {
-    /// Several s side by side, as many as there are lanes.
+    /// Returns the several s side by side, as many as there are lanes.
     #[inline(always)]
     pub fn lanes(simd: S, single: [&CylinderAt; MOST_LANES]) -> Self {
         let pair = |of: &dyn Fn(&CylinderAt) -> [Complex64; 2]| {
@@ -257,14 +257,14 @@ impl<S: Simd> CylinderAt<Lanes<S>> {
 }
 
 impl CylinderAt {
-    /// A sidewall as an arc; none on a foundation.
+    /// Returns a sidewall as an arc; none on a foundation.
     pub fn sidewall(&self) -> Option<&SidewallAt> {
         self.sidewalls.first().map(AsRef::as_ref)
     }
 }
 
 impl<T: ComplexField> CylinderAt<T> {
-    /// The impedance of a sidewall's edge under a wave.
+    /// Returns the impedance of a sidewall's edge under a wave.
     #[inline(always)]
     fn edge(&self, n: usize, way: impl Fn(&BothWays) -> &EdgeImpedance) -> Option<EdgeImpedance<T>> {
         if self.sidewalls.is_empty() {
@@ -283,7 +283,7 @@ impl<T: ComplexField> CylinderAt<T> {
 }
 
 impl CylinderWave {
-    /// C_zz of the surface and D_zz to the inner face for normal traction \[m/Pa\].
+    /// Returns C_zz of the surface and D_zz to the inner face for normal traction \[m/Pa\].
     #[inline(always)]
     pub fn normal<T: ComplexField>(&self, at: &CylinderAt<T>) -> NormalCompliance<T> {
         if self.turns {
@@ -293,20 +293,21 @@ impl CylinderWave {
         self.normal_at_rest(at)
     }
 
-    /// The same of a tyre at rest.
+    /// Returns the same of a tyre at rest.
     #[inline(always)]
     pub fn normal_at_rest<T: ComplexField>(&self, at: &CylinderAt<T>) -> NormalCompliance<T> {
         self.normal_over(&self.climb(at, self.layers.len()))
     }
 
-    /// The same of the waves n and -n.
+    /// Returns the same of the waves n and -n.
     #[inline(always)]
     pub fn normal_both_ways<T: ComplexField>(&self, at: &CylinderAt<T>) -> [NormalCompliance<T>; 2] {
         let [forwards, backwards] = &self.climb_both_ways(at, self.layers.len());
         [self.normal_over(forwards), self.normal_over(backwards)]
     }
 
-    /// Motion of the inner face, which the sidewalls' edges follow, in the waves n and -n (-n as n of -Omega).
+    /// Returns the motion of the inner face, which the sidewalls' edges follow, in the waves n and -n (-n as n of
+    /// -Omega).
     #[inline(always)]
     pub fn edge_both_ways<T: ComplexField>(&self, at: &CylinderAt<T>) -> [EdgeMotion<T>; 2] {
         if self.turns {
@@ -316,7 +317,7 @@ impl CylinderWave {
         [self.edge_over(&self.climb(at, self.layers.len())); 2]
     }
 
-    /// C and D \[m/Pa\]; order circumferential, lateral, radial outward.
+    /// Returns C and D \[m/Pa\]; order circumferential, lateral, radial outward.
     pub fn full(&self, at: &CylinderAt) -> (Matrix3, Matrix3) {
         if self.turns {
             let [forwards, _] = &self.climb_both_ways(at, self.layers.len());
@@ -325,7 +326,7 @@ impl CylinderWave {
         self.full_over(&self.climb(at, self.layers.len()))
     }
 
-    /// The same of the wave -n.
+    /// Returns the same of the wave -n.
     pub fn full_backwards(&self, at: &CylinderAt) -> (Matrix3, Matrix3) {
         let (surface, bottom) = if self.turns {
             let [_, backwards] = &self.climb_both_ways(at, self.layers.len());
@@ -336,8 +337,8 @@ impl CylinderWave {
         (mirrored(surface), mirrored(bottom))
     }
 
-    /// Driving-point compliance \[m/Pa\] for normal traction, per area of the surface, under the outermost layer, which
-    /// rides along.
+    /// Returns the driving-point compliance \[m/Pa\] for normal traction, per area of the surface, under the outermost
+    /// layer, which rides along.
     #[inline(always)]
     pub fn under_tread<T: ComplexField>(&self, at: &CylinderAt<T>) -> T {
         if self.turns {
@@ -347,7 +348,7 @@ impl CylinderWave {
         self.under_tread_at_rest(at)
     }
 
-    /// The same of a tyre at rest.
+    /// Returns the same of a tyre at rest.
     #[inline(always)]
     pub fn under_tread_at_rest<T: ComplexField>(&self, at: &CylinderAt<T>) -> T {
         let carcass = self.layers.len().saturating_sub(1);
@@ -358,7 +359,7 @@ impl CylinderWave {
         inverse(impedance)[2][2] * self.radius
     }
 
-    /// The same of the waves n and -n.
+    /// Returns the same of the waves n and -n.
     #[inline(always)]
     pub fn under_tread_both_ways<T: ComplexField>(&self, at: &CylinderAt<T>) -> [T; 2] {
         let carcass = self.layers.len().saturating_sub(1);
@@ -409,7 +410,8 @@ impl CylinderWave {
         climb
     }
 
-    /// The same of the waves n and -n of a tyre that turns: layer by layer, since what is even in Omega serves both.
+    /// Returns the same of the waves n and -n of a tyre that turns: layer by layer, since what is even in Omega serves
+    /// both.
     #[inline(always)]
     fn climb_both_ways<T: ComplexField>(&self, at: &CylinderAt<T>, layers: usize) -> [Climb<T>; 2] {
         let (even, odd) = self.inner.turning_impedance(at.s, at.foundation);
@@ -434,7 +436,7 @@ impl CylinderWave {
     }
 }
 
-/// The wave -n of Omega is n of -Omega in a mirror, which turns circumferential motion round.
+/// Returns the wave -n of Omega is n of -Omega in a mirror, which turns circumferential motion round.
 fn mirrored([[vv, vp, vw], [pv, pp, pw], [wv, wp, ww]]: Matrix3) -> Matrix3 {
     [[vv, -vp, -vw], [-pv, pp, pw], [-wv, wp, ww]]
 }

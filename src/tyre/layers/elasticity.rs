@@ -65,7 +65,7 @@ pub(super) struct CordParts {
 }
 
 impl MaterialRatios {
-    /// Those of a layer's material.
+    /// Returns those of a layer's material.
     pub(super) fn new(layer: &Layer) -> Self {
         match &layer.orthotropic {
             None => {
@@ -93,7 +93,7 @@ impl MaterialRatios {
 }
 
 impl CordParts {
-    /// The cords of a layer.
+    /// Returns the cords of a layer.
     pub(super) fn new(layer: &Layer) -> Self {
         let mut parts: Vec<Fibres> = Vec::new();
         for cords in &layer.cords {
@@ -107,7 +107,7 @@ impl CordParts {
         Self { frequencies: [material.reference_frequency, material.corner_frequency], parts }
     }
 
-    /// Their factors f_k at s; zero for those that are not there.
+    /// Returns their factors f_k at s; zero for those that are not there.
     pub(super) fn at(&self, s: Complex64) -> [Complex64; MOST_CORD_LOSSES] {
         let [reference, corner] = self.frequencies;
         let mut factors = [Complex64::ZERO; MOST_CORD_LOSSES];
@@ -119,7 +119,7 @@ impl CordParts {
 }
 
 impl ElasticityAt<Complex64> {
-    /// The constants of a layer at s \[1/s\].
+    /// Returns the constants of a layer at s \[1/s\].
     pub(super) fn new(layer: &Layer, s: Complex64) -> Self {
         let shear = material::shear_modulus(&layer.material, s);
         let ratios = MaterialRatios::new(layer);
@@ -139,7 +139,7 @@ impl ElasticityAt<Complex64> {
         found
     }
 
-    /// How much faster than in an isotropic layer displacements change across the thickness, for waves along and
+    /// Tells how much faster than in an isotropic layer displacements change across the thickness, for waves along and
     /// across: half the root of Q over the shear modulus outwards, at least 1.
     pub(super) fn steepness(&self) -> [f64; 2] {
         [0, 1].map(|axis| (0.5 * (self.plane[axis] / self.shear[axis]).norm().sqrt()).max(1.0))
@@ -147,7 +147,7 @@ impl ElasticityAt<Complex64> {
 }
 
 impl<T: ComplexField> ElasticityAt<T> {
-    /// The constants of several s side by side: `value` gives the lanes of an entry.
+    /// Returns the constants of several s side by side: `value` gives the lanes of an entry.
     #[inline(always)]
     pub(super) fn in_lanes(
         single: &ElasticityAt<Complex64>,

@@ -107,7 +107,7 @@ pub(super) fn difference<T: ComplexField>(a: &Block<T>, b: &Block<T>) -> Block<T
     result
 }
 
-/// a^-1 of a symmetric block by cofactors; a singular one gives non-finite entries.
+/// Returns a^-1 of a symmetric block by cofactors; a singular one gives non-finite entries.
 #[inline(always)]
 pub(super) fn inverse<T: ComplexField>([[a, b, c], [_, d, e], [_, _, f]]: Block<T>) -> Block<T> {
     let (p, q, r) = (d * f - e * e, c * e - b * f, b * e - c * d);

@@ -42,13 +42,13 @@ impl<'a, S: Simd> LaneStack<'a, S> {
         Self { lanes: StackAt { layers, foundation, anisotropic }, single }
     }
 
-    /// Compliances at a wavenumber. To be called within a `pulp` dispatch.
+    /// Returns the compliances at a wavenumber. To be called within a `pulp` dispatch.
     #[inline(always)]
     pub(crate) fn normal(&self, kx: f64, ky: f64) -> NormalCompliance<Lanes<S>> {
         self.driven(kx, ky, true)
     }
 
-    /// The same of the surface, or of the face under the tread that is driven there in its place: see
+    /// Returns the same of the surface, or of the face under the tread that is driven there in its place: see
     /// [`StackAt::under_tread`].
     #[inline(always)]
     pub(crate) fn driven(&self, kx: f64, ky: f64, on_surface: bool) -> NormalCompliance<Lanes<S>> {
@@ -70,7 +70,7 @@ impl<'a, S: Simd> LaneStack<'a, S> {
         NormalCompliance { surface, bottom }
     }
 
-    /// C_xz/i at a wavenumber, likewise: see [`StackAt::tangential`].
+    /// Returns C_xz/i at a wavenumber, likewise: see [`StackAt::tangential`].
     #[inline(always)]
     pub(crate) fn tangential_over_i(&self, kx: f64, ky: f64) -> Lanes<S> {
         if let Some(layers) = &self.lanes.anisotropic {
@@ -88,7 +88,7 @@ impl<'a, S: Simd> LaneStack<'a, S> {
         value
     }
 
-    /// [`StackAt::p_sv`], and which lanes need slices.
+    /// Returns [`StackAt::p_sv`], and which lanes need slices.
     #[inline(always)]
     fn p_sv(
         &self,
@@ -107,7 +107,7 @@ impl<'a, S: Simd> LaneStack<'a, S> {
         (both, driven, sliced)
     }
 
-    /// Values with those of some lanes done one by one.
+    /// Returns the values with those of some lanes done one by one.
     #[inline(always)]
     fn redone<const VALUES: usize>(
         &self,
@@ -134,14 +134,14 @@ impl<'a, S: Simd> LaneStack<'a, S> {
     }
 }
 
-/// The compliances of one s: of the surface, or of the face under the tread that is driven in its place, and of the
-/// bottom.
+/// Returns the compliances of one s: of the surface, or of the face under the tread that is driven in its place, and of
+/// the bottom.
 fn driven(single: &StackAt, kx: f64, ky: f64, on_surface: bool) -> [Complex64; 2] {
     let NormalCompliance { surface, bottom } = single.normal(kx, ky);
     [if on_surface { surface } else { single.under_tread(kx, ky) }, bottom]
 }
 
-/// One layer, each lane by its own way; marks the lanes that need slices.
+/// Returns one layer, each lane by its own way; marks the lanes that need slices.
 #[inline(always)]
 fn pass<S: Simd>(
     layer: &LayerAt<Lanes<S>>,

@@ -112,12 +112,12 @@ pub(crate) struct Exponents<T> {
 }
 
 impl<T: ComplexField> LayerAt<T> {
-    /// rho s^2/mu \[1/m^2\]: the square of s over the speed of shear waves.
+    /// Returns rho s^2/mu \[1/m^2\]: the square of s over the speed of shear waves.
     pub(crate) fn inertia_over_shear(&self) -> T {
         self.inertia * self.inverse_shear
     }
 
-    /// Exponents at a wavenumber (kx, ky).
+    /// Returns the exponents at a wavenumber (kx, ky).
     #[inline(always)]
     pub(crate) fn exponents(&self, kx: f64, ky: f64) -> Exponents<T> {
         let k_squared = kx * kx + ky * ky;
@@ -132,7 +132,7 @@ impl<T: ComplexField> LayerAt<T> {
         }
     }
 
-    /// P-SV states on top of the layer over an impedance (tau, sigma) = `under` (w, u_z), by the given way.
+    /// Returns the P-SV states on top of the layer over an impedance (tau, sigma) = `under` (w, u_z), by the given way.
     #[inline(always)]
     pub(crate) fn p_sv(&self, exponents: &Exponents<T>, way: Way, under: Matrix2<T>) -> LayerResult<T> {
         match way {
@@ -239,7 +239,7 @@ impl<T: ComplexField> LayerAt<T> {
         }
     }
 
-    /// SH: (u, t) on top and u at the bottom over an impedance t = `under` u, in one state.
+    /// Returns SH: (u, t) on top and u at the bottom over an impedance t = `under` u, in one state.
     pub(crate) fn sh(&self, exponents: &Exponents<T>, thin: bool, under: T) -> [T; 3] {
         let h = self.thickness;
         if thin {
@@ -271,13 +271,13 @@ fn columns<T: ComplexField>(p: [T; 2], d: [T; 2]) -> Matrix2<T> {
     Matrix2([[p[0], d[0]], [p[1], d[1]]])
 }
 
-/// The two waves on the far face.
+/// Returns the two waves on the far face.
 #[inline(always)]
 fn away<T: ComplexField>(p: [T; 2], d: [T; 2], sv: [T; 2], decay_p: T, delta: T) -> Matrix2<T> {
     columns([p[0] * decay_p, p[1] * decay_p], [d[0] * decay_p + sv[0] * delta, d[1] * decay_p + sv[1] * delta])
 }
 
-/// Mirrored in the middle plane: u_z and tau change sign.
+/// Returns the mirrored in the middle plane: u_z and tau change sign.
 #[inline(always)]
 fn mirror<T: ComplexField>(face: FaceState<T>) -> FaceState<T> {
     let [above, [a, b]] = face.displacement.0;

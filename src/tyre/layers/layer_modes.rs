@@ -111,7 +111,7 @@ pub(super) struct LayerWave<'a> {
 }
 
 impl LayerWave<'_> {
-    /// K_material: the energy over mu as a matrix over V, P, w, each over all polynomials.
+    /// Returns K_material: the energy over mu as a matrix over V, P, w, each over all polynomials.
     fn stiffness(&self, products: &RadialProducts) -> Mat<f64> {
         if let Some(ratios) = &self.orthotropic {
             return self.orthotropic(ratios, products);
@@ -133,8 +133,8 @@ impl LayerWave<'_> {
         })
     }
 
-    /// The same of an orthotropic material: int [Q_tt e_t^2 + Q_yy e_y^2 + 2 Q_ty e_t e_y + C_rr (e_r + a_t e_t + a_y
-    /// e_y)^2 + G_tr g_rt^2 + G_yr g_ry^2 + G_ty g_ty^2] r dr.
+    /// Returns the same of an orthotropic material: int [Q_tt e_t^2 + Q_yy e_y^2 + 2 Q_ty e_t e_y + C_rr (e_r + a_t e_t
+    /// + a_y e_y)^2 + G_tr g_rt^2 + G_yr g_ry^2 + G_ty g_ty^2] r dr.
     fn orthotropic(&self, ratios: &MaterialRatios, products: &RadialProducts) -> Mat<f64> {
         let Self { n, ky, .. } = *self;
         let MaterialRatios { plane: [tt, yy, ty], contraction: [at, ay], inverse_radial, shear } = *ratios;
@@ -158,7 +158,7 @@ impl LayerWave<'_> {
         matrix
     }
 
-    /// Energy of strains in the layer's surface: int [tt e_t^2 + yy e_y^2 + 2 ty e_t e_y + G g_ty^2] r dr.
+    /// Returns the energy of strains in the layer's surface: int [tt e_t^2 + yy e_y^2 + 2 ty e_t e_y + G g_ty^2] r dr.
     fn membrane(&self, [tt, yy, ty]: [f64; 3], in_plane: f64, products: &RadialProducts) -> Mat<f64> {
         let Self { n, ky, .. } = *self;
         by_fields(products.values.nrows(), |a, b| {
@@ -174,7 +174,8 @@ impl LayerWave<'_> {
         })
     }
 
-    /// Parts of the stiffness that do not follow the modulus, each with f(s_0)/mu_0 and its place among the cords.
+    /// Returns the parts of the stiffness that do not follow the modulus, each with f(s_0)/mu_0 and its place among the
+    /// cords.
     fn parts(&self, products: &RadialProducts) -> Vec<(Mat<f64>, f64, Option<usize>)> {
         let tense = self.softening > 0.0 || self.prestress.iter().any(|stress| stress.abs() > 0.0);
         let inverse = self.shear.recip();
@@ -186,7 +187,7 @@ impl LayerWave<'_> {
         tension.into_iter().chain(cords).collect()
     }
 
-    /// Mean of the prestress over the layer, as an inertia of V and w \[Pa/m^2\].
+    /// Returns the mean of the prestress over the layer, as an inertia of V and w \[Pa/m^2\].
     fn mean_prestress(&self, products: &RadialProducts) -> f64 {
         let Self { n, ky, prestress: [along, across], softening, .. } = *self;
         // Of a displacement that is constant across the layer.
@@ -194,7 +195,7 @@ impl LayerWave<'_> {
         along * n * n * sum(&products.values_over_r) / sum(&products.values_r) + across * ky * ky - softening
     }
 
-    /// G: the prestress, less what rotation takes off.
+    /// Returns G: the prestress, less what rotation takes off.
     fn prestress(&self, products: &RadialProducts) -> Mat<f64> {
         let Self { n, ky, prestress: [along, across], softening, .. } = *self;
         by_fields(products.values.nrows(), |a, b| {
@@ -205,8 +206,8 @@ impl LayerWave<'_> {
     }
 }
 
-/// A symmetric matrix over three fields of so many polynomials from its entries VV, VP, Vw, PP, Pw, ww. Order: V, P, w
-/// of the inner face, of the outer one, then the interior's V, P, w.
+/// Returns a symmetric matrix over three fields of so many polynomials from its entries VV, VP, Vw, PP, Pw, ww. Order:
+/// V, P, w of the inner face, of the outer one, then the interior's V, P, w.
 fn by_fields(polynomials: usize, entries: impl Fn(usize, usize) -> [f64; 6]) -> Mat<f64> {
     let place = |field: usize, a: usize| if a < 2 { 3 * a + field } else { 4 + field * (polynomials - 2) + a };
     let mut matrix = Mat::zeros(3 * polynomials, 3 * polynomials);
@@ -225,7 +226,7 @@ fn by_fields(polynomials: usize, entries: impl Fn(usize, usize) -> [f64; 6]) -> 
     matrix
 }
 
-/// M of all polynomials.
+/// Returns M of all polynomials.
 fn whole_inertia(products: &RadialProducts) -> Mat<f64> {
     by_fields(products.values.nrows(), |a, b| {
         let m = products.values_r[(a, b)];
@@ -377,14 +378,14 @@ impl LayerModes {
         })
     }
 
-    /// Tractions on the faces times their radii by displacements: the blocks of [`super::faces`], of a layer that turns
-    /// without the Coriolis force.
+    /// Returns the tractions on the faces times their radii by displacements: the blocks of [`super::faces`], of a
+    /// layer that turns without the Coriolis force.
     #[inline(always)]
     pub(super) fn faces<T: ComplexField>(&self, values: &LayerValues<T>) -> Faces<T> {
         blocks_of(self.entries(values))
     }
 
-    /// The same of the waves n and -n of a tyre that turns.
+    /// Returns the same of the waves n and -n of a tyre that turns.
     #[inline(always)]
     pub(super) fn faces_both_ways<T: ComplexField>(&self, values: &LayerValues<T>) -> [Faces<T>; 2] {
         let entries = self.entries(values);
@@ -396,7 +397,7 @@ impl LayerModes {
         [blocks_of(forwards), blocks_of(backwards)]
     }
 
-    /// f(s) less the share of each part that follows the modulus.
+    /// Returns f(s) less the share of each part that follows the modulus.
     #[inline(always)]
     fn left<T: ComplexField>(&self, values: &LayerValues<T>) -> [T; MOST_PARTS] {
         let shear = values.shear;
@@ -410,7 +411,7 @@ impl LayerModes {
         left
     }
 
-    /// Tractions of the faces without the modes' motion.
+    /// Returns the tractions of the faces without the modes' motion.
     #[inline(always)]
     fn held<T: ComplexField>(&self, values: &LayerValues<T>, left: &[T; MOST_PARTS]) -> [T; ENTRIES] {
         // Loops, not closures over arrays: a call of those would end the lanes' vector instructions.
@@ -459,7 +460,7 @@ impl LayerModes {
 }
 
 impl Block {
-    /// d_j = mu lambda_j + rho s^2 + sum t_p gamma_pj.
+    /// Returns d_j = mu lambda_j + rho s^2 + sum t_p gamma_pj.
     #[inline(always)]
     fn impedance<T: ComplexField>(&self, values: &LayerValues<T>, left: &[T; MOST_PARTS], j: usize) -> T {
         let LayerValues { shear, inertia, .. } = *values;
@@ -470,7 +471,7 @@ impl Block {
         sum + inertia
     }
 
-    /// -1/d_j.
+    /// Returns -1/d_j.
     #[inline(always)]
     fn inverse<T: ComplexField>(&self, values: &LayerValues<T>, left: &[T; MOST_PARTS]) -> [T; BLOCK] {
         let mut inverse = [values.shear; BLOCK];
@@ -481,7 +482,7 @@ impl Block {
     }
 }
 
-/// A symmetric 6x6 matrix by its upper triangle into its blocks.
+/// Returns a symmetric 6x6 matrix by its upper triangle into its blocks.
 #[inline(always)]
 fn blocks_of<T>(entries: [T; ENTRIES]) -> Faces<T>
 where
@@ -491,7 +492,7 @@ where
     [[[a, b, c], [b, g, h], [c, h, l]], [[d, e, f], [i, j, k], [m, n, o]], [[p, q, r], [q, s, t], [r, t, u]]]
 }
 
-/// c_j = inertia m_j + sum of left_p g_pj.
+/// Returns c_j = inertia m_j + sum of left_p g_pj.
 #[inline(always)]
 fn force_of<T: ComplexField>(vectors: &[[[f64; BLOCK]; 6]], inertia: T, left: &[T; MOST_PARTS], j: usize) -> [T; 6] {
     let mut c = [inertia; 6];
@@ -505,7 +506,7 @@ fn force_of<T: ComplexField>(vectors: &[[[f64; BLOCK]; 6]], inertia: T, left: &[
     c
 }
 
-/// The faces' own entries of a matrix with what follows them: `cross` and its transpose, and `own`.
+/// Returns the faces' own entries of a matrix with what follows them: `cross` and its transpose, and `own`.
 fn reduced(matrix: &Mat<f64>, cross: &Mat<f64>, own: Option<&Mat<f64>>) -> [f64; ENTRIES] {
     upper(|row, column| {
         let own = own.map_or(0.0, |own| own[(row, column)]);
@@ -513,7 +514,7 @@ fn reduced(matrix: &Mat<f64>, cross: &Mat<f64>, own: Option<&Mat<f64>>) -> [f64;
     })
 }
 
-/// The symmetric part of f_j g_j^T for some modes j, rows of both.
+/// Returns the symmetric part of f_j g_j^T for some modes j, rows of both.
 fn outer_products(f: &Mat<f64>, g: &Mat<f64>, modes: Range<usize>) -> [[f64; BLOCK]; ENTRIES] {
     let mut entries = [[0.0; BLOCK]; ENTRIES];
     for (values, (row, column)) in entries.iter_mut().zip(upper_places()) {

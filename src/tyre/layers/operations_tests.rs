@@ -79,7 +79,7 @@ impl ComplexField for Counted {
     }
 }
 
-/// Operations with the tread put on `below` belts.
+/// Returns the operations with the tread put on `below` belts.
 fn counted_operations(below: usize) -> u64 {
     let tyre = tyre(0.25);
     let mut layers = vec![tyre.layers[0].clone(); below];

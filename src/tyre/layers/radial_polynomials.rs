@@ -31,7 +31,7 @@ pub(super) struct RadialProducts {
 }
 
 impl RadialProducts {
-    /// Bytes of those of all degrees up to one: eight matrices each.
+    /// Returns the bytes of those of all degrees up to one: eight matrices each.
     pub(super) const fn bytes(highest: usize) -> f64 {
         let sizes = (highest + 1) * (highest + 2) * (2 * highest + 3) / 6;
         8.0 * 8.0 * sizes as f64

@@ -34,7 +34,7 @@ pub struct Rotation {
 }
 
 impl Rotation {
-    /// Rotation whose tension the layers' own already holds: no growth adds to it.
+    /// Returns the rotation whose tension the layers' own already holds: no growth adds to it.
     pub fn of_given_tension(angular_velocity: f64) -> Self {
         Self { angular_velocity, growth: 0.0 }
     }
@@ -44,7 +44,7 @@ impl Rotation {
         self.angular_velocity != 0.0
     }
 
-    /// Prestress S, S_y \[Pa\] of a layer whose inner face has the radius `from` \[m\].
+    /// Returns the prestress S, S_y \[Pa\] of a layer whose inner face has the radius `from` \[m\].
     pub fn prestress(&self, layer: &Layer, from: f64) -> [f64; 2] {
         let [hoop, across] = layer.tension.map(|tension| tension / layer.thickness);
         if !self.turns() {
@@ -53,18 +53,19 @@ impl Rotation {
         [hoop + hoop_modulus(layer) * self.growth / (from + 0.5 * layer.thickness), across]
     }
 
-    /// rho Omega^2: what the rotation takes off the stiffness against circumferential and outward motion \[Pa/m^2\].
+    /// Returns rho Omega^2: what the rotation takes off the stiffness against circumferential and outward motion
+    /// \[Pa/m^2\].
     pub(super) fn softening(&self, density: f64) -> f64 {
         density * self.angular_velocity * self.angular_velocity
     }
 
-    /// 2 Omega rho s, of the Coriolis force \[Pa/m^2\]; also of a mass per area \[N/m^3\].
+    /// Returns 2 Omega rho s, of the Coriolis force \[Pa/m^2\]; also of a mass per area \[N/m^3\].
     pub(super) fn coriolis(&self, density: f64, s: Complex64) -> Complex64 {
         s * (2.0 * self.angular_velocity * density)
     }
 }
 
-/// Q_tt at s = 0 \[Pa\].
+/// Returns Q_tt at s = 0 \[Pa\].
 pub(super) fn hoop_modulus(layer: &Layer) -> f64 {
     ElasticityAt::new(layer, Complex64::ZERO).plane[0].re
 }

@@ -12,7 +12,7 @@ pub(super) const SERIES_LIMIT: f64 = 4.0;
 /// 4^16/32! = 2e-26: the first term left out, relative to 1.
 const TERMS: usize = 15;
 
-/// 1/(2j)! and 1/(2j+1)!.
+/// Returns 1/(2j)! and 1/(2j+1)!.
 const fn inverse_factorials() -> ([f64; TERMS + 1], [f64; TERMS + 1]) {
     let mut even = [1.0; TERMS + 1];
     let mut odd = [1.0; TERMS + 1];
@@ -62,7 +62,7 @@ pub(super) fn hyperbolic_pair<T: ComplexField>(a: T, b: T) -> HyperbolicPair<T> 
     pair
 }
 
-/// (exp(z) - 1)/z for |z| < 1/2 by series.
+/// Returns (exp(z) - 1)/z for |z| < 1/2 by series.
 #[inline(always)]
 pub(super) fn exponential_quotient<T: ComplexField>(z: T) -> T {
     // Horner from 1/14!: 0.5^13/14! = 1e-15 of the last kept term's neighbour is below rounding.

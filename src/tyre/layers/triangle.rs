@@ -5,7 +5,7 @@ pub(super) const ENTRIES: usize = 21;
 /// Modes whose terms are added together: their coefficients stay in the processor's first cache.
 pub(super) const BLOCK: usize = 8;
 
-/// Rows and columns of the upper triangle, row by row.
+/// Returns the rows and columns of the upper triangle, row by row.
 pub(super) fn upper_places() -> impl Iterator<Item = (usize, usize)> {
     (0..6).flat_map(|row| (row..6).map(move |column| (row, column)))
 }

@@ -33,7 +33,7 @@ impl Cached for RationalModel {
     }
 }
 
-/// A model's key: all that it depends on.
+/// Returns a model's key: all that it depends on.
 ///
 /// # Errors
 /// [`FitError::Options`] for a tyre whose numbers are not finite.
@@ -42,8 +42,8 @@ pub(crate) fn key(tyre: &Tyre, options: &FitOptions) -> Result<[u8; 32], FitErro
     crate::storage::cache::key::<RationalModel>(&(tyre.levelled(), options)).map_err(not_finite)
 }
 
-/// The model, from the cache if it is there and sound, else fitted, unless `stop` is set on the way, and stored.
-/// Trouble with the cache only ever gives warnings.
+/// Returns the model, from the cache if it is there and sound, else fitted, unless `stop` is set on the way, and
+/// stored. Trouble with the cache only ever gives warnings.
 ///
 /// # Errors
 /// As `fit_timed`.

@@ -45,7 +45,7 @@ pub struct CellModel {
 }
 
 impl CellModel {
-    /// Waves.
+    /// Returns the waves.
     pub fn len(&self) -> usize {
         self.poles.functions()
     }
@@ -55,12 +55,12 @@ impl CellModel {
         self.len() == 0
     }
 
-    /// Poles of all waves, conjugates counted.
+    /// Returns the poles of all waves, conjugates counted.
     pub fn order(&self) -> usize {
         self.poles.order()
     }
 
-    /// Evaluations of the compliance that the fits took.
+    /// Returns the evaluations of the compliance that the fits took.
     pub fn evaluations(&self) -> u64 {
         self.evaluations
     }
@@ -70,7 +70,7 @@ impl CellModel {
         !self.odd.is_empty()
     }
 
-    /// Values of all waves at a real s \[1/s\].
+    /// Returns the values of all waves at a real s \[1/s\].
     pub fn values(&self, s: f64) -> WaveValues {
         let all = |of: fn(Modes<'_>, Complex64) -> Complex64| -> Vec<f64> {
             (0..self.len()).map(|wave| of(self.modes(wave), s.into()).re).collect()
@@ -79,7 +79,7 @@ impl CellModel {
         WaveValues { even: all(|modes, s| modes.evaluate(s)), odd: if self.turns() { odd() } else { Vec::new() } }
     }
 
-    /// Poles and residues of a wave.
+    /// Returns the poles and residues of a wave.
     pub(crate) fn modes(&self, wave: usize) -> Modes<'_> {
         let (poles, pairs) = self.poles.of(wave);
         let range = self.poles.range(wave);

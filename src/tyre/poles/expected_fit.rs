@@ -39,12 +39,12 @@ const TURNING: f64 = 2.1;
 /// Cost of a wave prepared for s = 0 alone, in evaluations of a flat tyre (measured).
 pub(crate) const WAVE_AT_REST: f64 = 1400.0;
 
-/// Poles, conjugates counted, of a fit with so many elements to a tolerance.
+/// Returns the poles, conjugates counted, of a fit with so many elements to a tolerance.
 pub(crate) fn poles(elements: f64, tolerance: f64) -> f64 {
     of_elements(elements).0 * POLES_BY_DECADE.powf(-tolerance.log10() - 5.0)
 }
 
-/// Time relative to that of the default tyre with 512 elements to 1e-5.
+/// Returns the time relative to that of the default tyre with 512 elements to 1e-5.
 pub(crate) fn share(elements: f64, tolerance: f64, tyre: &Tyre) -> f64 {
     let shape = if tyre.curvature { CURVED } else { 1.0 } * if tyre.turns() { TURNING } else { 1.0 };
     let place = (-tolerance.log10() - 3.0).clamp(0.0, BY_TOLERANCE.len() as f64 - 1.0);

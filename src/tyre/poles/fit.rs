@@ -48,7 +48,8 @@ pub struct FitOptions {
 }
 
 impl FitOptions {
-    /// The same with another tolerance; the sums are made a hundred times as accurate, so that the fit sees no noise.
+    /// Returns the same with another tolerance; the sums are made a hundred times as accurate, so that the fit sees no
+    /// noise.
     pub fn with_tolerance(self, tolerance: f64) -> Self {
         Self { tolerance, influence_tolerance: (0.01 * tolerance).clamp(1e-12, 1e-4), ..self }
     }
@@ -174,8 +175,8 @@ const SCALE_STRIDE: usize = 8;
 /// Rungs that are evaluated together there.
 const SCALE_BATCH: usize = 32;
 
-/// Largest |D_0| on the axis: the belt follows most at n = 0, and its errors are relative to that. With the evaluations
-/// that it took.
+/// Returns the largest |D_0| on the axis: the belt follows most at n = 0, and its errors are relative to that. With the
+/// evaluations that it took.
 fn bottom_scale(sums: &Rungs, driven: Field) -> (f64, u64) {
     let rungs: Vec<usize> = (0..=RUNGS).step_by(SCALE_STRIDE).collect();
     let batches: Vec<&[usize]> = rungs.chunks(SCALE_BATCH).collect();
@@ -224,7 +225,7 @@ struct Progress {
 }
 
 impl Work<'_> {
-    /// Every wavenumber as soon as the one it starts from is done; by n.
+    /// Returns every wavenumber as soon as the one it starts from is done; by n.
     fn carry_out(&self) -> Result<Vec<Fitted>, FitError> {
         let progress = Progress {
             done: (0..self.tree.len()).map(|_| OnceLock::new()).collect(),
@@ -273,7 +274,7 @@ impl Work<'_> {
         }
     }
 
-    /// Scale of a carcass's errors where it yields less than the whole tyre at rest. Next
+    /// Returns the scale of a carcass's errors where it yields less than the whole tyre at rest. Next
     /// to the springs of the bedding on it, short waves of the carcass are nothing.
     fn least_scale(&self, wavenumber: usize) -> f64 {
         match self.options.driven {
@@ -311,7 +312,7 @@ impl Work<'_> {
     }
 }
 
-/// Poles and rungs of a finished neighbour.
+/// Returns the poles and rungs of a finished neighbour.
 pub(super) fn start_of(fitted: &Fitted) -> Start {
     let poles = fitted.entry.poles.clone();
     Start { grid: thinned(&fitted.grid, order(&poles) + SPARE_SAMPLES), poles }

@@ -37,7 +37,7 @@ pub(super) struct Ladder {
 }
 
 impl Ladder {
-    /// The ladders up to an angular frequency `top` \[rad/s\].
+    /// Returns the ladders up to an angular frequency `top` \[rad/s\].
     pub(super) fn new(top: f64) -> Self {
         let growth = (top / KNEE).ln_1p() / RUNGS as f64;
         let mut points: Vec<_> =

@@ -34,7 +34,7 @@ pub(crate) struct LateralFitOptions {
 }
 
 impl LateralFitOptions {
-    /// The key of a lateral number's model in a cache.
+    /// Returns the key of a lateral number's model in a cache.
     ///
     /// # Errors
     /// A tyre whose numbers are not finite.
@@ -47,7 +47,7 @@ impl LateralFitOptions {
     }
 }
 
-/// Evaluations of a wave's function that its aliases are.
+/// Returns the evaluations of a wave's function that its aliases are.
 pub(crate) fn lateral_terms(aliases: Option<usize>) -> usize {
     2 * aliases.unwrap_or(ALIASES) + 1
 }

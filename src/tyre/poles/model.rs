@@ -100,7 +100,7 @@ impl Direction {
     /// Both, forwards first.
     pub(crate) const BOTH: [Self; 2] = [Self::Forwards, Self::Backwards];
 
-    /// The other one.
+    /// Returns the other one.
     pub(crate) fn opposite(self) -> Self {
         match self {
             Self::Forwards => Self::Backwards,
@@ -108,7 +108,7 @@ impl Direction {
         }
     }
 
-    /// E + i O, or E - i O.
+    /// Returns E + i O, or E - i O.
     pub(crate) fn of(self, even: Complex64, odd: Complex64) -> Complex64 {
         let turned = Complex64::new(-odd.im, odd.re);
         match self {
@@ -119,28 +119,28 @@ impl Direction {
 }
 
 impl Modes<'_> {
-    /// How often a pole counts in a sum of real parts: twice where it stands for a pair.
+    /// Tells how often a pole counts in a sum of real parts: twice where it stands for a pair.
     pub(crate) fn multiplicity(&self, index: usize) -> f64 {
         if index < self.pairs { 2.0 } else { 1.0 }
     }
 
-    /// Value at s, of a tyre that turns the even part E_n(s) \[m/N\].
+    /// Returns the value at s, of a tyre that turns the even part E_n(s) \[m/N\].
     pub(crate) fn evaluate(&self, s: Complex64) -> Complex64 {
         evaluate(self.poles, self.residues, self.constant, s)
     }
 
-    /// Odd part O_n(s) \[m/N\].
+    /// Returns the odd part O_n(s) \[m/N\].
     pub(crate) fn evaluate_odd(&self, s: Complex64) -> Complex64 {
         if self.odd.is_empty() { Complex64::ZERO } else { evaluate(self.poles, self.odd, 0.0, s) }
     }
 
-    /// Value at s of the waves of one direction: H_n(s), or H_-n(s) \[m/N\].
+    /// Returns the value at s of the waves of one direction: H_n(s), or H_-n(s) \[m/N\].
     pub(crate) fn evaluate_wave(&self, direction: Direction, s: Complex64) -> Complex64 {
         direction.of(self.evaluate(s), self.evaluate_odd(s))
     }
 
-    /// Residue at a stored pole of the waves of one direction: R + i Q of H_n, or R - i Q of H_-n, with the residues R
-    /// of E_n and Q of O_n. A resonance of one direction has none in the other \[m/(N s)\].
+    /// Returns the residue at a stored pole of the waves of one direction: R + i Q of H_n, or R - i Q of H_-n, with the
+    /// residues R of E_n and Q of O_n. A resonance of one direction has none in the other \[m/(N s)\].
     pub(crate) fn residue(&self, direction: Direction, index: usize) -> Complex64 {
         direction.of(self.residues[index], self.odd.get(index).copied().unwrap_or_default())
     }
@@ -154,13 +154,13 @@ impl Modes<'_> {
 }
 
 impl RationalModel {
-    /// Largest wavenumber N/2.
+    /// Returns the largest wavenumber N/2.
     pub fn largest_wavenumber(&self) -> usize {
         self.elements / 2
     }
 
-    /// Poles and residues of the wavenumber `n` from 0 to N/2. `field` is [`Field::Bottom`] or the driven one; any
-    /// other is `None`.
+    /// Returns the poles and residues of the wavenumber `n` from 0 to N/2. `field` is [`Field::Bottom`] or the driven
+    /// one; any other is `None`.
     pub(crate) fn modes(&self, n: usize, field: Field) -> Option<Modes<'_>> {
         let (residues, face) = match field {
             Field::Bottom => (&self.bottom_residues, 1),
@@ -179,17 +179,17 @@ impl RationalModel {
         !self.odd_residues[0].is_empty()
     }
 
-    /// H_n(s) of a face \[m/N\], of a tyre that turns E_n(s); see [`Self::modes`].
+    /// Returns H_n(s) of a face \[m/N\], of a tyre that turns E_n(s); see [`Self::modes`].
     pub fn evaluate(&self, n: usize, s: Complex64, field: Field) -> Option<Complex64> {
         self.modes(n, field).map(|modes| modes.evaluate(s))
     }
 
-    /// H_n(0) of a face \[m/N\], n = 0..=N/2.
+    /// Returns H_n(0) of a face \[m/N\], n = 0..=N/2.
     pub fn at_rest(&self, field: Field) -> Option<Vec<f64>> {
         (0..=self.largest_wavenumber()).map(|n| Some(self.evaluate(n, Complex64::ZERO, field)?.re)).collect()
     }
 
-    /// Poles of all wavenumbers, conjugates counted.
+    /// Returns the poles of all wavenumbers, conjugates counted.
     pub fn order(&self) -> usize {
         self.poles.order()
     }
@@ -199,12 +199,12 @@ impl RationalModel {
         &self.statistics
     }
 
-    /// Evaluations of the compliance that the whole fit took.
+    /// Returns the evaluations of the compliance that the whole fit took.
     pub fn evaluations(&self) -> u64 {
         self.statistics.iter().map(|entry| entry.evaluations).sum()
     }
 
-    /// A model put together from one entry for each wavenumber n = 0..=N/2.
+    /// Returns a model put together from one entry for each wavenumber n = 0..=N/2.
     pub(crate) fn assemble(
         elements: usize,
         driven: Field,

@@ -43,22 +43,22 @@ pub(super) fn passive(sampled: &Sampled<'_>, mut candidate: Candidate) -> Candid
     candidate
 }
 
-/// Values of the models at s, one after the other.
+/// Returns the values of the models at s, one after the other.
 fn values(models: &[PartialFractions], s: Complex64) -> Vec<Complex64> {
     models.iter().map(|model| model.evaluate(s)).collect()
 }
 
-/// O of the driven face.
+/// Returns O of the driven face.
 fn odd(values: &[Complex64]) -> Complex64 {
     values.get(2).copied().unwrap_or_default()
 }
 
-/// Mean of |H_n|^2 and |H_-n|^2 of the driven face.
+/// Returns the mean of |H_n|^2 and |H_-n|^2 of the driven face.
 fn square(values: &[Complex64]) -> f64 {
     values[0].norm_sqr() + odd(values).norm_sqr()
 }
 
-/// Re(s H_n)/|s| and Re(s H_-n)/|s| of the driven face on the axis.
+/// Returns Re(s H_n)/|s| and Re(s H_-n)/|s| of the driven face on the axis.
 fn powers(values: &[Complex64]) -> [f64; 2] {
     let (even, odd) = (values[0], odd(values));
     [-even.im - odd.re, -even.im + odd.re]
@@ -78,8 +78,8 @@ fn without_energy(values: &mut [Complex64], offends: [bool; 2], margin: f64) {
     values[2].re = 0.5 * (forwards - backwards);
 }
 
-/// Smallest Re(s H)/|s| of both waves, relative to the local scale of the errors, on every eighth rung and beyond the
-/// band, and where; about poles beyond the band, too, where it is below the tolerance.
+/// Returns the smallest Re(s H)/|s| of both waves, relative to the local scale of the errors, on every eighth rung and
+/// beyond the band, and where; about poles beyond the band, too, where it is below the tolerance.
 pub(super) fn least_power(sampled: &Sampled<'_>, models: &[PartialFractions]) -> (f64, Complex64) {
     let Ladder { checked, checked_parts, top, .. } = sampled.ladder;
     let even = models[0].evaluate_all(checked_parts);

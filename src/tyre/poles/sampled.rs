@@ -128,7 +128,7 @@ pub(super) fn largest_residue(models: &[PartialFractions], face: usize, index: u
 }
 
 impl<'a> Sampled<'a> {
-    /// Samples a grid of rungs and the real axis.
+    /// Returns the samples a grid of rungs and the real axis.
     pub(super) fn new(ladder: &'a Ladder, target: &'a Target, grid: Vec<usize>, sample: &mut Sample<'_>) -> Self {
         let mut sampled = Self {
             ladder,
@@ -197,28 +197,28 @@ impl<'a> Sampled<'a> {
         self.values[rung].unwrap_or_default()
     }
 
-    /// Odd parts of both faces.
+    /// Returns the odd parts of both faces.
     fn odd(&self, rung: usize) -> [Complex64; 2] {
         self.odd.get(rung).copied().unwrap_or_default()
     }
 
-    /// Mean of |H_n|^2 and |H_-n|^2 of the driven face.
+    /// Returns the mean of |H_n|^2 and |H_-n|^2 of the driven face.
     fn square(&self, rung: usize) -> f64 {
         self.value(rung)[0].norm_sqr() + self.odd(rung)[0].norm_sqr()
     }
 
-    /// Parts that are there: two of a wave like its mirror image, else four.
+    /// Returns the parts that are there: two of a wave like its mirror image, else four.
     fn parts(&self) -> usize {
         if self.odd.is_empty() { PARTS / 2 } else { PARTS }
     }
 
-    /// The samples that fits may use, of all parts.
+    /// Returns the samples that fits may use, of all parts.
     pub(super) fn samples(&self) -> Samples {
         self.samples_of(|_| true)
     }
 
-    /// The same of chosen parts, the driven face's E among them: the belt and the odd parts only have a say in the
-    /// poles where they are not negligible.
+    /// Returns the same of chosen parts, the driven face's E among them: the belt and the odd parts only have a say in
+    /// the poles where they are not negligible.
     pub(super) fn samples_of(&self, chosen: impl Fn(usize) -> bool) -> Samples {
         let rungs: Vec<usize> = self.grid.iter().copied().chain(fitted_real()).collect();
         let value = |part: usize, rung: usize| if part < 2 { self.value(rung)[part] } else { self.odd(rung)[part - 2] };
@@ -232,7 +232,7 @@ impl<'a> Sampled<'a> {
         }
     }
 
-    /// The best model over given poles; `samples` of all parts.
+    /// Returns the best model over given poles; `samples` of all parts.
     pub(super) fn candidate(&self, samples: &Samples, poles: Vec<Complex64>) -> Result<Candidate, RationalError> {
         let mut models = residues(samples, &poles, self.target.constant)?;
         if self.target.constant && models.len() > 2 {
@@ -255,12 +255,12 @@ impl<'a> Sampled<'a> {
         scale.max(self.target.least_scale).max(f64::MIN_POSITIVE)
     }
 
-    /// How much more an error counts where the mean of |H_n|^2 and |H_-n|^2 is `square` than where it is largest.
+    /// Tells how much more an error counts where the mean of |H_n|^2 and |H_-n|^2 is `square` than where it is largest.
     pub(super) fn point_weight(&self, square: f64) -> f64 {
         self.scales[0].max(f64::MIN_POSITIVE) / self.local_scale(square)
     }
 
-    /// Errors of both faces at rungs, in their order.
+    /// Returns the errors of both faces at rungs, in their order.
     fn errors_at(&self, models: &[PartialFractions], rungs: &[usize]) -> Vec<[f64; 2]> {
         let points = Parts::new(rungs.iter().map(|&rung| self.ladder.points[rung]), 1.0);
         let modelled: Vec<Parts> = models.iter().map(|model| model.evaluate_all(&points)).collect();
@@ -328,8 +328,8 @@ impl<'a> Sampled<'a> {
         true
     }
 
-    /// Samples the exact function where the model has a peak that would fit between two samples: nothing else would
-    /// notice if it were not real. Returns whether there was one.
+    /// Returns the samples the exact function where the model has a peak that would fit between two samples: nothing
+    /// else would notice if it were not real. Returns whether there was one.
     pub(super) fn probe(&mut self, Candidate { poles, models, .. }: &Candidate, sample: &mut Sample<'_>) -> bool {
         let mut sampled: Vec<usize> = self.grid.iter().chain(&self.fresh).copied().collect();
         sampled.sort_unstable();

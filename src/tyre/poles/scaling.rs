@@ -39,8 +39,8 @@ pub(crate) fn cost(tyre: &Tyre, options: &FitOptions, stop: &AtomicBool) -> Resu
     })
 }
 
-/// The same tyre with its innermost layer cut into `parts` of equal thickness, which share its tension: nothing changes
-/// but the work.
+/// Returns the same tyre with its innermost layer cut into `parts` of equal thickness, which share its tension: nothing
+/// changes but the work.
 pub(crate) fn cut(tyre: &Tyre, parts: usize) -> Tyre {
     let mut layers = tyre.layers.clone();
     if let Some(first) = layers.first().cloned() {

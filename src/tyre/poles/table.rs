@@ -34,27 +34,27 @@ impl PoleTable {
         self.offsets.push(self.poles.len());
     }
 
-    /// Functions.
+    /// Returns the functions.
     pub(super) fn functions(&self) -> usize {
         self.first_real.len()
     }
 
-    /// Where a function's poles, and its residues, are among all.
+    /// Tells where a function's poles, and its residues, are among all.
     pub(super) fn range(&self, function: usize) -> Range<usize> {
         self.offsets[function]..self.offsets[function + 1]
     }
 
-    /// A function's poles, and how many of them are pairs.
+    /// Returns a function's poles, and how many of them are pairs.
     pub(super) fn of(&self, function: usize) -> (&[Complex64], usize) {
         (&self.poles[self.range(function)], self.first_real[function] - self.offsets[function])
     }
 
-    /// Poles as they are stored.
+    /// Returns the poles as they are stored.
     pub(super) fn stored(&self) -> usize {
         self.poles.len()
     }
 
-    /// Poles of all functions, conjugates counted.
+    /// Returns the poles of all functions, conjugates counted.
     pub(super) fn order(&self) -> usize {
         self.poles.iter().map(|&pole| if is_pair(pole) { 2 } else { 1 }).sum()
     }

@@ -74,7 +74,7 @@ pub struct TangentialModel {
 }
 
 impl TangentialModel {
-    /// The motion's modes, from those of the normal motion of the same wavenumber n.
+    /// Returns the motion's modes, from those of the normal motion of the same wavenumber n.
     pub(crate) fn modes<'a>(&'a self, n: usize, normal: Modes<'a>) -> Modes<'a> {
         let odd = self.odd_residues.get(n).map_or(&[][..], Vec::as_slice);
         Modes { residues: &self.residues[n], odd, constant: self.constants[n], ..normal }
@@ -99,7 +99,7 @@ pub(crate) fn tangential_model(tyre: &Tyre, model: &RationalModel, top: f64) -> 
     fit_all(&TangentialSum::new(tyre, model.elements, top), model, top)
 }
 
-/// The same for the waves of one lateral number, without a strip's shapes.
+/// Returns the same for the waves of one lateral number, without a strip's shapes.
 ///
 /// # Errors
 /// [`RationalError`].
@@ -203,24 +203,24 @@ struct TangentialValue {
 }
 
 impl TangentialSum {
-    /// The sums of a tyre of N elements.
+    /// Returns the sums of a tyre of N elements.
     fn new(tyre: &Tyre, elements: usize, top: f64) -> Self {
         let (kernel, projection) = (Kernel::new(tyre, top, KERNEL_TOLERANCE), Projection::new(tyre, elements));
         Self { kernel, projection, only: None, turns: tyre.turns() }
     }
 
-    /// Wavenumber above which the tread is a half-space \[1/m\].
+    /// Returns the wavenumber above which the tread is a half-space \[1/m\].
     fn cut_off(at: &KernelAt) -> f64 {
         let tread = at.tread();
         (DEEP / tread.thickness).max(SLOW * tread.inertia_over_shear().norm().sqrt())
     }
 
-    /// Sign of the part of an alias that is odd in it: n = 0 and n = N/2 have none.
+    /// Returns the sign of the part of an alias that is odd in it: n = 0 and n = N/2 have none.
     fn sign_of_odd(&self, n: usize, alias: i64) -> f64 {
         if n == 0 || 2 * n == self.projection.elements { 0.0 } else { alias.signum() as f64 }
     }
 
-    /// T_n at each s of a list, n from 0 to N/2.
+    /// Returns T_n at each s of a list, n from 0 to N/2.
     fn values(&self, n: usize, points: &[Complex64]) -> Vec<TangentialValue> {
         let at: Vec<KernelAt> = points.iter().map(|&s| self.kernel.at(s)).collect();
         let largest = at.iter().map(Self::cut_off).fold(0.0_f64, f64::max);
@@ -234,7 +234,7 @@ impl TangentialSum {
         values
     }
 
-    /// A value from what has been summed of it, with the weights and the number of its waves.
+    /// Returns a value from what has been summed of it, with the weights and the number of its waves.
     fn value(&self, at: &KernelAt, over_i: [Complex64; 2], weights: f64, evaluations: u64) -> TangentialValue {
         // The half-space at rest; with the ratio r = mu/(lambda + 2 mu), 1 - 2 nu = r/(1 - r).
         let (tread, waves) = (at.tread(), self.projection.waves);
@@ -343,7 +343,7 @@ mod tests {
         assert!(twist > 1e-2 * largest, "what moves all of it outwards twists it: {twist:e} of {largest:e}");
     }
 
-    /// The sum of the full kernel's C_xz over signed waves; the two that n = N/2 and -N/2 are have half each.
+    /// Returns the sum of the full kernel's C_xz over signed waves; the two that n = N/2 and -N/2 are have half each.
     fn of_full_kernel(sums: &TangentialSum, n: i64, s: Complex64) -> Complex64 {
         let (at, projection) = (sums.kernel.at(s), &sums.projection);
         let cut_off = TangentialSum::cut_off(&at);

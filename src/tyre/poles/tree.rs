@@ -26,7 +26,7 @@ pub(super) struct Tree {
 }
 
 impl Tree {
-    /// The plan for n = 0..=`last`.
+    /// Returns the plan for n = 0..=`last`.
     pub(super) fn new(last: usize) -> Self {
         let middle = last.next_power_of_two() / 2;
         let mut visits = vec![Visit { wavenumber: 0, stride: 0 }];
@@ -55,28 +55,28 @@ impl Tree {
         Self { visits, ranks, followers }
     }
 
-    /// Number of wavenumbers.
+    /// Returns the number of wavenumbers.
     pub(super) fn len(&self) -> usize {
         self.visits.len()
     }
 
-    /// Ranks of those that start from nothing.
+    /// Returns the ranks of those that start from nothing.
     pub(super) fn roots(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.len()).filter(|&rank| self.visits[rank].stride == 0)
     }
 
-    /// The wavenumber of a rank.
+    /// Returns the wavenumber of a rank.
     pub(super) fn visit(&self, rank: usize) -> Visit {
         self.visits[rank]
     }
 
-    /// Rank of what a rank starts from.
+    /// Returns the rank of what a rank starts from.
     pub(super) fn start(&self, rank: usize) -> Option<usize> {
         let Visit { wavenumber, stride } = self.visits[rank];
         (stride > 0).then(|| self.ranks[wavenumber - stride])
     }
 
-    /// Ranks of what starts from a rank, coarse strides first.
+    /// Returns the ranks of what starts from a rank, coarse strides first.
     pub(super) fn followers(&self, rank: usize) -> &[usize] {
         &self.followers[rank]
     }

@@ -111,8 +111,8 @@ impl Attempt<'_> {
         self.refuse(f64::INFINITY, 0, RefusalReason::NotATransferFunction)
     }
 
-    /// How relocations eliminate residues unless they have to be exact: poles that are yet to be found come out fewer
-    /// by reflections.
+    /// Tells how relocations eliminate residues unless they have to be exact: poles that are yet to be found come out
+    /// fewer by reflections.
     fn elimination(&self) -> Elimination {
         if self.from_scratch || self.target.tolerance < PRODUCTS_FROM {
             Elimination::Reflections
@@ -163,7 +163,7 @@ impl Attempt<'_> {
         }
     }
 
-    /// A model within the tolerance that generates no energy.
+    /// Returns a model within the tolerance that generates no energy.
     fn run(&mut self, start: &Start, sample: &mut Sample<'_>) -> Result<Candidate, FitError> {
         let Target { tolerance, most_poles, .. } = *self.target;
         let mut poles = if start.poles.is_empty() {
@@ -245,7 +245,7 @@ impl Attempt<'_> {
         Err(self.refuse(best, order(&poles), reason))
     }
 
-    /// The pole that contributes least, if it is not the only one.
+    /// Returns the pole that contributes least, if it is not the only one.
     fn least(&self, Candidate { poles, models, .. }: &Candidate) -> Option<usize> {
         let share = |index: usize| {
             let size = |face: usize| largest_residue(models, face, index) / self.sampled.scales[face];
@@ -266,7 +266,7 @@ impl Attempt<'_> {
         accepted
     }
 
-    /// A model as good as has to be without the pole that contributes least.
+    /// Returns a model as good as has to be without the pole that contributes least.
     fn with_one_less(&mut self, accepted: &Candidate) -> Option<Candidate> {
         let mut fewer = accepted.poles.clone();
         fewer.remove(self.least(accepted)?);
@@ -310,8 +310,8 @@ impl Attempt<'_> {
     }
 }
 
-/// A pole that can do something about an error at s: a pair with a tenth of critical damping there, or a real one close
-/// to s = 0.
+/// Returns a pole that can do something about an error at s: a pair with a tenth of critical damping there, or a real
+/// one close to s = 0.
 fn new_pole(s: Complex64, lowest: f64) -> Complex64 {
     let frequency = s.norm().max(lowest);
     if s.im > 4.0 * lowest && s.im > s.re {

@@ -23,7 +23,7 @@ const ELEMENTS: usize = 16;
 const COLUMNS: usize = 5;
 const TIME_STEP: f64 = 1e-3;
 
-/// The tyre of the default scene in few elements: what is compared is exact for any model.
+/// Returns the tyre of the default scene in few elements: what is compared is exact for any model.
 fn model() -> &'static RationalModel {
     static MODEL: OnceLock<RationalModel> = OnceLock::new();
     MODEL.get_or_init(|| {
@@ -32,7 +32,8 @@ fn model() -> &'static RationalModel {
     })
 }
 
-/// A model as if its tyre turned: with odd parts as large as the even ones, of waves that are not their own mirror.
+/// Returns a model as if its tyre turned: with odd parts as large as the even ones, of waves that are not their own
+/// mirror.
 fn turned(model: &RationalModel) -> RationalModel {
     let entries = (0..=model.largest_wavenumber()).map(|n| {
         let faces = [model.driven, Field::Bottom].map(|face| model.modes(n, face).unwrap());
@@ -55,7 +56,7 @@ fn turned(model: &RationalModel) -> RationalModel {
     RationalModel::assemble(model.elements, model.driven, model.top, model.tolerance, entries)
 }
 
-/// H_n(s) of a wave of either sign, at any s.
+/// Returns H_n(s) of a wave of either sign, at any s.
 fn of_wave(modes: &Modes<'_>, n: i64, s: Complex64) -> Complex64 {
     modes.evaluate(s) + Complex64::i() * n.signum() as f64 * modes.evaluate_odd(s)
 }
@@ -97,8 +98,8 @@ fn accumulated(layout: &SegmentLayout, forces: &[f64]) -> VibrationAccumulator {
     accumulator
 }
 
-/// One segment of forces whose plain and squared-window means are zero at every place, so that nothing is taken off,
-/// weighted with the window: what the accumulator transforms.
+/// Returns one segment of forces whose plain and squared-window means are zero at every place, so that nothing is taken
+/// off, weighted with the window: what the accumulator transforms.
 fn windowed_segment(layout: &SegmentLayout, seed: u64) -> (Vec<f64>, Vec<f64>) {
     let width = layout.width();
     let mut forces = noise(layout, layout.length(), 0.0, seed);
@@ -286,7 +287,7 @@ fn all_elements_have_the_mean_over_the_circumference() {
     }
 }
 
-/// Residues of another wavenumber for as many poles.
+/// Returns the residues of another wavenumber for as many poles.
 fn swapped((other, own): (&Vec<Complex64>, &Vec<Complex64>)) -> Vec<Complex64> {
     own.iter()
         .zip(other.iter().cycle())

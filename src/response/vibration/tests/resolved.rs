@@ -40,7 +40,7 @@ fn carried(elements: usize) -> CarriedWaves {
     CarriedWaves { part: 1, rows, model }
 }
 
-/// Carried waves as if their tyre turned: with odd parts of those that are not their own mirror.
+/// Returns the carried waves as if their tyre turned: with odd parts of those that are not their own mirror.
 fn turned_waves(waves: &CarriedWaves) -> CarriedWaves {
     let rows = waves.rows.iter().flat_map(|row| row.waves.iter().enumerate());
     let odd = rows.enumerate().flat_map(|(wave, (n, _))| {
@@ -57,7 +57,7 @@ fn answer(model: &RationalModel) -> TyreResponse<'_> {
     TyreResponse { model, scale: 1.0, spring: 0.0, tangential: None }
 }
 
-/// A layout for so many components, of which so many numbers are kept.
+/// Returns a layout for so many components, of which so many numbers are kept.
 fn resolved(layout: SegmentLayout, components: usize, kept: usize) -> SegmentLayout {
     SegmentLayout { across: Across::Resolved { components, kept }, ..layout }
 }

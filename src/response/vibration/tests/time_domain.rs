@@ -7,8 +7,8 @@ use crate::numeric::Ring;
 use crate::time_rule::RungeKutta;
 use crate::tyre::poles::{TangentialModel, tangential_model};
 
-/// Displacements of all elements at the ends of the steps over the last of many periods of the same forces, and the
-/// mean power put in over it, by the run's own recursion.
+/// Returns the displacements of all elements at the ends of the steps over the last of many periods of the same forces,
+/// and the mean power put in over it, by the run's own recursion.
 fn rolled(layout: &SegmentLayout, forces: &[f64], periods: usize) -> (Vec<Vec<f64>>, f64) {
     let SegmentLayout { elements, rule, .. } = *layout;
     let length = layout.length();
@@ -43,7 +43,7 @@ fn rolled(layout: &SegmentLayout, forces: &[f64], periods: usize) -> (Vec<Vec<f6
     (last, work / length as f64)
 }
 
-/// One period of a mode under the forces of a Runge-Kutta rule's stages: the states at the ends of the steps.
+/// Returns one period of a mode under the forces of a Runge-Kutta rule's stages: the states at the ends of the steps.
 fn steps_of_mode(method: &RungeKutta, z: Complex64, begin: Complex64, forces: &[Complex64]) -> Vec<Complex64> {
     let (a, stages) = (method.matrix(), method.nodes.len());
     let mut state = begin;
@@ -59,7 +59,8 @@ fn steps_of_mode(method: &RungeKutta, z: Complex64, begin: Complex64, forces: &[
     forces.chunks_exact(stages).map(step).collect()
 }
 
-/// Displacements of a field of all elements at the ends of the steps under periodic forces of the stages, mode by mode.
+/// Returns the displacements of a field of all elements at the ends of the steps under periodic forces of the stages,
+/// mode by mode.
 fn periodic(
     layout: &SegmentLayout,
     forces: &[f64],
@@ -124,8 +125,8 @@ fn transformed(series: &[Complex64]) -> Vec<Complex64> {
     (0..length).map(at).collect()
 }
 
-/// Velocities of all elements over a period, by the rule's difference quotient or as the rate between the samples:
-/// transforms by element, |w'| signed.
+/// Returns the velocities of all elements over a period, by the rule's difference quotient or as the rate between the
+/// samples: transforms by element, |w'| signed.
 fn velocity_transforms(layout: &SegmentLayout, displacement: &[Vec<f64>], kind: TransferKind) -> Vec<Vec<Complex64>> {
     (0..layout.elements)
         .map(|element| {
@@ -142,8 +143,8 @@ fn velocity_transforms(layout: &SegmentLayout, displacement: &[Vec<f64>], kind: 
         .collect()
 }
 
-/// Spectra everywhere, maps, and spectra at points and at elements of the forces of a segment, compared with those of
-/// the displacements that the windowed forces give; the power dissipated.
+/// Returns the spectra everywhere, maps, and spectra at points and at elements of the forces of a segment, compared
+/// with those of the displacements that the windowed forces give; the power dissipated.
 pub(super) fn compare(
     layout: &SegmentLayout,
     plain: &[f64],

@@ -59,7 +59,7 @@ impl TurningRing {
         ring
     }
 
-    /// Even and odd parts over the same poles, as a fit has them.
+    /// Returns the even and odd parts over the same poles, as a fit has them.
     fn model(&self) -> (RationalModel, TangentialModel) {
         let mut tangential = TangentialModel::default();
         let entries = self.modes.iter().zip(&self.constants).map(|(modes, constants)| {
@@ -99,8 +99,8 @@ impl TurningRing {
         (model, tangential)
     }
 
-    /// Displacements of all elements at the ends of the steps over the last of many periods of the same forces, by
-    /// field, and the mean power that they put in over it.
+    /// Returns the displacements of all elements at the ends of the steps over the last of many periods of the same
+    /// forces, by field, and the mean power that they put in over it.
     fn rolled(&self, layout: &SegmentLayout, forces: &[f64]) -> ([Vec<Vec<f64>>; 3], f64) {
         let SegmentLayout { rule, substeps, .. } = *layout;
         let (length, stages) = (layout.length(), layout.stages());
@@ -141,7 +141,7 @@ impl TurningRing {
     }
 }
 
-/// Mean power that forces put in over a period of displacements.
+/// Returns the mean power that forces put in over a period of displacements.
 fn put_in(layout: &SegmentLayout, forces: &[f64], displacement: &[Vec<f64>]) -> f64 {
     let (length, stages) = (layout.length(), layout.stages());
     // Two elements more on either side: what enters the window carries no force yet, as in a run.
@@ -179,7 +179,7 @@ fn steps(rule: TimeRule, pole: Complex64, forces: &[Complex64], periods: usize) 
     (0..periods).map(|_| forces.iter().map(|&force| step(force)).collect()).last().unwrap()
 }
 
-/// The same under a Runge-Kutta rule, at all stages.
+/// Returns the same under a Runge-Kutta rule, at all stages.
 fn steps_of_stages(method: RungeKutta, pole: Complex64, forces: &[Complex64], periods: usize) -> Vec<Complex64> {
     let (a, stages) = (method.matrix(), method.nodes.len());
     let mut state = Complex64::ZERO;

@@ -104,7 +104,7 @@ impl Level {
         }
     }
 
-    /// Where a row lies.
+    /// Tells where a row lies.
     pub(super) fn place(&self, lattice: &Lattice, row: i64) -> Place {
         let fading = (self.sizes.samples / FADE) as f64;
         let pitch = self.sizes.samples as f64 - fading;
@@ -121,7 +121,7 @@ impl Level {
         Place { block: block as i64, sample, weights }
     }
 
-    /// The samples of a patch that a place is interpolated from, as far as they matter, and their weights times
+    /// Returns the samples of a patch that a place is interpolated from, as far as they matter, and their weights times
     /// `factor`.
     pub(super) fn samples<'a>(
         &self,
@@ -225,7 +225,7 @@ struct Space {
     numbers: Vec<f32>,
 }
 
-/// Root-mean-square of the parts of c_mn for n = 0, 1, ..., as far as the level and the run go.
+/// Returns the root-mean-square of the parts of c_mn for n = 0, 1, ..., as far as the level and the run go.
 fn gains(spectrum: &RingSpectrum, sizes: &LevelSizes, m: usize, along: f64, across: f64) -> Vec<f32> {
     let cell = 1.0 / sizes.period;
     let sides = if m == 0 { 1.0 } else { 2.0 };
@@ -252,7 +252,7 @@ fn gains(spectrum: &RingSpectrum, sizes: &LevelSizes, m: usize, along: f64, acro
         .collect()
 }
 
-/// Flat to `PASS` of the Nyquist wavenumber, zero from it on.
+/// Returns the flat to `PASS` of the Nyquist wavenumber, zero from it on.
 fn low_pass(wavenumber: f64, nyquist: f64) -> f64 {
     let ratio = wavenumber / nyquist;
     if ratio <= PASS {

@@ -48,7 +48,7 @@ impl Ring {
 }
 
 impl RingSpectrum {
-    /// The spectrum nearest to `target`, by non-negative least squares of the relative band energies.
+    /// Returns the spectrum nearest to `target`, by non-negative least squares of the relative band energies.
     pub fn fit(target: &TargetSpectrum) -> Self {
         let bands = target.bands();
         let places: Vec<Band> = bands.iter().flat_map(divided).collect();
@@ -78,7 +78,7 @@ impl RingSpectrum {
         Self { fit: fit.collect(), rings: found.collect() }
     }
 
-    /// Two-sided spectral density S(kx, ky) \[m^2 per (cycles/m)^2\] at k^2 = kx^2 + ky^2.
+    /// Returns the two-sided spectral density S(kx, ky) \[m^2 per (cycles/m)^2\] at k^2 = kx^2 + ky^2.
     pub fn density(&self, square: f64) -> f64 {
         let index = self.rings.partition_point(|ring| ring.upper * ring.upper <= square);
         match self.rings.get(index) {
@@ -87,13 +87,13 @@ impl RingSpectrum {
         }
     }
 
-    /// The same surface with another account of its bands.
+    /// Returns the same surface with another account of its bands.
     pub(crate) fn with_fit(self, fit: Vec<BandFit>) -> Self {
         Self { fit, ..self }
     }
 
-    /// Mean square of a profile by cells of wavenumber \[m^2\], cell j from (j - 1/2) to (j + 1/2) `cell`, as many as
-    /// `count`.
+    /// Returns the mean square of a profile by cells of wavenumber \[m^2\], cell j from (j - 1/2) to (j + 1/2) `cell`,
+    /// as many as `count`.
     pub fn profile(&self, cell: f64, count: usize) -> Vec<f64> {
         let below = |edge: f64| -> f64 {
             self.rings.iter().map(|ring| ring.variance() * share_below(ring.lower, ring.upper, edge, FEW_POINTS)).sum()
@@ -102,7 +102,7 @@ impl RingSpectrum {
         edges.windows(2).map(|pair| pair[1] - pair[0]).collect()
     }
 
-    /// Variance of the surface \[m^2\].
+    /// Returns the variance of the surface \[m^2\].
     pub fn variance(&self) -> f64 {
         self.rings.iter().map(Ring::variance).sum()
     }
@@ -112,13 +112,13 @@ impl RingSpectrum {
         &self.fit
     }
 
-    /// Largest deviation from the levels asked for \[dB\].
+    /// Returns the largest deviation from the levels asked for \[dB\].
     pub fn worst_deviation(&self) -> f64 {
         self.fit.iter().map(BandFit::deviation).fold(0.0, f64::max)
     }
 }
 
-/// The rings of a band, each with its part of the band's energy.
+/// Returns the rings of a band, each with its part of the band's energy.
 fn divided(band: &Band) -> impl Iterator<Item = Band> + use<> {
     let (lower, energy) = (band.lower, band.energy / RINGS_PER_BAND as f64);
     let ratio = (band.upper / band.lower).powf(1.0 / RINGS_PER_BAND as f64);
@@ -129,14 +129,14 @@ fn divided(band: &Band) -> impl Iterator<Item = Band> + use<> {
     })
 }
 
-/// Share of the variance of a ring over `ring`'s wavenumbers that a profile has in `band`.
+/// Returns the share of the variance of a ring over `ring`'s wavenumbers that a profile has in `band`.
 fn share(ring: &Band, band: &Band) -> f64 {
     let below = |edge: f64| share_below(ring.lower, ring.upper, edge, POINTS);
     below(band.upper) - below(band.lower)
 }
 
-/// Share of the variance between two wavenumbers, spread evenly over ln k, that a profile has below a third: the mean
-/// over so many points.
+/// Returns the share of the variance between two wavenumbers, spread evenly over ln k, that a profile has below a
+/// third: the mean over so many points.
 fn share_below(lower: f64, upper: f64, edge: f64, points: usize) -> f64 {
     if edge >= upper {
         return 1.0;

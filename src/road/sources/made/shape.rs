@@ -39,7 +39,7 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
-    /// The transformation; none for 0 and 3, a Gaussian's.
+    /// Returns the transformation; none for 0 and 3, a Gaussian's.
     ///
     /// # Errors
     /// [`RoadError::Moments`] for a pair that none has, with the range of the kurtosis for this skewness.
@@ -74,12 +74,12 @@ impl Shape {
         found.map_or_else(|| refused(least, longest.kurtosis), |shape| Ok(Some(shape)))
     }
 
-    /// g(x).
+    /// Returns g(x).
     pub(crate) fn at(&self, x: f64) -> f64 {
         (((x.asinh() + self.shift) / self.tail).sinh() - self.mean) / self.deviation
     }
 
-    /// a_k^2, k = 1, 2, ...: what heights correlated by r are correlated by is the sum of a_k^2 r^k.
+    /// Returns a_k^2, k = 1, 2, ...: what heights correlated by r are correlated by is the sum of a_k^2 r^k.
     pub(crate) fn powers(&self) -> Vec<f64> {
         let mut sums = [0.0; TERMS];
         for [x, _, weight] in nodes() {
@@ -157,7 +157,7 @@ fn moments(nodes: &[[f64; 3]], shift: f64, tail: f64) -> Moments {
     }
 }
 
-/// The shift that gives a skewness, if one does.
+/// Returns the shift that gives a skewness, if one does.
 fn skewed(nodes: &[[f64; 3]], skewness: f64, tail: f64) -> Option<f64> {
     let reach = LARGEST_SHIFT.min(300.0 * tail);
     let of = |shift: f64| moments(nodes, shift, tail).skewness;

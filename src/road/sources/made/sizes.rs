@@ -43,12 +43,12 @@ pub(crate) struct LevelSizes {
 }
 
 impl LevelSizes {
-    /// Spacing of the samples along \[m\].
+    /// Returns the spacing of the samples along \[m\].
     pub(crate) fn spacing(&self) -> f64 {
         self.block / self.samples as f64
     }
 
-    /// Way from one block to the next \[m\].
+    /// Returns the way from one block to the next \[m\].
     pub(crate) fn pitch(&self) -> f64 {
         self.block * (1.0 - 1.0 / FADE as f64)
     }
@@ -97,7 +97,7 @@ impl Sizes {
         Ok(sizes)
     }
 
-    /// Filters, the patches that are kept, and what one is made from.
+    /// Returns the filters, the patches that are kept, and what one is made from.
     fn bytes(&self) -> f64 {
         let level = |level: &LevelSizes| {
             let samples = level.samples as f64;
@@ -126,8 +126,8 @@ impl Sizes {
     }
 }
 
-/// Highest wavenumbers that a lattice holds, along and across, cycles per metre; a single column is a line that holds
-/// all.
+/// Returns the highest wavenumbers that a lattice holds, along and across, cycles per metre; a single column is a line
+/// that holds all.
 pub(super) fn resolved(lattice: Lattice) -> [f64; 2] {
     [0.5 / lattice.cell(), if lattice.columns > 1 { 0.5 / lattice.dy } else { f64::INFINITY }]
 }

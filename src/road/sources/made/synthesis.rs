@@ -82,7 +82,7 @@ impl Texture {
         })
     }
 
-    /// The two-dimensional spectrum and how well it meets the target.
+    /// Returns the two-dimensional spectrum and how well it meets the target.
     pub(crate) fn spectrum(&self) -> &RingSpectrum {
         &self.spectrum
     }

@@ -21,7 +21,7 @@ pub struct Band {
 }
 
 impl Band {
-    /// The band where `found` \[m^2\] was asked to be its energy.
+    /// Returns the band where `found` \[m^2\] was asked to be its energy.
     pub(crate) fn fit(&self, found: f64) -> BandFit {
         let wavelength = 1.0 / (self.lower * self.upper).sqrt();
         BandFit { wavelength, target: level(self.energy), fitted: level(found).max(LOWEST_LEVEL) }
@@ -35,7 +35,7 @@ pub struct TargetSpectrum {
 }
 
 impl TargetSpectrum {
-    /// The spectrum that a scene asks for.
+    /// Returns the spectrum that a scene asks for.
     ///
     /// # Errors
     /// Levels without wavelengths or twice the same, both kinds of spectrum, values out of range.
@@ -51,17 +51,18 @@ impl TargetSpectrum {
         }
     }
 
-    /// Spectrum of a named texture.
+    /// Returns the spectrum of a named texture.
     pub fn named(texture: NamedTexture) -> Self {
         Self { bands: texture.levels().map(|(band, level)| third_octave(band, level)).collect() }
     }
 
-    /// Dense asphalt, the default road.
+    /// Returns the dense asphalt, the default road.
     pub fn dense_asphalt() -> Self {
         Self::named(NamedTexture::DEFAULT)
     }
 
-    /// Third-octave levels of a profile (dB re 1e-6 m) at mid-wavelengths \[m\], nominal or exact, in any order.
+    /// Returns the third-octave levels of a profile (dB re 1e-6 m) at mid-wavelengths \[m\], nominal or exact, in any
+    /// order.
     ///
     /// # Errors
     /// Lists of different length or empty; a wavelength more than 4 % off a mid-wavelength; a band twice; a level
@@ -92,7 +93,7 @@ impl TargetSpectrum {
         Ok(Self { bands: given.into_iter().map(|(band, level)| third_octave(band, level)).collect() })
     }
 
-    /// Levels as measured.
+    /// Returns the levels as measured.
     ///
     /// # Errors
     /// As [`Self::third_octaves`].
@@ -102,8 +103,8 @@ impl TargetSpectrum {
         Self::third_octaves(&wavelengths, &levels)
     }
 
-    /// One-sided profile spectrum proportional to wavenumber^(-exponent) between two wavelengths, with the given rms
-    /// there, in bands of at most a third octave.
+    /// Returns the one-sided profile spectrum proportional to wavenumber^(-exponent) between two wavelengths, with the
+    /// given rms there, in bands of at most a third octave.
     ///
     /// # Errors
     /// A range shorter than a third octave, or values that are not positive and finite.
@@ -133,28 +134,28 @@ impl TargetSpectrum {
         Ok(Self { bands })
     }
 
-    /// The bands, rising wavenumber.
+    /// Returns the bands, rising wavenumber.
     pub fn bands(&self) -> &[Band] {
         &self.bands
     }
 
-    /// The bands, to ask for other energies.
+    /// Returns the bands, to ask for other energies.
     pub fn bands_mut(&mut self) -> &mut [Band] {
         &mut self.bands
     }
 
-    /// Highest point of the road above its plane that is to be expected \[m\]: [`PEAK_FACTOR`] times the
+    /// Returns the highest point of the road above its plane that is to be expected \[m\]: [`PEAK_FACTOR`] times the
     /// root-mean-square height.
     pub fn highest(&self) -> f64 {
         PEAK_FACTOR * self.bands.iter().map(|band| band.energy).sum::<f64>().sqrt()
     }
 
-    /// Longest wavelength of the spectrum \[m\].
+    /// Returns the longest wavelength of the spectrum \[m\].
     pub fn longest(&self) -> f64 {
         self.bands.first().map_or(f64::NAN, |band| 1.0 / band.lower)
     }
 
-    /// Shortest wavelength of the spectrum \[m\].
+    /// Returns the shortest wavelength of the spectrum \[m\].
     pub fn shortest(&self) -> f64 {
         self.bands.last().map_or(f64::NAN, |band| 1.0 / band.upper)
     }

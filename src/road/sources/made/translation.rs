@@ -24,7 +24,7 @@ const ROUNDS: usize = 12;
 /// Largest change of a band's energy in a round, as a factor.
 const LARGEST_CHANGE: f64 = 2.0;
 
-/// The Gaussian's spectrum, its fit that of the transformed surface.
+/// Returns the Gaussian's spectrum, its fit that of the transformed surface.
 pub(super) fn corrected(target: &TargetSpectrum, shape: &Shape) -> RingSpectrum {
     let highest = HIGHEST / target.shortest();
     let count = (CELLS.0 * highest * target.longest()).clamp(64.0, CELLS.1) as usize;
@@ -48,7 +48,7 @@ pub(super) fn corrected(target: &TargetSpectrum, shape: &Shape) -> RingSpectrum 
     best.map_or_else(|| RingSpectrum::fit(target), |(_, spectrum)| spectrum)
 }
 
-/// Energies by cell of the transformed surface's profiles, as high as the Gaussian's.
+/// Returns the energies by cell of the transformed surface's profiles, as high as the Gaussian's.
 fn transformed(energies: &[f64], powers: &[f64]) -> Vec<f64> {
     let length = 2 * energies.len();
     let mut planner = RealFftPlanner::<f64>::new();
@@ -75,7 +75,7 @@ fn transformed(energies: &[f64], powers: &[f64]) -> Vec<f64> {
     lines.iter().enumerate().map(|(line, value)| if line == 0 { scale } else { 2.0 * scale } * value.re).collect()
 }
 
-/// Energy of a band, cells at its edges counted by their part inside.
+/// Returns the energy of a band, cells at its edges counted by their part inside.
 fn energy(lines: &[f64], cell: f64, band: &Band) -> f64 {
     let inside = |line: usize| line_inside(line, cell, band.lower, band.upper);
     lines.iter().enumerate().map(|(line, energy)| inside(line) * energy).sum()

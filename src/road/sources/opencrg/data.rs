@@ -11,7 +11,7 @@ const RECORD: usize = 80;
 /// Elevations and slopes beyond this are no road's; coordinates may be larger.
 pub(super) const ABSURD: f64 = 1e8;
 
-/// Row-major numbers, rows x `channels`. `promised`: the number of rows that the header states, if it does.
+/// Returns the row-major numbers, rows x `channels`. `promised`: the number of rows that the header states, if it does.
 /// `first_line` is the line number of the first text record.
 ///
 /// # Errors

@@ -195,12 +195,12 @@ impl Crg {
         }
     }
 
-    /// Number of rows.
+    /// Returns the number of rows.
     pub(crate) fn rows(&self) -> usize {
         self.line.len()
     }
 
-    /// Elevation of the grid point (row, column) with slope and banking \[m\]; NaN where missing.
+    /// Returns the elevation of the grid point (row, column) with slope and banking \[m\]; NaN where missing.
     pub(crate) fn elevation(&self, row: usize, column: usize) -> f64 {
         self.grid[row * self.v.len() + column] + self.line[row] + self.banking[row] * self.v[column]
     }
@@ -220,7 +220,7 @@ fn fill_nearest(row: &mut [f64]) {
     }
 }
 
-/// Increment of u and, where the end is given, the number of rows.
+/// Returns the increment of u and, where the end is given, the number of rows.
 fn rows(key: impl Fn(&str) -> Option<f64>, start: f64) -> Result<(f64, Option<u64>), FileFault> {
     let increment = key("reference_line_increment").ok_or(FileFault::Missing { what: "reference_line_increment" })?;
     if !(increment > 0.0 && increment.is_finite()) {
@@ -235,7 +235,7 @@ fn rows(key: impl Fn(&str) -> Option<f64>, start: f64) -> Result<(f64, Option<u6
     Ok((increment, Some(whole as u64 + 1)))
 }
 
-/// Lateral positions, rising, and the channels that hold them.
+/// Returns the lateral positions, rising, and the channels that hold them.
 fn lateral(header: &Header, key: impl Fn(&str) -> Option<f64>) -> Result<(Vec<f64>, Vec<usize>), FileFault> {
     let mut sections: Vec<(f64, usize)> = Vec::new();
     let (mut by_number, mut by_position) = (false, false);

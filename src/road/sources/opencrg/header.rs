@@ -172,7 +172,7 @@ fn insert(values: &mut BTreeMap<String, f64>, line: &str, number: usize) -> Resu
 /// Characters of a number at most: doubles are written with 25.
 const LONGEST_NUMBER: usize = 64;
 
-/// The number at the start of a text, as C's `strtod` reads it: files in circulation have `2.000000000+e00`.
+/// Returns the number at the start of a text, as C's `strtod` reads it: files in circulation have `2.000000000+e00`.
 fn leading_number(text: &str) -> Option<f64> {
     let text = text.split_whitespace().next().filter(|text| text.len() <= LONGEST_NUMBER)?.replace(['d', 'D'], "e");
     (1..=text.len())

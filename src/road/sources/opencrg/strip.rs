@@ -123,7 +123,7 @@ fn cut(crg: &Crg, spec: &OpenCrgRoad, contact_width: f64, report: &mut RoadRepor
     Ok(map)
 }
 
-/// First and last column of every run of columns with at most `most` missing heights.
+/// Returns the first and last column of every run of columns with at most `most` missing heights.
 fn runs(missing: &[usize], most: usize) -> Vec<(usize, usize)> {
     let mut runs: Vec<(usize, usize)> = Vec::new();
     for (column, _) in missing.iter().enumerate().filter(|&(_, &count)| count <= most) {
@@ -135,7 +135,7 @@ fn runs(missing: &[usize], most: usize) -> Vec<(usize, usize)> {
     runs
 }
 
-/// The map with columns at `v`, interpolated linearly to its even `dy`.
+/// Returns the map with columns at `v`, interpolated linearly to its even `dy`.
 fn even(map: &HeightMap, v: &[f64], middle: f64) -> HeightMap {
     let width = v[v.len() - 1] - v[0];
     let intervals = (width / map.dy * (1.0 + 1e-9)).floor().max(1.0);

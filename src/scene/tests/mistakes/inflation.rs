@@ -27,7 +27,8 @@ fn cavity_refused(keys: &str, key: &str, wrong: &str, right: &str) {
     tyre_refused(&keys, 7, &format!("tyre.cavity{key}"), wrong, right);
 }
 
-/// The base scene curved and inflated, with sidewalls and without foundation and tensions; these begin on line 7.
+/// Returns the base scene curved and inflated, with sidewalls and without foundation and tensions; these begin on line
+/// 7.
 fn on_sidewalls(sidewall: &str) -> String {
     let foundation = "foundation = { normal = 1.8e6, tangential = 1e6, loss_factor = 0.1 }";
     let instead = format!("curvature = true\nsidewall = {{ {sidewall} }}\ninflation = {{ pressure = 2.2e5 }}");

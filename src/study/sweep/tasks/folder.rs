@@ -138,12 +138,12 @@ impl TaskFolder {
         Ok(Self { path: path.to_owned(), manifest: body.finish().map_err(unusable)? })
     }
 
-    /// Where it is.
+    /// Tells where it is.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Title of the scene that is swept.
+    /// Returns the title of the scene that is swept.
     pub(crate) fn title(&self) -> &str {
         &self.manifest.title
     }
@@ -153,17 +153,17 @@ impl TaskFolder {
         self.manifest.plots
     }
 
-    /// How many tasks there are.
+    /// Tells how many tasks there are.
     pub(crate) fn count(&self) -> u64 {
         self.manifest.count
     }
 
-    /// Tasks that job files give to an element of their array.
+    /// Returns the tasks that job files give to an element of their array.
     pub(crate) fn chunk(&self) -> u64 {
         self.manifest.chunk
     }
 
-    /// How many shards there are.
+    /// Tells how many shards there are.
     pub(crate) fn shards(&self) -> u64 {
         self.count().div_ceil(SHARD)
     }
@@ -173,7 +173,7 @@ impl TaskFolder {
         shard * SHARD..((shard + 1) * SHARD).min(self.count())
     }
 
-    /// The shards of some tasks.
+    /// Returns the shards of some tasks.
     ///
     /// # Errors
     /// [`TaskError::Number`] for the first number that no task has.
@@ -187,12 +187,12 @@ impl TaskFolder {
         }
     }
 
-    /// The folder of a shard.
+    /// Returns the folder of a shard.
     pub(super) fn shard_folder(&self, shard: u64) -> PathBuf {
         self.path.join(format!("shard-{shard:04}"))
     }
 
-    /// The tasks of a shard.
+    /// Returns the tasks of a shard.
     ///
     /// # Errors
     /// [`TaskError::Unusable`], [`TaskError::Read`].
@@ -206,7 +206,7 @@ impl TaskFolder {
     }
 }
 
-/// The tasks of variants, in their order.
+/// Returns the tasks of variants, in their order.
 fn tasks(variants: &[Variant]) -> Result<Vec<Task>, TaskError> {
     let mut roads = HashMap::new();
     for path in variants.iter().filter_map(|variant| variant.loaded.scene.road.file()) {

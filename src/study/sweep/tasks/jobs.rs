@@ -72,8 +72,8 @@ pub(crate) struct Jobs<'a> {
     pub keep_results: bool,
 }
 
-/// Tasks of an element, where the user does not say: with so many tasks of at most that time \[s\], as many at a time
-/// as there are threads.
+/// Returns the tasks of an element, where the user does not say: with so many tasks of at most that time \[s\], as many
+/// at a time as there are threads.
 pub(crate) fn chunk(count: u64, seconds: f64, threads: usize) -> u64 {
     let in_time = (ELEMENT_SECONDS / seconds.max(1e-3)).ceil() as u64 * threads as u64;
     in_time.min(count).max(count.div_ceil(MOST_ELEMENTS)).max(1)
@@ -89,18 +89,18 @@ impl<'a> Jobs<'a> {
         Self { program, folder, count, chunk, threads, at_a_time, at_once, seconds, memory, keep_results }
     }
 
-    /// Elements of the array.
+    /// Returns the elements of the array.
     pub(crate) fn elements(&self) -> u64 {
         self.count.div_ceil(self.chunk)
     }
 
-    /// Time limit of an element, in whole minutes.
+    /// Returns the time limit of an element, in whole minutes.
     fn minutes(&self) -> u64 {
         let rounds = self.chunk.div_ceil(self.at_a_time as u64) as f64;
         ((rounds * self.seconds * TIME_MARGIN + START_SECONDS) / 60.0).ceil() as u64
     }
 
-    /// Memory of an element \[MB\].
+    /// Returns the memory of an element \[MB\].
     fn megabytes(&self) -> u64 {
         let at_a_time = self.chunk.min(self.at_a_time as u64) as f64;
         (at_a_time * self.memory / 1e6 * MEMORY_MARGIN + START_MEGABYTES).ceil() as u64
@@ -131,7 +131,7 @@ impl<'a> Jobs<'a> {
         )
     }
 
-    /// A job array for Slurm's `sbatch`.
+    /// Returns a job array for Slurm's `sbatch`.
     pub(crate) fn slurm(&self) -> String {
         let last = self.elements().saturating_sub(1);
         let path = |name: &str| quoted(&self.folder.join(name));
@@ -154,7 +154,7 @@ impl<'a> Jobs<'a> {
         )
     }
 
-    /// A script that submits an array to HyperQueue.
+    /// Returns a script that submits an array to HyperQueue.
     pub(crate) fn hyperqueue(&self) -> String {
         let last = self.elements().saturating_sub(1);
         let (minutes, path) = (self.minutes(), |name: &str| quoted(&self.folder.join(name)));
@@ -174,12 +174,12 @@ impl<'a> Jobs<'a> {
     }
 }
 
-/// A path as a word of the shell.
+/// Returns a path as a word of the shell.
 fn quoted(path: &Path) -> String {
     shell_word(&path.display().to_string())
 }
 
-/// A text as one word of the shell, whatever is in it.
+/// Returns a text as one word of the shell, whatever is in it.
 fn shell_word(text: &str) -> String {
     format!("'{}'", text.replace('\'', "'\\''"))
 }

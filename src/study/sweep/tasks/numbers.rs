@@ -15,7 +15,7 @@ impl Numbers {
         Self(numbers)
     }
 
-    /// The numbers, rising.
+    /// Returns the numbers, rising.
     pub(crate) fn as_slice(&self) -> &[u64] {
         &self.0
     }

@@ -58,17 +58,17 @@ impl<'a> Outcomes<'a> {
         Self { folder: folder.shard_folder(shard), first: folder.numbers(shard).start, tasks }
     }
 
-    /// Where the runs of the shard's tasks are.
+    /// Tells where the runs of the shard's tasks are.
     pub(crate) fn results(&self) -> PathBuf {
         self.folder.join(RESULTS)
     }
 
-    /// The file that belongs to a task of the shard, counted from its first.
+    /// Returns the file that belongs to a task of the shard, counted from its first.
     pub(super) fn file(&self, prefix: &str, index: usize) -> PathBuf {
         self.folder.join(format!("{prefix}{}", self.first + index as u64))
     }
 
-    /// All that is there.
+    /// Returns all that is there.
     ///
     /// # Errors
     /// [`TaskError::Read`].
@@ -163,7 +163,7 @@ impl<'a> Outcomes<'a> {
         let _ = fs::write(self.file(FAILED, index), reason);
     }
 
-    /// Why a task of the shard has failed the last time, where it has.
+    /// Tells why a task of the shard has failed the last time, where it has.
     pub(crate) fn failure(&self, index: usize) -> Option<String> {
         let bytes = fs::read(self.file(FAILED, index)).ok()?;
         Some(String::from_utf8_lossy(&bytes).into_owned())
@@ -182,7 +182,7 @@ impl<'a> Outcomes<'a> {
         if counted >= self.tasks.len() { self.collect().map(drop) } else { Ok(()) }
     }
 
-    /// All that is there; one file of it, once all are there.
+    /// Returns all that is there; one file of it, once all are there.
     ///
     /// # Errors
     /// [`TaskError::Read`], [`TaskError::Results`].

@@ -48,8 +48,8 @@ impl Task {
         })
     }
 
-    /// Its variant, once more. Without arrays and pictures in its results folder unless those are kept: they are most
-    /// of its bytes, and the tables do not need them.
+    /// Returns its variant, once more. Without arrays and pictures in its results folder unless those are kept: they
+    /// are most of its bytes, and the tables do not need them.
     ///
     /// # Errors
     /// [`TaskError::Road`] for a road file whose content has changed, [`TaskError::Read`], [`TaskError::Scene`].

@@ -201,7 +201,7 @@ struct Lock {
 }
 
 impl Lock {
-    /// `None` where another process holds it.
+    /// Returns `None` where another process holds it.
     fn of(path: PathBuf) -> Result<Option<Self>, TaskError> {
         let file = File::create(&path).map_err(ResultsError::creating(&path))?;
         match file.try_lock() {

@@ -23,6 +23,7 @@ mod faces;
 pub(crate) mod lane_compliance;
 pub(crate) mod layer;
 mod layer_modes;
+mod layer_wave;
 pub(crate) mod material;
 pub(crate) mod matrix2;
 mod radial_polynomials;

@@ -103,7 +103,7 @@ enum Along<R> {
 }
 
 impl<R: WaveNumber> WaveTransform<R> {
-    /// Between windows of so many columns and the waves of rows on a ring of so many cells.
+    /// Plans transforms between windows of so many columns and the waves of rows on a ring of so many cells.
     pub fn new(grid: &CellGrid, ring: usize, columns: usize, rows: &[CellRow]) -> Self {
         let half = grid.across.div_ceil(2);
         let empty = Vec::new;

@@ -70,7 +70,7 @@ impl WithSimd for Assembly<'_> {
     }
 }
 
-/// A tile: influence of a point on some others, zeros below them.
+/// Gathers a tile: the influence of a point on some others, zeros below them.
 #[inline(always)]
 fn gather(tile: &mut [f64; LINE], lines: &[usize], point: usize, influence: &[f64]) {
     for (entry, &line) in tile.iter_mut().zip(lines) {

@@ -109,7 +109,7 @@ impl Basis {
         self.nodes.len()
     }
 
-    /// The Lagrange polynomials' values at a point.
+    /// Computes the Lagrange polynomials' values at a point.
     pub fn values(&self, at: f64, values: &mut [f64]) {
         for (i, value) in values.iter_mut().enumerate() {
             *value = self.barycentric[i];

@@ -194,7 +194,7 @@ impl<T: NpyNumber> NpyWriter<T> {
         Self::of(path, file, row, state)
     }
 
-    /// As [`Self::checkpoint`], and brings the data to the disk; returns how far the array has come.
+    /// Flushes as [`Self::checkpoint`], and brings the data to the disk; returns how far the array has come.
     ///
     /// # Errors
     /// [`ResultsError::Write`].

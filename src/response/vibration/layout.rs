@@ -77,7 +77,7 @@ impl SegmentLayout {
         (fitting > 0).then(|| wanted.min(fitting) as usize)
     }
 
-    /// Steps K of a segment.
+    /// Returns the number of steps K of a segment.
     pub fn length(&self) -> usize {
         self.revolutions * self.elements * self.substeps
     }
@@ -87,7 +87,7 @@ impl SegmentLayout {
         self.length() / 2
     }
 
-    /// Steps K/q of a segment in which the window stands at one substep.
+    /// Returns the number of steps K/q of a segment in which the window stands at one substep.
     pub fn base_length(&self) -> usize {
         self.revolutions * self.elements
     }
@@ -125,7 +125,8 @@ impl SegmentLayout {
         self.rule.nodes().len()
     }
 
-    /// For every instant of a step the weight of its force, and the time from the step's end at which it acts \[s\].
+    /// Returns for every instant of a step the weight of its force, and the time from the step's end at which it acts
+    /// \[s\].
     pub(in crate::response) fn actions(&self) -> Vec<[f64; 2]> {
         let Some(method) = self.rule.runge_kutta() else { return vec![[1.0, 0.0]] };
         let nodes = method.nodes.iter().zip(method.weights());
@@ -140,12 +141,12 @@ impl SegmentLayout {
         }
     }
 
-    /// Forces of a column in a step: the components of every stage.
+    /// Returns the number of forces of a column in a step: the components of every stage.
     pub fn channels(&self) -> usize {
         self.stages() * self.components()
     }
 
-    /// Forces of a step: the columns of every channel.
+    /// Returns the number of forces of a step: the columns of every channel.
     pub fn width(&self) -> usize {
         self.channels() * self.columns
     }

@@ -157,7 +157,7 @@ impl Axis {
         self.ticks.iter().map(|(value, label)| (self.place(*value), label.as_str()))
     }
 
-    /// Places of ticks without a label.
+    /// Returns the places of ticks without a label.
     pub(super) fn minor_ticks(&self) -> impl Iterator<Item = f64> + '_ {
         self.minor.iter().map(|value| self.place(*value))
     }

@@ -68,7 +68,7 @@ impl Outcome {
 }
 
 impl Done {
-    /// From the levels and the summary of a results folder.
+    /// Takes the findings from the levels and the summary of a results folder.
     pub(crate) fn new(found: bool, levels: Vec<BandLevel>, summary: &serde_json::Value) -> Self {
         let outcome = &summary["outcome"];
         let receivers = serde_json::from_value(summary["sound"]["receivers"].clone());

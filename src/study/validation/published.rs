@@ -229,7 +229,7 @@ mod tests {
         }
     }
 
-    /// By hand: Nord2000's slopes are the law's own coefficients, 25.9 at 500 Hz; the model's table has TNM's.
+    /// Checks by hand: Nord2000's slopes are the law's own coefficients, 25.9 at 500 Hz; the model's table has TNM's.
     #[test]
     fn growth_is_that_of_the_laws() {
         let published = Published::embedded();

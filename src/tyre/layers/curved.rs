@@ -163,7 +163,7 @@ impl InnerFace {
         self.hold_scaled(impedance, edge, 1.0);
     }
 
-    /// The same to an impedance times a factor.
+    /// Adds the same times a factor.
     #[inline(always)]
     pub(super) fn hold_scaled<T: ComplexField>(
         &self,

@@ -5,14 +5,14 @@ use super::Stage;
 /// Watches a run. All calls come from the thread that runs it, in order; they must be cheap, [`Progress::step`] comes
 /// every time step.
 pub trait Progress {
-    /// Takes note that a stage of the preparation begins.
+    /// Tells that a stage of the preparation begins.
     fn stage(&mut self, _stage: Stage) {}
 
-    /// Takes note that so many pieces of the stage are done, and that so many are known to be still to come.
+    /// Tells that so many pieces of the stage are done, and that so many are known to be still to come.
     fn pieces(&mut self, _done: usize, _open: usize) {}
 
-    /// Takes note that the march through time begins, or goes on after `done` steps: `steps` steps of `time_step`
-    /// seconds in all.
+    /// Tells that the march through time begins, or goes on after `done` steps: `steps` steps of `time_step` seconds in
+    /// all.
     fn march(&mut self, _done: u64, _steps: u64, _time_step: f64) {}
 
     /// Tells that so many steps are done.
@@ -28,7 +28,7 @@ pub trait Progress {
     /// Tells something that the user should act on.
     fn warning(&mut self, _text: &str) {}
 
-    /// Takes note that the run has ended, one way or another.
+    /// Tells that the run has ended, one way or another.
     fn finish(&mut self) {}
 }
 

@@ -15,7 +15,7 @@ pub trait Element: Copy + Default + Send + Sync + 'static {
     fn rounded(value: f64) -> Self;
     /// Returns the number in double precision.
     fn double(self) -> f64;
-    /// Numbers as vectors; those that do not fill one are left out.
+    /// Returns numbers as vectors; those that do not fill one are left out.
     fn vectors<S: Simd>(values: &[Self]) -> &[Self::Vector<S>];
     /// Returns the same to be written.
     fn vectors_mut<S: Simd>(values: &mut [Self]) -> &mut [Self::Vector<S>];

@@ -115,7 +115,7 @@ fn valid_to(scene: &Scene) -> f64 {
 }
 
 impl Plan {
-    /// Steps that the force map shows, where the patch has such a length \[m\].
+    /// Returns the number of steps that the force map shows, where the patch has such a length \[m\].
     pub(crate) fn steps_drawn(&self, length: f64) -> f64 {
         let span = self.scene.outputs.patch_span.unwrap_or(LENGTHS_DRAWN * length / self.speed);
         span / self.time_step

@@ -122,7 +122,7 @@ impl Basis {
     }
 }
 
-/// Numbers in a lane's multiple.
+/// Rounds a count of numbers up to whole vectors.
 pub(crate) fn padded(count: usize) -> usize {
     count.next_multiple_of(crate::numeric::MOST_LANES)
 }

@@ -161,7 +161,7 @@ impl TransferProblem<'_> {
         if self.blocks.len() == Block::ALL.len() { 2 } else { 1 }
     }
 
-    /// Numbers that a transfer has.
+    /// Returns how many numbers a transfer has.
     pub fn values(&self) -> usize {
         let rows = self.grid.across + if self.flank.is_some() { SplitRule::POINTS } else { 0 };
         self.sides() * rows * self.grid.around

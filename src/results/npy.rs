@@ -67,7 +67,7 @@ pub enum Row {
 }
 
 impl Row {
-    /// Numbers in a row.
+    /// Returns how many numbers a row has.
     pub fn length(self) -> usize {
         match self {
             Self::Scalar => 1,

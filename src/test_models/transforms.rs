@@ -5,12 +5,12 @@ use std::sync::Arc;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftPlanner};
 
-/// Returns x_k into sum_k x_k exp(-2 pi i j k/n).
+/// Plans the transform of x_k into sum_k x_k exp(-2 pi i j k/n).
 pub(crate) fn forward(length: usize) -> Arc<dyn Fft<f64>> {
     FftPlanner::new().plan_fft_forward(length)
 }
 
-/// Returns x_k into sum_k x_k exp(2 pi i j k/n).
+/// Plans the transform of x_k into sum_k x_k exp(2 pi i j k/n).
 pub(crate) fn inverse(length: usize) -> Arc<dyn Fft<f64>> {
     FftPlanner::new().plan_fft_inverse(length)
 }

@@ -13,7 +13,7 @@ use crate::numeric::Element;
 /// A complex number to a lane: real parts, imaginary parts.
 pub(super) type Wave<R, S> = [<R as Element>::Vector<S>; 2];
 
-/// Numbers as complex vectors.
+/// Returns numbers as complex vectors.
 #[inline(always)]
 pub(super) fn waves<R: Element, S: Simd>(values: &mut [R]) -> &mut [Wave<R, S>] {
     R::vectors_mut::<S>(values).as_chunks_mut().0

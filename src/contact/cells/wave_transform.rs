@@ -178,7 +178,8 @@ impl<R: WaveNumber> WaveTransform<R> {
         angles
     }
 
-    /// Forces on the cells of the window that begins with element `first_element`, column by column, to their waves.
+    /// Transforms forces on the cells of the window that begins with element `first_element`, column by column, to
+    /// their waves.
     pub fn forward(&mut self, first_element: i64, forces: &[f64], spectrum: &mut [Complex<R>]) {
         let Self { ring, columns, across, even, odd, along, .. } = self;
         let (half, one) = (across.div_ceil(2), R::rounded(1.0));

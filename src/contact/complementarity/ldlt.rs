@@ -212,7 +212,7 @@ impl<S: Simd> Panel<'_, S> {
         }
     }
 
-    /// Returns one stream, in C columns.
+    /// Takes it off one stream, in C columns.
     #[inline(always)]
     fn take_off<const C: usize>(self, block: &mut [f64], stream: usize) -> usize {
         let Self { simd, factors, .. } = self;
@@ -235,7 +235,7 @@ impl<S: Simd> Panel<'_, S> {
         stream + 1
     }
 
-    /// Returns two streams of two blocks together.
+    /// Takes it off two streams of two blocks together.
     #[inline(always)]
     fn take_off_two(self, block: &mut [f64], stream: usize) -> usize {
         let Self { simd, factors, .. } = self;

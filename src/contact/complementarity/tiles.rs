@@ -8,7 +8,7 @@ use pulp::{Simd, WithSimd};
 /// Numbers to a cache line: rows of a tile.
 pub const LINE: usize = 8;
 
-/// Numbers that a matrix of so many rows takes.
+/// Returns how many numbers a matrix of so many rows takes.
 pub const fn room(rows: usize) -> usize {
     rows.next_multiple_of(LINE) * rows
 }

@@ -147,7 +147,7 @@ impl WaveIntegrals {
         self.shapes.len() * self.weights
     }
 
-    /// Numbers that those of a receiver are.
+    /// Returns how many integrals a receiver has.
     pub(super) fn count(&self) -> usize {
         (2 * self.most_around + 1) * self.of_wave()
     }

@@ -284,7 +284,7 @@ impl VibrationAccumulator {
         Some(spectra)
     }
 
-    /// Transforms of the window at the steps of each substep.
+    /// Returns the transforms of the window at the steps of each substep.
     fn window_transforms(&self) -> Vec<Vec<Complex64>> {
         let layout = self.layout;
         let transform = |phase: usize| {

@@ -104,7 +104,7 @@ impl ElementVelocities {
         (layout.channels() * layout.elements) as f64 * (transform + 4.0 * (points * layout.bins()) as f64)
     }
 
-    /// Transforms of a segment.
+    /// Returns the number of transforms of a segment.
     pub fn transforms(layout: &SegmentLayout) -> u64 {
         (layout.channels() * layout.elements) as u64
     }

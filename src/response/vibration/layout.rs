@@ -82,7 +82,7 @@ impl SegmentLayout {
         self.revolutions * self.elements * self.substeps
     }
 
-    /// Steps from one segment to the next.
+    /// Returns the number of steps from one segment to the next.
     pub fn hop(&self) -> usize {
         self.length() / 2
     }
@@ -97,7 +97,7 @@ impl SegmentLayout {
         self.base_length() / 2 + 1
     }
 
-    /// Transforms of a segment: along time for every place, along the columns for every base bin.
+    /// Returns the number of transforms of a segment: along time for every place, along the columns for every base bin.
     pub fn transforms(&self) -> u64 {
         (self.places() + self.channels() * self.substeps * self.base_bins()) as u64
     }
@@ -156,8 +156,8 @@ impl SegmentLayout {
         self.width() * self.substeps
     }
 
-    /// Numbers that are kept of a bin: for every wavenumber the mean products of the stages' forces, or what resolved
-    /// forces move.
+    /// Returns how many numbers are kept of a bin: for every wavenumber the mean products of the stages' forces, or
+    /// what resolved forces move.
     pub fn row(&self) -> usize {
         let kept = match self.across {
             Across::Even => products::count(self.stages()),

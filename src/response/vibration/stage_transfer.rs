@@ -214,7 +214,7 @@ mod tests {
     use super::*;
     use crate::scene::TimeRule;
 
-    /// Forces that turn with zeta^-l at one stage, stepped until everything turns with them.
+    /// Checks forces that turn with zeta^-l at one stage, stepped until everything turns with them.
     #[test]
     fn transfers_are_what_the_rule_gives_step_by_step() {
         let poles = [Complex64::new(-900.0, 2500.0), Complex64::new(-700.0, 0.0)];

@@ -152,7 +152,7 @@ impl Axis {
         }
     }
 
-    /// Places and labels of the labelled ticks.
+    /// Returns the places and labels of the labelled ticks.
     pub(super) fn ticks(&self) -> impl Iterator<Item = (f64, &str)> {
         self.ticks.iter().map(|(value, label)| (self.place(*value), label.as_str()))
     }

@@ -120,7 +120,7 @@ fn road() -> impl Strategy<Value = Road> {
     prop_oneof![Just(Road::Smooth), made().prop_map(Road::Made), profile().prop_map(Road::Profile), opencrg, grid]
 }
 
-/// Names that do not begin like a formula.
+/// Returns names that do not begin like a formula.
 fn name() -> impl Strategy<Value = String> {
     "\\PC{0,9}".prop_map(|name| name.trim_start_matches(['=', '+', '-', '@']).to_owned())
 }

@@ -100,7 +100,7 @@ impl<'a, 'b> Lab<'a, 'b> {
         Self { scene, highest, expected, trials, known: Vec::new() }
     }
 
-    /// Runs that were rolled.
+    /// Returns the number of runs that were rolled.
     pub(crate) fn rolled(&self) -> usize {
         self.known.len()
     }

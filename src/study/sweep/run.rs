@@ -110,7 +110,7 @@ struct Watch<'a> {
     shared: Vec<String>,
 }
 
-/// Notes that all of some plans have.
+/// Returns the notes that all of some plans have.
 fn shared_notes<'a>(mut plans: impl Iterator<Item = &'a Plan>) -> Vec<String> {
     let mut shared: Vec<String> = plans.next().map_or(Vec::new(), |plan| plan.notes().collect());
     for plan in plans {

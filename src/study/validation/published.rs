@@ -152,7 +152,7 @@ impl Published {
         self.quantities.get(name)
     }
 
-    /// Names and ranges of all single quantities.
+    /// Returns the names and ranges of all single quantities.
     #[cfg(test)]
     pub(crate) fn quantities(&self) -> impl Iterator<Item = (&str, &Quantity)> {
         self.quantities.iter().map(|(name, quantity)| (name.as_str(), quantity))

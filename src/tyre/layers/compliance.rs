@@ -104,8 +104,9 @@ impl Stack {
 }
 
 impl<T: ComplexField> StackAt<T> {
-    /// P-SV matrices of the surface and of the transfer to the bottom face, displacement (w, u_z) for unit traction
-    /// (tau, sigma), each layer by `pass`; and, where it is wanted, the driving-point compliance under the tread.
+    /// Computes the P-SV matrices of the surface and of the transfer to the bottom face, displacement (w, u_z) for unit
+    /// traction (tau, sigma), each layer by `pass`; and, where it is wanted, the driving-point compliance under the
+    /// tread.
     // One loop with one place that `pass` is called from: it is inlined there, and long.
     #[inline(always)]
     pub(super) fn p_sv(

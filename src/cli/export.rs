@@ -142,7 +142,7 @@ fn write_patch(patch: &Patch, folder: &Path, context: &Context) -> Result<(), Cl
     Ok(())
 }
 
-/// Names of what is in the folder: an earlier export and nothing else.
+/// Lists what is in the folder, which must be an earlier export and nothing else.
 ///
 /// # Errors
 /// [`CliError::Usage`], [`CliError::Read`].

@@ -160,7 +160,7 @@ fn patches(points: &[Point]) -> Vec<f64> {
     sides
 }
 
-/// Everything, for programs; a number that is infinite is null.
+/// Makes a record of everything, for programs; a number that is infinite is null.
 fn record(fit: &Fit, points: &[Point]) -> serde_json::Value {
     let estimate = |estimate: &Estimate| {
         let Estimate { parameter, start, value, deviation, interval, at_bound } = estimate;

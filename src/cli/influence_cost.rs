@@ -73,7 +73,7 @@ impl CostReport {
         alone / (together * threads as f64)
     }
 
-    /// For `influence.json`.
+    /// Makes the contents of `influence.json`.
     pub(super) fn to_json(&self) -> Value {
         json!({
             "elements": self.elements,

@@ -11,8 +11,8 @@ use super::messages::tell;
 /// the shell hands it on.
 const SAME_REQUEST: Duration = Duration::from_millis(500);
 
-/// From now on a file that would grow past the system's limit (`ulimit -f`) is an error of writing, as a full disk is,
-/// and not the end of the program.
+/// Makes a file that would grow past the system's limit (`ulimit -f`) an error of writing from now on, as a full disk
+/// is, and not the end of the program.
 pub(super) fn outlive_file_limits() {
     // A handler that does nothing of use takes the place of the signal's deadly default; without it all is as before.
     #[cfg(unix)]

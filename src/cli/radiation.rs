@@ -269,7 +269,8 @@ impl Views<'_> {
         ShareMap { title: &title, x, quantity, frequencies: &frequencies, so_far: &so_far, curves }.to_svg()
     }
 
-    /// Shares of waves up to |n|, under the waves as long as those in the air: so many round the tyre a hertz.
+    /// Draws the shares of waves up to |n|, under a line of the waves as long as those in the air: so many round the
+    /// tyre a hertz.
     fn waves(&self, receiver: usize, in_air: f64) -> Result<String, PlotError> {
         let title = "Waves round the tyre, up to |n|; white: as long as in the air";
         let x = Axis::linear(title, -0.5..MOST_WAVES as f64 - 0.5);
@@ -283,7 +284,7 @@ impl Views<'_> {
         self.shares(receiver, x, "Radiating waves", so_far, &[curve])
     }
 
-    /// Shares of the circumference from the top by the rear as far as each angle.
+    /// Draws the shares of the circumference from the top by the rear as far as each angle.
     fn angles(&self, receiver: usize) -> Result<String, PlotError> {
         let title = "From the top by the rear up to this angle ahead of the contact [degrees]";
         let x = Axis::linear(title, -180.0..180.0);

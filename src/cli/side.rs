@@ -50,7 +50,7 @@ impl Place {
         Side::new(loaded, self.target(command))
     }
 
-    /// As [`Self::open`]; of the scene only the tyre counts, and it may be the file of one.
+    /// Opens a scene as [`Self::open`], but only its tyre counts, and the file may be that of a tyre.
     pub(super) fn open_tyre(self, command: &str, context: &Context) -> Result<Side, CliError> {
         let (loaded, _) = context.load_scene_or_tyre(&self.scene)?;
         Side::new(loaded, self.target(command))

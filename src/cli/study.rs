@@ -365,7 +365,7 @@ fn csv(study: &Study) -> String {
     )
 }
 
-/// Everything, for programs.
+/// Returns everything as JSON, for programs.
 fn json(study: &Study) -> String {
     format!("{:#}\n", serde_json::json!({ "version": env!("CARGO_PKG_VERSION"), "study": study }))
 }

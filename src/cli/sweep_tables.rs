@@ -80,7 +80,7 @@ fn write(folder: &Path, name: &str, text: &str) -> Result<(), ResultsError> {
     file.complete(text).map_err(ResultsError::writing(&path))
 }
 
-/// Names and levels of the variants that have any.
+/// Returns the names and levels of the variants that have any.
 fn spectra(runs: &[(Label, Option<Done>)]) -> Vec<(&str, &[BandLevel])> {
     let done = runs.iter().filter_map(|(label, done)| Some((label, done.as_ref()?)));
     let levels = done.map(|(label, done)| (label.name.as_str(), done.levels.as_slice()));

@@ -91,7 +91,7 @@ impl Footprint {
         self.first_element * self.shape.across as i64
     }
 
-    /// Forces at the step's instants, stage after stage, by point \[N\].
+    /// Returns the forces at the step's instants, stage after stage, by point \[N\].
     pub fn forces(&self) -> &[f64] {
         &self.force
     }
@@ -107,12 +107,12 @@ impl Footprint {
         &self.required
     }
 
-    /// Forces of the step by point \[N\]: for a Runge-Kutta rule their mean over the step.
+    /// Returns the forces of the step by point \[N\]: for a Runge-Kutta rule their mean over the step.
     pub fn mean(&self) -> &[f64] {
         &self.mean
     }
 
-    /// Forces of the step by column \[N\], likewise.
+    /// Returns the forces of the step by column \[N\], likewise.
     pub fn column_mean(&self) -> &[f64] {
         if self.shape.across > 1 { &self.column_mean } else { &self.mean }
     }
@@ -163,7 +163,7 @@ impl Footprint {
         }
     }
 
-    /// Forces of the last step, which a march goes on from; those by point are made anew in the next one.
+    /// Restores the forces of the last step, which a march goes on from; those by point are made anew in the next one.
     pub(crate) fn restore(&mut self, column_mean: &[f64]) -> Result<(), StateError> {
         let here = if self.shape.across > 1 { &mut self.column_mean } else { &mut self.mean };
         fill(here, column_mean)

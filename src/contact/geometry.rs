@@ -59,7 +59,7 @@ impl Geometry {
         self.origin.0 + (self.origin.1 + step as i64).div_euclid(self.substeps as i64) - self.half
     }
 
-    /// Steps since the window last moved on by an element, 0..q.
+    /// Returns the number of steps since the window last moved on by an element, 0..q.
     pub fn substep(&self, step: u64) -> usize {
         (self.origin.1 + step as i64).rem_euclid(self.substeps as i64) as usize
     }

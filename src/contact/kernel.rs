@@ -38,8 +38,8 @@ pub struct ContactKernel {
 }
 
 impl ContactKernel {
-    /// From the first weights w_(n,0), n = 0..=N/2 \[m/N\], of N elements, before the bedding scales them: those of
-    /// the even and of the odd parts, the latter empty at rest.
+    /// Makes a kernel from the first weights w_(n,0), n = 0..=N/2 \[m/N\], of N elements, before the bedding scales
+    /// them: those of the even and of the odd parts, the latter empty at rest.
     ///
     /// # Errors
     /// [`ContactError::NotPositive`] unless all eigenvalues of the circulant G0 are positive, of a tyre that turns

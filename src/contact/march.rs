@@ -138,7 +138,7 @@ impl March {
         &self.geometry
     }
 
-    /// Forces and displacements of the last step.
+    /// Returns the forces and displacements of the last step.
     pub fn footprint(&self) -> &Footprint {
         &self.footprint
     }
@@ -149,7 +149,7 @@ impl March {
         first..first + self.window.columns as i64
     }
 
-    /// Steps that were solved again with a wider window by the marches before.
+    /// Adds the steps that were solved again with a wider window by the marches before.
     pub(crate) fn count_again(&mut self, edge_contacts: u64) {
         self.totals.edge_contacts += edge_contacts;
     }

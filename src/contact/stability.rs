@@ -167,7 +167,7 @@ fn zeros(w: &Transfer<'_>, backwards: Option<&Transfer<'_>>, circle: &WindingCir
     }
 }
 
-/// By how much w turns along the upper half of a circle \[rad\].
+/// Computes by how much w turns along the upper half of a circle \[rad\].
 ///
 /// `None` where w is not finite or its argument changes on every scale: where w is smaller than its own rounding error,
 /// its argument says nothing.
@@ -204,7 +204,7 @@ fn turn(
     Some(turn(at, from, middle, halvings)? + turn(at, middle, to, halvings)?)
 }
 
-/// Newton's method with a central difference for the derivative.
+/// Finds a zero by Newton's method with a central difference for the derivative.
 fn newton(w: &Transfer<'_>, start: Complex64) -> Option<Complex64> {
     let mut zeta = start;
     for _ in 0..40 {
@@ -227,7 +227,7 @@ mod tests {
     use super::*;
     use crate::tyre::poles::turning_ring;
 
-    /// Turns of w round zero along a whole circle, by many points.
+    /// Counts the turns of w round zero along a whole circle, by many points.
     fn whole_turns(w: &Transfer<'_>, radius: f64) -> i64 {
         const POINTS: u32 = 200_000;
         let at = |k: u32| w.at(Complex64::from_polar(radius, 2.0 * PI * f64::from(k) / f64::from(POINTS)));

@@ -167,7 +167,7 @@ pub(crate) fn matched(
 mod tests {
     use super::*;
 
-    /// A bed of springs without coupling: F = sum of (depth - rise)/c in closed form.
+    /// Checks a bed of springs without coupling: F = sum of (depth - rise)/c in closed form.
     #[test]
     fn static_load_is_that_of_independent_springs() {
         let mut influence = vec![0.0; 512];

@@ -3,8 +3,8 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-/// out_i += sum over c of factor_c row_(first - c + i): the factors stand side by side, and the window of the row that
-/// belongs to each begins one entry before that of the last.
+/// Adds windows of a row, each times its factor: out_i += sum over c of factor_c row_(first - c + i). The factors stand
+/// side by side, and the window of the row that belongs to each begins one entry before that of the last.
 ///
 /// `out` is whole vectors of any processor (a multiple of eight), and every window lies within the row. Cost: one fused
 /// multiply-add for each factor and entry of `out`. The result does not depend on the width of the vectors.
@@ -29,7 +29,7 @@ impl WithSimd for Windows<'_> {
     }
 }
 
-/// [`add_windows`] where vectors are in use already.
+/// Adds windows as [`add_windows`], where vectors are in use already.
 #[inline(always)]
 pub(crate) fn add_windows_in<S: Simd>(simd: S, out: &mut [f64], row: &[f64], first: usize, factors: &[f64]) {
     if factors.is_empty() {

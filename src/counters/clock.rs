@@ -59,7 +59,7 @@ impl Clock {
         Self { began: Instant::now(), cpu }
     }
 
-    /// When the lap under way began.
+    /// Returns when the lap under way began.
     pub(crate) fn began(&self) -> Instant {
         self.began
     }

@@ -105,8 +105,8 @@ impl Meter {
         self.close_shared(open, &[(stage, 1.0)]);
     }
 
-    /// As [`Self::close`], for stages that went on together, or in turns too short to be timed, each with its share of
-    /// the time. Memory is the last one's.
+    /// Closes stages as [`Self::close`], but those that went on together, or in turns too short to be timed, each with
+    /// its share of the time. Memory is the last one's.
     pub(crate) fn close_shared(&mut self, mut open: Open, shares: &[(Stage, f64)]) {
         let mut began = open.clock.began();
         let spent = open.clock.lap();
@@ -167,8 +167,8 @@ impl Meter {
         Laps { clock: self.timed.then(|| Clock::start(self.cpu_clock())), staged: self.staged }
     }
 
-    /// A call of a stage ends, and the next stage begins: all since the last one ended that no other has taken is this
-    /// stage's.
+    /// Ends a call of a stage, and begins the next stage: all time since the last one ended that no other has taken is
+    /// this stage's.
     pub(crate) fn lap(&mut self, laps: &mut Laps, stage: Stage) {
         self.counters.stages[stage as usize].calls += 1;
         if let Some(clock) = &mut laps.clock {
@@ -229,7 +229,7 @@ impl Meter {
         self.counters.stages[stage as usize].background += busy;
     }
 
-    /// As [`Self::add_background`], as one call that began at a time.
+    /// Adds time as [`Self::add_background`], as one call that began at a time.
     pub(crate) fn add_background_since(&mut self, stage: Stage, began: Instant, busy: Duration) {
         self.add_background(stage, busy);
         self.counters.stages[stage as usize].calls += 1;
@@ -253,7 +253,7 @@ impl Meter {
         self.counters.stages[stage as usize]
     }
 
-    /// As [`Self::cost`], the stage's parts included.
+    /// Returns the cost as [`Self::cost`], the stage's parts included.
     pub(crate) fn whole(&self, stage: Stage) -> StageCost {
         let mut whole = self.cost(stage);
         for part in Stage::ALL.into_iter().filter(|part| part.part_of() == Some(stage)) {
@@ -297,7 +297,7 @@ impl Meter {
         steps
     }
 
-    /// The run enters another phase.
+    /// Enters another phase of the run.
     pub fn enter(&mut self, phase: Phase) {
         self.counters.steps = self.steps();
         self.steps_clock = (phase == Phase::Contact).then(|| Clock::start(Some(process::cpu_time)));
@@ -306,7 +306,8 @@ impl Meter {
         }
     }
 
-    /// So many steps are done: where a block of them ends, a trace has them together. Nothing without one.
+    /// Takes note that so many steps are done: where a block of them ends, a trace has them together. Without a trace
+    /// it does nothing.
     pub fn end_step(&mut self, steps: u64) {
         if let Some(trace) = self.trace.as_mut().filter(|trace| trace.ends_block(steps)) {
             trace.end_block(steps);
@@ -318,7 +319,7 @@ impl Meter {
         self.trace.as_deref()
     }
 
-    /// As [`Self::trace`], to be changed.
+    /// Returns the same as [`Self::trace`], to be changed.
     pub fn trace_mut(&mut self) -> Option<&mut Trace> {
         self.trace.as_deref_mut()
     }

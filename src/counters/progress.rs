@@ -5,13 +5,14 @@ use super::Stage;
 /// Watches a run. All calls come from the thread that runs it, in order; they must be cheap, [`Progress::step`] comes
 /// every time step.
 pub trait Progress {
-    /// A stage of the preparation begins.
+    /// Tells that a stage of the preparation begins.
     fn stage(&mut self, _stage: Stage) {}
 
-    /// So many pieces of the stage are done, so many are known to be still to come.
+    /// Tells that so many pieces of the stage are done, and that so many are known to be still to come.
     fn pieces(&mut self, _done: usize, _open: usize) {}
 
-    /// The march through time begins, or goes on after `done` steps: `steps` steps of `time_step` seconds in all.
+    /// Tells that the march through time begins, or goes on after `done` steps: `steps` steps of `time_step` seconds in
+    /// all.
     fn march(&mut self, _done: u64, _steps: u64, _time_step: f64) {}
 
     /// Tells that so many steps are done.
@@ -21,13 +22,13 @@ pub trait Progress {
     /// way.
     fn share(&mut self, _done: f64, _doing: &str) {}
 
-    /// Something that the user may want to know, as it happens.
+    /// Tells something that the user may want to know, as it happens.
     fn note(&mut self, _text: &str) {}
 
-    /// Something that the user should act on.
+    /// Tells something that the user should act on.
     fn warning(&mut self, _text: &str) {}
 
-    /// The run has ended, one way or another.
+    /// Tells that the run has ended, one way or another.
     fn finish(&mut self) {}
 }
 

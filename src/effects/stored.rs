@@ -82,7 +82,7 @@ pub struct Stored {
 }
 
 impl Stored {
-    /// With the file of the measured road, where a caller knows it: it is not among the results.
+    /// Adds the file of the measured road, where a caller knows it: it is not among the results.
     #[must_use]
     pub fn with_road(mut self, file: Option<&Path>) -> Self {
         if let (Some(own), Some(file)) = (self.plan.scene.road.file_mut(), file) {

@@ -72,7 +72,7 @@ fn term(x: f64, y: f64) -> f64 {
     if x.abs() < f64::MIN_POSITIVE { 0.0 } else { x * (y / x.abs()).asinh() }
 }
 
-/// Exact along y, quadrature along x, for x > `FAR` a and y >= 0.
+/// Integrates exactly along y, by quadrature along x, for x > `FAR` a and y >= 0.
 fn far(x: f64, y: f64, a: f64, b: f64) -> f64 {
     let mut sum = 0.0;
     for (least, rule) in GAUSS {

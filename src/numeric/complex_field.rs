@@ -29,7 +29,7 @@ pub trait ComplexField:
     fn square_root(self) -> Self;
     /// Returns exp(z).
     fn exponential(self) -> Self;
-    /// Numbers in the lanes of `self`, lane by lane.
+    /// Returns numbers in the lanes of `self`, lane by lane.
     fn gathered(self, value: impl FnMut(usize) -> Complex64) -> Self;
     /// Returns `small` where |self|^2 < `limit`, `large` elsewhere.
     fn select_below(self, limit: f64, small: Self, large: Self) -> Self;

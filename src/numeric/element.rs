@@ -11,17 +11,17 @@ pub trait Element: Copy + Default + Send + Sync + 'static {
     /// The vector.
     type Vector<S: Simd>: Copy;
 
-    /// Rounded from double precision.
+    /// Rounds a number from double precision.
     fn rounded(value: f64) -> Self;
-    /// To double precision.
+    /// Returns the number in double precision.
     fn double(self) -> f64;
-    /// Numbers as vectors; those that do not fill one are left out.
+    /// Returns numbers as vectors; those that do not fill one are left out.
     fn vectors<S: Simd>(values: &[Self]) -> &[Self::Vector<S>];
     /// Returns the same to be written.
     fn vectors_mut<S: Simd>(values: &mut [Self]) -> &mut [Self::Vector<S>];
     /// Returns the first numbers as a vector, zeros behind them.
     fn load<S: Simd>(simd: S, values: &[Self]) -> Self::Vector<S>;
-    /// As many of a vector as there is room for.
+    /// Stores as many numbers of a vector as there is room for.
     fn store<S: Simd>(simd: S, values: &mut [Self], vector: Self::Vector<S>);
     /// Returns the same number everywhere.
     fn splat<S: Simd>(simd: S, value: Self) -> Self::Vector<S>;
@@ -38,7 +38,7 @@ pub trait Element: Copy + Default + Send + Sync + 'static {
     /// Returns -a.
     fn neg<S: Simd>(simd: S, a: Self::Vector<S>) -> Self::Vector<S>;
 
-    /// Numbers to a vector.
+    /// Returns how many numbers a vector holds.
     #[inline(always)]
     fn lanes<S: Simd>() -> usize {
         size_of::<Self::Vector<S>>() / size_of::<Self>()

@@ -32,7 +32,7 @@ pub(crate) fn dispatch<W: WithSimd>(work: W) -> W::Output {
     Arch::new().dispatch(work)
 }
 
-/// Numbers into a vector; lanes that are not given are zero.
+/// Loads numbers into a vector; lanes that are not given are zero.
 #[inline(always)]
 pub(crate) fn load<S: Simd>(simd: S, values: &[f64; MOST_LANES]) -> S::f64s {
     simd.partial_load_f64s(&values[..S::F64_LANES])

@@ -12,7 +12,7 @@ pub(crate) struct StraightLine {
 }
 
 impl StraightLine {
-    /// Through at least two points of different x; `None` otherwise.
+    /// Fits a line through at least two points of different x; `None` otherwise.
     pub(crate) fn through(points: &[(f64, f64)]) -> Option<Self> {
         let count = points.len() as f64;
         let mean = |value: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(value).sum::<f64>() / count;

@@ -95,7 +95,7 @@ pub(crate) struct Phases<T> {
 }
 
 impl<T: Copy + Add<Output = T> + Sub<Output = T> + Mul<Output = T>> Phases<T> {
-    /// With so many `places` between two samples, its numbers `rounded` to what the table holds.
+    /// Makes a table with so many `places` between two samples, its numbers `rounded` to what the table holds.
     pub(crate) fn new(kernel: &WindowedSinc, places: usize, rounded: fn(f64) -> T) -> Self {
         let reach = kernel.half_width().ceil() as usize;
         let mut table = Vec::with_capacity((places + 1) * 2 * reach);

@@ -130,9 +130,9 @@ const LITTLE: f64 = 0.02;
 /// Blocks so long \[ns\] are disturbed many times over, each stage in proportion to its length.
 const LONG: u64 = 5_000_000;
 
-/// Times of the stages of a block less what others took of it, all \[ns\]. What was taken was taken from the stage that
-/// makes nearly all of the block, or from all stages of a long block alike; if it cannot be said, the block is of no
-/// use.
+/// Returns the times of the stages of a block less what others took of it, all \[ns\]. The time that they took was
+/// taken from the stage that makes nearly all of the block, or from all stages of a long block alike; if it cannot be
+/// said, the block is of no use.
 fn undisturbed(mut times: Vec<u64>, taken: u64) -> Option<Vec<u64>> {
     let all: u64 = times.iter().sum();
     if taken as f64 <= LITTLE * all as f64 {

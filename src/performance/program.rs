@@ -83,7 +83,7 @@ impl Drop for Program {
 /// Measurements of all workloads by two programs, one after the other.
 pub(crate) type Runs = Vec<[Vec<Measurement>; 2]>;
 
-/// So many pairs of measurements of every workload, or as many as begin before the time is up, one at least. All
+/// Takes so many pairs of measurements of every workload, or as many as begin before the time is up, one at least. All
 /// workloads have one pair before any has the next, in the order A B, B A, A B, ...: neither program always comes
 /// first, and a steady drift cancels.
 ///

@@ -93,8 +93,8 @@ pub(super) fn median(values: &mut [f64]) -> f64 {
     }
 }
 
-/// Times of a stage \[s\], one for each run of the first and of the second program, from the times of its blocks \[ns\]
-/// (runs x blocks; `None`: disturbed).
+/// Returns the times of a stage \[s\], one for each run of the first and of the second program, from the times of its
+/// blocks \[ns\] (runs x blocks; `None`: disturbed).
 pub(super) fn stage_times(first: &[&[Option<u64>]], second: &[&[Option<u64>]]) -> (Vec<f64>, Vec<f64>) {
     let all = || first.iter().chain(second);
     let blocks = all().map(|run| run.len()).max().unwrap_or(0);

@@ -14,12 +14,12 @@ pub(crate) const MARKDOWN_HEAD: &str = "# Performance\n\n";
 pub(crate) const JSON_HEAD: &str = "{\n  \"first\": \"";
 
 impl Verdict {
-    /// For programs.
+    /// Returns the verdict as JSON, for programs.
     pub(crate) fn json(&self) -> String {
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }
 
-    /// For the terminal.
+    /// Returns the verdict as text, for the terminal.
     pub(crate) fn text(&self) -> String {
         let mut text = format!("{} held against {}\n", self.second.display(), self.first.display());
         let rows = self.table();
@@ -31,7 +31,7 @@ impl Verdict {
         text
     }
 
-    /// For a page.
+    /// Returns the verdict as Markdown, for a page.
     pub(crate) fn markdown(&self) -> String {
         let line = |cells: &[&str]| format!("| {} |\n", cells.join(" | "));
         let mut text = format!("{MARKDOWN_HEAD}{} held against {}\n", self.second.display(), self.first.display());

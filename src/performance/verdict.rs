@@ -88,7 +88,7 @@ pub(crate) struct Verdict {
 }
 
 impl StageVerdict {
-    /// As one batch alone speaks for it.
+    /// Judges a stage as one batch alone speaks for it.
     pub(super) fn new(stage: &str, ratio: Ratio, whole: f64, workloads: usize) -> Self {
         let share = ratio.seconds / whole;
         let change = match ratio {
@@ -138,7 +138,7 @@ impl StageVerdict {
 }
 
 impl WorkloadVerdict {
-    /// By results and counters alone.
+    /// Judges a workload by results and counters alone.
     pub(super) fn new(workload: Workload, differences: Vec<Difference>, found: Found) -> Self {
         let (workload, right) = (workload.name().to_owned(), found.is_right());
         Self { workload, differences, right, found, instructions: None, whole: None, stages: Vec::new() }
@@ -186,7 +186,7 @@ impl Verdict {
             && self.workloads.iter().all(|workload| workload.complaints().is_empty())
     }
 
-    /// Times of all stages of all workloads, and those pooled.
+    /// Returns the times of all stages of all workloads, and those pooled.
     pub(super) fn rows(&self) -> impl Iterator<Item = &StageVerdict> {
         self.workloads.iter().flat_map(|workload| &workload.stages).chain(&self.stages)
     }

@@ -168,7 +168,7 @@ impl Amounts {
         self.fit_memory_that_stays = forces;
     }
 
-    /// The fitted model that the recursion and the vibration need.
+    /// Adds the fitted model that the recursion and the vibration need.
     fn model(&mut self, plan: &Plan) {
         let (scene, kept) = (&plan.scene, plan.kept_poles);
         let numerics = &scene.numerics;

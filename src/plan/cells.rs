@@ -112,8 +112,9 @@ impl Plan {
         columns.min(patch + 2 * self.creeping(longest))
     }
 
-    /// Steps after which a band forgets forces, seen through a window of so many columns: before the window comes back
-    /// to their place on the ring. `None`: there is nothing else on the ring but what is on the tyre.
+    /// Returns the number of steps after which a band forgets forces, seen through a window of so many columns: before
+    /// the window comes back to their place on the ring. `None`: there is nothing else on the ring but what is on the
+    /// tyre.
     pub(crate) fn forgotten_after(&self, band: WaveBand, columns: usize) -> Option<usize> {
         let [start, _] = band.fades_in.filter(|_| band.part > 1)?;
         let seen = self.seen_columns(band, columns);
@@ -202,7 +203,7 @@ impl Plan {
 }
 
 impl Amounts {
-    /// The past of cells, and the search for those in contact.
+    /// Adds the past of cells, and the search for those in contact.
     pub(super) fn cells(&mut self, plan: &Plan) {
         let Plan { scene, .. } = plan;
         let (rule, steps) = (scene.numerics.time_rule, plan.steps as f64);

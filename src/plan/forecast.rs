@@ -107,7 +107,7 @@ impl Plan {
 }
 
 impl Forecast {
-    /// For amounts of work over so many steps. `process`: what the process itself holds \[bytes\].
+    /// Makes a forecast for amounts of work over so many steps. `process`: what the process itself holds \[bytes\].
     pub(crate) fn new(amounts: &Amounts, steps: u64, costs: &UnitCosts, threads: usize, process: f64) -> Self {
         let many = threads > 1;
         let mut stages: Vec<StageForecast> = Vec::new();

@@ -103,8 +103,8 @@ pub struct Plan {
     standing: OnceLock<Option<StaticContact>>,
 }
 
-/// Up to where elements and time step are good \[Hz\]: what was asked for, or four elements to a texture wavelength and
-/// the rule's rate within its tolerance.
+/// Computes up to where elements and time step are good \[Hz\]: what was asked for, or four elements to a texture
+/// wavelength and the rule's rate within its tolerance.
 fn valid_to(scene: &Scene) -> f64 {
     let Scene { tyre, rolling, numerics, .. } = scene;
     let (length, speed) = (tyre.circumference, rolling.speed());
@@ -115,7 +115,7 @@ fn valid_to(scene: &Scene) -> f64 {
 }
 
 impl Plan {
-    /// Steps that the force map shows, where the patch has such a length \[m\].
+    /// Returns the number of steps that the force map shows, where the patch has such a length \[m\].
     pub(crate) fn steps_drawn(&self, length: f64) -> f64 {
         let span = self.scene.outputs.patch_span.unwrap_or(LENGTHS_DRAWN * length / self.speed);
         span / self.time_step
@@ -184,7 +184,7 @@ impl Plan {
         }
     }
 
-    /// With how the tyre of another plan stands, where that is the same tyre under the same axle.
+    /// Takes over how the tyre of another plan stands, where that is the same tyre under the same axle.
     #[must_use]
     pub(crate) fn standing_as(mut self, other: &Self) -> Self {
         if self.decisions.tyre == other.decisions.tyre && self.decisions.axle == other.decisions.axle {

@@ -26,7 +26,7 @@ impl Plan {
 }
 
 impl Amounts {
-    /// The curves of so many elements of a road that is pressed.
+    /// Adds the curves of so many elements of a road that is pressed.
     pub(super) fn pressed(&mut self, plan: &Plan, lattice: Lattice, elements: f64) {
         let [own, all] = plan.block_elements();
         let cells = all * lattice.cells() as f64;

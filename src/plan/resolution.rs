@@ -60,8 +60,8 @@ impl Resolution {
     /// Most elements that are proposed: far more than any plan accepts.
     const MOST: f64 = (1_u64 << 30) as f64;
 
-    /// For a need, circumference \[m\], speed \[m/s\] and rule; what is given stays. N is the next even number without
-    /// prime factors above 5.
+    /// Chooses N and q for a need, circumference \[m\], speed \[m/s\] and rule; what is given stays. N is the next even
+    /// number without prime factors above 5.
     pub(crate) fn new(
         need: Need,
         circumference: f64,

@@ -21,7 +21,7 @@ struct Record {
     costs: UnitCosts,
 }
 
-/// Costs measured before, by this build on this kind of processor; typical ones where there are none.
+/// Returns the costs measured before, by this build on this kind of processor; typical ones where there are none.
 pub(crate) fn known() -> UnitCosts {
     let read = || {
         let record: Record = serde_json::from_slice(&input::read(&file()?, TABLE_BYTES).ok()?).ok()?;

@@ -65,7 +65,7 @@ impl Plan {
         Self::decided(scene, Decisions::new(scene))
     }
 
-    /// With what the user's cache holds for it and for its effects: amounts and forecast know it then.
+    /// Adds what the user's cache holds for the plan and for its effects: amounts and forecast know it then.
     #[must_use]
     pub fn with_kept_model(mut self) -> Self {
         self.kept_poles = kept_poles(&self);

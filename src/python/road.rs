@@ -16,7 +16,7 @@ use crate::study::slices::{LAWS, Sample};
 /// Furthest place on a road \[m\].
 const FURTHEST: f64 = 1e7;
 
-/// So many elements of a scene's road from a place \[m\] on.
+/// Reads so many elements of a scene's road from a place \[m\] on.
 fn sample(loaded: &LoadedScene, start: f64, elements: f64) -> Result<Sample, Failure> {
     let there = (-FURTHEST..=FURTHEST).contains(&start) && elements >= 1.0;
     if !there {

@@ -16,7 +16,7 @@ pub(super) fn to_toml(value: &Bound<'_, PyAny>, key: &str) -> PyResult<Value> {
     within(value, key, 0)
 }
 
-/// As [`to_toml`], within so many others.
+/// Converts a value as [`to_toml`], within so many others.
 fn within(value: &Bound<'_, PyAny>, key: &str, depth: usize) -> PyResult<Value> {
     if depth > DEEPEST {
         return Err(PyValueError::new_err(format!("{key}: more than {DEEPEST} values within each other")));

@@ -109,7 +109,7 @@ impl Basis {
         self.nodes.len()
     }
 
-    /// The Lagrange polynomials' values at a point.
+    /// Computes the Lagrange polynomials' values at a point.
     pub fn values(&self, at: f64, values: &mut [f64]) {
         for (i, value) in values.iter_mut().enumerate() {
             *value = self.barycentric[i];
@@ -122,7 +122,7 @@ impl Basis {
     }
 }
 
-/// Numbers in a lane's multiple.
+/// Rounds a count of numbers up to whole vectors.
 pub(crate) fn padded(count: usize) -> usize {
     count.next_multiple_of(crate::numeric::MOST_LANES)
 }

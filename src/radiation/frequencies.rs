@@ -49,7 +49,7 @@ pub(crate) struct FrequencyRange {
 }
 
 impl FrequencyRange {
-    /// From 25 Hz up to a highest frequency, from intervals of 100 Hz, not below 6 Hz.
+    /// Returns the range from 25 Hz up to a highest frequency, with intervals from 100 Hz down to 6 Hz.
     pub(crate) fn up_to(highest: f64, tolerance: f64, sound_speed: f64) -> Self {
         Self { lowest: 25.0, highest, coarsest: 100.0, finest: 6.0, tolerance, sound_speed }
     }
@@ -234,7 +234,7 @@ impl TransferSet {
     }
 }
 
-/// Equal up to rounding.
+/// Tells whether two numbers are equal up to rounding.
 fn same(a: f64, b: f64) -> bool {
     (a - b).abs() <= 1e-9 * a.abs().max(b.abs())
 }

@@ -36,7 +36,7 @@ const LEAST: usize = 8;
 /// Most points of a block.
 const MOST: usize = 48;
 
-/// So many points of the quarter of the body's inside, spread by Halton's sequence.
+/// Returns so many points of the quarter of the body's inside, spread by Halton's sequence.
 pub(crate) fn points(body: &Body, count: usize) -> Vec<Vector> {
     let radius = body.radius();
     let half_width = match body.shape() {

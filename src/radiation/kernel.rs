@@ -40,7 +40,7 @@ impl Coordinates {
 /// A source: position, then normal times weight/(4 pi), or (weight/(4 pi), 0, 0) for the single layer.
 pub(crate) type Source = ([f64; 3], [f64; 3]);
 
-/// Real and imaginary part of the kernel at a distance vector.
+/// Computes the real and the imaginary part of the kernel at a distance vector.
 #[inline(always)]
 fn value<S: Simd, const DOUBLE: bool>(
     simd: S,

@@ -188,7 +188,7 @@ impl<'a> NearPatch<'a> {
         children
     }
 
-    /// Integrals of the kernel times each of the patch's polynomials, added to `sums`; the target is not within the
+    /// Adds the integrals of the kernel times each of the patch's polynomials to `sums`; the target is not within the
     /// patch (on its edge it may be).
     pub(crate) fn near(&mut self, arch: Arch, target: [f64; 3], sums: &mut [Complex64]) {
         self.work.pairs += 1;
@@ -231,7 +231,7 @@ impl<'a> NearPatch<'a> {
         }
     }
 
-    /// The same for a target at local coordinates within the patch.
+    /// Adds the same for a target at local coordinates within the patch.
     pub(crate) fn on_patch(&mut self, arch: Arch, [u, v]: [f64; 2], sums: &mut [Complex64]) {
         self.work.pairs += 1;
         let mut points = std::mem::take(&mut self.single);
@@ -260,7 +260,7 @@ impl<'a> NearPatch<'a> {
         self.single = points;
     }
 
-    /// The rectangle between the target at `from` and the patch's corner `to`.
+    /// Adds the points of the rectangle between the target at `from` and the patch's corner `to`.
     fn corner(&mut self, points: &mut Points, from: [f64; 2], to: [f64; 2], target: [f64; 3]) {
         let spans = [to[0] - from[0], to[1] - from[1]];
         if spans.iter().any(|span| span.abs() < f64::EPSILON) {

@@ -161,13 +161,13 @@ impl TransferProblem<'_> {
         if self.blocks.len() == Block::ALL.len() { 2 } else { 1 }
     }
 
-    /// Numbers that a transfer has.
+    /// Returns how many numbers a transfer has.
     pub fn values(&self) -> usize {
         let rows = self.grid.across + if self.flank.is_some() { SplitRule::POINTS } else { 0 };
         self.sides() * rows * self.grid.around
     }
 
-    /// Transfers to all receivers at a wavenumber \[rad/m\].
+    /// Solves for the transfers to all receivers at a wavenumber \[rad/m\].
     ///
     /// # Errors
     /// As [`Self::check`], [`Problem::new`] and [`Problem::solve`].
@@ -275,7 +275,7 @@ impl Panels {
         if 2 * cell < around { (cell, false) } else { (around - 1 - cell, true) }
     }
 
-    /// By cell of the first half: points and weights of the mean over it.
+    /// Returns for each cell of the first half the points and weights of the mean over it.
     fn means(&self, around: usize) -> Vec<Vec<(usize, f64)>> {
         let width = std::f64::consts::TAU / around as f64;
         let rule = Basis::new(MEAN_POINTS);

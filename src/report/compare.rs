@@ -77,7 +77,7 @@ impl Comparison {
         }
     }
 
-    /// For a terminal: what differs, figures, and levels with their differences from the first result.
+    /// Makes a report for a terminal: what differs, figures, and levels with their differences from the first result.
     pub(crate) fn report(&self) -> Report {
         let mut report = Report::default();
         if self.settings.is_empty() {
@@ -191,7 +191,7 @@ fn settings(all: &[Stored]) -> Vec<SettingDifference> {
     all.filter(|setting| setting.values.windows(2).any(|pair| pair[0] != pair[1])).collect()
 }
 
-/// Every value of a JSON tree by its path.
+/// Collects every value of a JSON tree by its path.
 fn flatten(path: String, value: &Value, keys: &mut BTreeMap<String, String>) {
     match value {
         Value::Object(table) => {

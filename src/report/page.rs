@@ -68,7 +68,7 @@ fn result(index: usize, stored: &Stored, all: &[Stored]) -> Result<Markup, Repor
     })
 }
 
-/// Results side by side.
+/// Shows results side by side.
 fn comparison(all: &[Stored], of: &Comparison) -> Result<Markup, ReportError> {
     let mut figures = Vec::new();
     for spectrum in &of.spectra {

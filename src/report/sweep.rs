@@ -97,8 +97,8 @@ impl StoredSweep {
         words.collect::<Vec<_>>().join("; ")
     }
 
-    /// Runs whose third octaves and sounds are shown, by name, and a sentence on them: of several seeds the first, of
-    /// many combinations some at equal distances.
+    /// Returns the runs whose third octaves and sounds are shown, by name, and a sentence on them: of several seeds the
+    /// first, of many combinations some at equal distances.
     fn shown(&self) -> (Vec<String>, Vec<Stored>, String) {
         let (mut seen, mut shown) = (Vec::new(), Vec::<(String, &Stored)>::new());
         let finished = || self.variants.iter().filter_map(|(label, stored)| Some((label, stored.as_ref()?)));

@@ -48,7 +48,7 @@ pub(crate) fn tyre_record(title: &str, element: f64, modes: &Modes, loads: &[Und
     })
 }
 
-/// Shares of the motion are circumferential, lateral and radial.
+/// Returns a mode as JSON: shares of the motion are circumferential, lateral and radial.
 fn mode_json(mode: &Mode) -> Value {
     json!({
         "n": mode.n,

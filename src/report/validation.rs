@@ -66,7 +66,7 @@ fn whole(rows: &[Row]) -> Table {
     words(header, cells.collect::<Vec<_>>())
 }
 
-/// Counts of a group, in a cell.
+/// Returns the counts of a group, for a cell.
 fn inside(summary: &Summary) -> String {
     let unknown = summary.rows - summary.known;
     let unknown = if unknown > 0 { format!(", {unknown} not computed") } else { String::new() };

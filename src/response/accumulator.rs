@@ -82,7 +82,8 @@ pub(crate) struct SpectrumState {
 }
 
 impl SpectrumAccumulator {
-    /// For a record of `samples` samples, `time_step` seconds apart; segments as for [`PowerSpectrum::of`].
+    /// Makes an accumulator for a record of `samples` samples, `time_step` seconds apart; segments as for
+    /// [`PowerSpectrum::of`].
     ///
     /// # Errors
     /// [`SpectrumError::TooShort`], [`SpectrumError::BadTime`].
@@ -119,8 +120,8 @@ impl SpectrumAccumulator {
         })
     }
 
-    /// As [`Self::new`], for a record that fades in and out over `fade` seconds, or a quarter of its length if that is
-    /// less.
+    /// Makes an accumulator as [`Self::new`], for a record that fades in and out over `fade` seconds, or a quarter of
+    /// its length if that is less.
     ///
     /// # Errors
     /// As [`Self::new`].

@@ -52,7 +52,7 @@ impl ThirdOctaveBand {
         self.mid_frequency() <= 1.01 * valid_to
     }
 
-    /// Exact mid-frequency 1000 * 10^(n/10) \[Hz\].
+    /// Returns the exact mid-frequency 1000 * 10^(n/10) \[Hz\].
     pub fn mid_frequency(self) -> f64 {
         1000.0 * 10.0_f64.powf(f64::from(self.0) / 10.0)
     }

@@ -124,12 +124,12 @@ impl ResultsError {
         )
     }
 
-    /// For `map_err`: writing to `path` failed.
+    /// Makes the error that writing to `path` failed, for `map_err`.
     pub fn writing(path: &Path) -> impl FnOnce(io::Error) -> Self + use<'_> {
         move |source| Self::Write { path: path.to_owned(), source }
     }
 
-    /// For `map_err`: creating `path` failed.
+    /// Makes the error that creating `path` failed, for `map_err`.
     pub fn creating(path: &Path) -> impl FnOnce(io::Error) -> Self + use<'_> {
         move |source| Self::Create { path: path.to_owned(), source }
     }

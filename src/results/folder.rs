@@ -84,7 +84,7 @@ impl ResultsFolder {
         put_in_order(&final_name(path).unwrap_or_else(|| path.to_owned()))
     }
 
-    /// From now on the folder stays if the process ends before the run does: it holds a checkpoint.
+    /// Makes the folder stay from now on if the process ends before the run does: it holds a checkpoint.
     pub(crate) fn keep_if_stopped(&mut self) {
         self.keep = true;
     }
@@ -162,7 +162,7 @@ impl ResultsFolder {
         Ok(self.working.clone())
     }
 
-    /// Windows renames no folder in which a file is open.
+    /// Lets go of the lock where Windows would not rename the folder: it renames none in which a file is open.
     fn let_go(&mut self) {
         if cfg!(windows) {
             drop(self.lock.take());

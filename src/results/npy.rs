@@ -67,7 +67,7 @@ pub enum Row {
 }
 
 impl Row {
-    /// Numbers in a row.
+    /// Returns how many numbers a row has.
     pub fn length(self) -> usize {
         match self {
             Self::Scalar => 1,
@@ -194,7 +194,7 @@ impl<T: NpyNumber> NpyWriter<T> {
         Self::of(path, file, row, state)
     }
 
-    /// As [`Self::checkpoint`], and brings the data to the disk; returns how far the array has come.
+    /// Flushes as [`Self::checkpoint`], and brings the data to the disk; returns how far the array has come.
     ///
     /// # Errors
     /// [`ResultsError::Write`].

@@ -142,7 +142,7 @@ mod tests {
     use super::super::summary::tests::example;
     use super::*;
 
-    /// A folder with a summary of ours and a file of that content, a lock with a mark, and maybe a checkpoint.
+    /// Makes a folder with a summary of ours and a file of that content, a lock with a mark, and maybe a checkpoint.
     fn folder(path: &Path, content: &str, complete: bool, mark: Option<&str>) {
         fs::create_dir(path).unwrap();
         let files = vec!["force".to_owned(), SUMMARY_FILE.to_owned(), CHECKPOINT_FILE.to_owned()];

@@ -49,12 +49,12 @@ pub(crate) fn aligned(header: impl Cells, rows: impl IntoIterator<Item: Cells>) 
     Table::new(header, rows, |column| if column == 0 { CellAlignment::Left } else { CellAlignment::Right })
 }
 
-/// As [`aligned`], all columns being numbers.
+/// Makes a table as [`aligned`], all columns being numbers.
 pub(crate) fn numbers(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> Table {
     Table::new(header, rows, |_| CellAlignment::Right)
 }
 
-/// As [`aligned`], all columns being words.
+/// Makes a table as [`aligned`], all columns being words.
 pub(crate) fn words(header: impl Cells, rows: impl IntoIterator<Item: Cells>) -> Table {
     Table::new(header, rows, |_| CellAlignment::Left)
 }
@@ -80,8 +80,8 @@ impl Table {
         (self.alignment)(column) == CellAlignment::Right
     }
 
-    /// Within so many columns of a terminal: long cells are wrapped between words; columns for whose words there is no
-    /// room follow in tables of their own below, beside the first column again.
+    /// Fits the table into so many columns of a terminal: long cells are wrapped between words; columns for whose words
+    /// there is no room follow in tables of their own below, beside the first column again.
     pub fn within(&self, width: usize) -> String {
         let cells = |column: usize| {
             self.header.iter().skip(column).take(1).chain(self.rows.iter().map(move |row| &row[column]))
@@ -192,7 +192,7 @@ impl Report {
         &self.0
     }
 
-    /// As JSON: texts, and tables as columns and rows; cells that are numbers are numbers.
+    /// Returns the report as JSON: texts, and tables as columns and rows; cells that are numbers are numbers.
     pub fn to_json(&self) -> Value {
         let cell = |cell: &String| match serde_json::from_str(cell) {
             Ok(number @ Value::Number(_)) => number,
@@ -209,7 +209,8 @@ impl Report {
         self.0.iter().filter(|part| !empty(part)).map(part).collect()
     }
 
-    /// Within so many columns of a terminal: lines are wrapped between words, for tables see [`Table::within`].
+    /// Fits the report into so many columns of a terminal: lines are wrapped between words, for tables see
+    /// [`Table::within`].
     pub fn within(&self, width: usize) -> String {
         let part = |part: &Part| match part {
             Part::Text(text) => text.split_inclusive('\n').map(|line| wrapped(line, width)).collect(),

@@ -49,8 +49,8 @@ pub(crate) struct RoadState {
 }
 
 impl RoadAhead {
-    /// Nothing made yet; `queue` says where it will begin. `elements`: first and last one of a road that ends;
-    /// `reached`: the one after the last that the run will reach.
+    /// Makes a road of which no slice is made yet; `queue` says where it will begin. `elements`: first and last one of
+    /// a road that ends; `reached`: the one after the last that the run will reach.
     pub fn new(
         surface: RoadSurface,
         form: SliceForm,

@@ -62,7 +62,7 @@ impl Lattice {
     }
 }
 
-/// Equal up to rounding in a scene file.
+/// Tells whether two numbers are equal up to rounding in a scene file.
 pub(super) fn same(a: f64, b: f64) -> bool {
     (a - b).abs() <= 1e-9 * a.abs().max(b.abs())
 }

@@ -107,7 +107,7 @@ impl Resampled {
         Some((0, (end / self.lattice.dx * (1.0 + 1e-12) + 1e-9).floor() as i64))
     }
 
-    /// Heights of the run's rows `first`.., row-major; `out` holds whole rows.
+    /// Computes the heights of the run's rows `first`.., row-major; `out` holds whole rows.
     pub fn heights(&self, first: i64, out: &mut [f64]) {
         let columns = self.lattice.columns;
         out.par_chunks_mut(columns).enumerate().with_min_len(16).for_each_init(Vec::new, |weights, (index, row)| {

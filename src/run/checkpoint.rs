@@ -327,7 +327,7 @@ mod tests {
         assert!(error > 0.0 && error < 1e-4, "{error:e}");
     }
 
-    /// Forces of the steps up to one, or to the last \[N\].
+    /// Runs on and returns the forces of the steps up to one, or to the last \[N\].
     fn forces(run: &mut Simulation, end: u64) -> Vec<f64> {
         std::iter::from_fn(|| (run.next_step() < end).then(|| run.step().unwrap()).flatten())
             .map(|step| step.total_force)

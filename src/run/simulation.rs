@@ -114,7 +114,7 @@ impl Simulation {
         Self::begin_watched(loaded, plan, stop, Watch::default())
     }
 
-    /// As [`Self::begin`], its cost watched as closely as it is told.
+    /// Begins a run as [`Self::begin`], its cost watched as closely as it is told.
     ///
     /// # Errors
     /// As [`Self::begin`].
@@ -447,7 +447,7 @@ impl Simulation {
         Stage::OF_A_STEP.map(|stage| self.meter.spent(stage))
     }
 
-    /// The steps begin: from the next one to the last.
+    /// Begins the steps: from the next one to the last.
     pub(crate) fn enter_steps(&mut self) {
         let (first, end) = (self.next_step, self.plan.steps);
         if let Some(trace) = self.meter.trace_mut() {

@@ -109,7 +109,7 @@ fn pressed_road(plan: &Plan, lattice: Lattice) -> Option<PressedRoad> {
     PressedRoad::new(&plan.decisions.tyre, lattice, crown)
 }
 
-/// By how much slices yield, given the compliance of the local law \[m/Pa\].
+/// Returns by how much slices yield, given the compliance of the local law \[m/Pa\].
 fn slice_law(plan: &Plan, kappa: Option<f64>) -> SliceLaw {
     match (plan.decisions.slice_coupling, kappa) {
         (SliceCoupling::Local, Some(kappa)) => SliceLaw::Local(kappa / (plan.element * plan.scene.tyre.contact_width)),

@@ -126,7 +126,8 @@ impl Begin {
 }
 
 impl<'a> PlannedRun<'a> {
-    /// With what the plan expects of a run on so many threads, in a process that holds so much beside \[bytes\].
+    /// Makes a run with what the plan expects of it on so many threads, in a process that holds so much beside
+    /// \[bytes\].
     fn new(loaded: &'a LoadedScene, plan: &'a Plan, threads: usize, process: f64) -> Self {
         let Forecast { wall_seconds, memory, measured, .. } = plan.forecast(&unit_record::known(), threads, process);
         Self { loaded, plan, threads, planned: Planned { wall_seconds, memory, measured } }

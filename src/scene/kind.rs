@@ -39,7 +39,7 @@ impl Bounds {
         Self::new(Bound::Unbounded, Bound::Unbounded, unit)
     }
 
-    /// Numbers above zero.
+    /// Makes bounds for numbers above zero.
     pub(crate) const fn positive(unit: &'static str) -> Self {
         Self::new(Bound::Excluded(0.0), Bound::Unbounded, unit)
     }
@@ -49,12 +49,12 @@ impl Bounds {
         Self::new(Bound::Included(0.0), Bound::Unbounded, unit)
     }
 
-    /// Between two limits that are themselves not accepted.
+    /// Makes bounds between two limits that are themselves not accepted.
     pub(crate) const fn inside(low: f64, high: f64, unit: &'static str) -> Self {
         Self::new(Bound::Excluded(low), Bound::Excluded(high), unit)
     }
 
-    /// Between two limits that are themselves accepted.
+    /// Makes bounds between two limits that are themselves accepted.
     pub(crate) const fn between(low: f64, high: f64, unit: &'static str) -> Self {
         Self::new(Bound::Included(low), Bound::Included(high), unit)
     }
@@ -199,7 +199,7 @@ impl<T: TryFrom<i128> + Serialize> Kind for Whole<T> {
 pub(super) struct Decibels(pub(super) Bounds);
 
 impl Decibels {
-    /// As it is written.
+    /// Returns a difference as it is written in a scene.
     pub(super) fn text(difference: f64) -> String {
         format!("{difference} dB")
     }

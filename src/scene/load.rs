@@ -82,8 +82,8 @@ impl Scene {
         Self::load_with(path, &[], Reach::Folder)
     }
 
-    /// As [`Self::load`], with settings in place of the scene's own, and a word on where the tyre and the road that it
-    /// names may be. Paths among the settings are relative to the scene, too.
+    /// Loads a scene as [`Self::load`], with settings in place of the scene's own, and a word on where the tyre and the
+    /// road that it names may be. Paths among the settings are relative to the scene, too.
     ///
     /// # Errors
     /// As [`Self::load`].
@@ -120,7 +120,7 @@ impl Scene {
         Self::from_str_with(text, name, &[])
     }
 
-    /// As [`Self::from_str`], with settings in place of the scene's own.
+    /// Reads a scene as [`Self::from_str`], with settings in place of the scene's own.
     ///
     /// # Errors
     /// As [`Self::from_str`].
@@ -195,7 +195,7 @@ impl LoadedScene {
         self.settled || self.document.has(key)
     }
 
-    /// As it was loaded, with settings that are all decided.
+    /// Returns the scene as it was loaded, with settings that are all decided.
     #[must_use]
     pub(crate) fn settled(self, scene: Scene) -> Self {
         Self { scene, settled: true, ..self }

@@ -47,7 +47,7 @@ impl Problem {
         Self::at_key("this key is missing", format!("add it: {wanted}"))
     }
 
-    /// Nothing where something is needed.
+    /// Makes the problem of nothing where something is needed.
     pub(super) fn empty(wanted: &str) -> Self {
         Self::new("this is empty", format!("write {wanted}"))
     }

@@ -61,7 +61,7 @@ impl<'a> Value<'a> {
         self.complain(Problem::new(format!("{found} cannot stand here"), format!("write {}", kind.wanted())))
     }
 
-    /// By how much the value may lie outside what is plausible.
+    /// Returns by how much the value may lie outside what is plausible.
     pub(super) fn slack(&self) -> f64 {
         self.complaints.slack
     }
@@ -145,7 +145,7 @@ impl<'a> Table<'a> {
         }
     }
 
-    /// By how much values may lie outside what is plausible.
+    /// Returns by how much values may lie outside what is plausible.
     pub(super) fn slack(&self) -> f64 {
         self.complaints.slack
     }

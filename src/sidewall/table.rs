@@ -90,7 +90,7 @@ impl Sidewall {
         self.edge().map(|edge| width - 2.0 * edge.pull() / self.arc.pressure)
     }
 
-    /// Steps that [`Self::reference`] takes.
+    /// Returns the number of steps that [`Self::reference`] takes.
     pub fn reference_steps(&self, n: i64, s: Complex64) -> f64 {
         let steps = self.arc.length() * wavenumber(&self.arc, n as f64, s) / FINE_STEP;
         steps.ceil().max(2.0 * FEWEST_STEPS as f64)

@@ -53,7 +53,7 @@ pub struct Detector {
 }
 
 impl Detector {
-    /// At a sampling rate \[Hz\], with silence before the first sample.
+    /// Makes a detector at a sampling rate \[Hz\], with silence before the first sample.
     pub fn new(weighting: TimeWeighting, rate: f64) -> Self {
         let share = -(-1.0 / (rate * weighting.time_constant())).exp_m1();
         Self { share, mean_square: 0.0, highest: None, count: 0 }

@@ -178,7 +178,7 @@ impl PassBy {
         self.passage.receivers[0][0] - self.passage.speed * sample as f64 / self.passage.output_rate
     }
 
-    /// When a sample is heard \[s\].
+    /// Returns when a sample is heard \[s\].
     pub(crate) fn time(&self, sample: usize) -> f64 {
         self.path(self.place(0)).0 / self.passage.sound_speed + sample as f64 / self.passage.output_rate
     }
@@ -190,8 +190,8 @@ impl PassBy {
         distance / shortened
     }
 
-    /// Numbers of the samples of a point's pressure that are needed. They may begin a little before 0, where the line
-    /// begins close by.
+    /// Returns the numbers of the samples of a point's pressure that are needed. They may begin a little before 0,
+    /// where the line begins close by.
     ///
     /// # Panics
     /// If there is no such receiver.

@@ -115,7 +115,7 @@ mod tests {
     }
 
     impl Hemisphere {
-        /// So many rings of so many positions on a radius \[m\].
+        /// Makes a grid of so many rings of so many positions on a radius \[m\].
         fn new(radius: f64, rings: usize, around: usize) -> Self {
             let mut grid = Self { positions: Vec::new(), areas: Vec::new() };
             for [node, weight] in legendre::gauss(rings) {

@@ -57,7 +57,7 @@ pub struct WeightingFilter {
 }
 
 impl WeightingFilter {
-    /// At a sampling rate \[Hz\], at rest.
+    /// Makes a filter at a sampling rate \[Hz\], at rest.
     ///
     /// # Errors
     /// [`RateError`] outside 4 to 192 kHz, for Z too.

@@ -135,7 +135,7 @@ fn header(file: &mut File) -> Result<Vec<u8>, ArrayError> {
     Ok(bytes)
 }
 
-/// Numbers that a header promises: the product of its shape.
+/// Returns how many numbers a header promises: the product of its shape.
 fn promised(header: &str) -> Result<u64, ArrayError> {
     let count = |bracket: char| header.matches(bracket).count();
     if [('{', 1), ('(', 1), ('[', 0)].into_iter().any(|(bracket, most)| count(bracket) > most) {

@@ -43,7 +43,7 @@ pub enum CacheError {
 }
 
 impl CacheError {
-    /// For `map_err`: of a file or folder.
+    /// Makes the error of a file or folder, for `map_err`.
     fn of(path: &Path) -> impl Fn(std::io::Error) -> Self + use<'_> {
         |source| Self::Io { path: path.to_owned(), source }
     }

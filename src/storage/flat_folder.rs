@@ -8,7 +8,7 @@ use std::fs;
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-/// Names of what is in a folder.
+/// Lists the names of what is in a folder.
 ///
 /// # Errors
 /// Errors of the file system.
@@ -21,7 +21,7 @@ pub(crate) fn entries(folder: &Path) -> io::Result<Vec<String>> {
     names.map(|names| names.into_iter().filter(|name| name != "." && name != "..").collect())
 }
 
-/// Names of what is in a folder.
+/// Lists the names of what is in a folder.
 ///
 /// # Errors
 /// Errors of the file system.

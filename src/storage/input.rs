@@ -71,7 +71,7 @@ pub(crate) fn read(path: &Path, limit: u64) -> Result<Vec<u8>, InputError> {
     Ok(bytes)
 }
 
-/// As [`read`], of UTF-8 text.
+/// Reads a file as [`read`], but as UTF-8 text.
 ///
 /// # Errors
 /// As [`read`]; [`io::ErrorKind::InvalidData`] for bytes that are no text.

@@ -30,7 +30,8 @@ impl PendingFile {
         Self::create_as(path, &format!(".{:016x}-{count}.tmp", *PROCESS))
     }
 
-    /// As [`Self::create`], its name so far that of the file with a suffix: for a file that only one process can write.
+    /// Creates a file as [`Self::create`], its name so far that of the file with a suffix: for a file that only one
+    /// process can write.
     ///
     /// # Errors
     /// Errors of the file system.

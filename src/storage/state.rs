@@ -90,7 +90,7 @@ pub(crate) fn fill<T: Copy>(values: &mut [T], saved: &[T]) -> Result<(), StateEr
     Ok(())
 }
 
-/// As [`fill`], list by list.
+/// Fills values as [`fill`], list by list.
 ///
 /// # Errors
 /// [`StateError::Length`] for another number of lists, or of values in one of them.

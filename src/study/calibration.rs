@@ -27,7 +27,7 @@ const PROBE: (usize, u64, u64) = (512, 400, 1500);
 const MEASURED: [Stage; 7] =
     [Stage::Road, Stage::Slices, Stage::Axle, Stage::History, Stage::Transforms, Stage::Penetration, Stage::ActiveSet];
 
-/// Costs measured before, or now and kept; a record that cannot be kept is no error.
+/// Returns the costs measured before, or measures and keeps them now; a record that cannot be kept is no error.
 ///
 /// # Errors
 /// [`RunError::Interrupted`] once `stop` is set; any other is a defect of the probes.
@@ -36,7 +36,7 @@ pub(crate) fn calibrated(stop: &AtomicBool) -> Result<UnitCosts, RunError> {
     if known.measured { Ok(known) } else { calibrate(stop) }
 }
 
-/// As [`calibrated`], whatever was measured before.
+/// Measures costs as [`calibrated`], whatever was measured before.
 ///
 /// # Errors
 /// As [`calibrated`].

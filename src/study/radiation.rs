@@ -31,7 +31,7 @@ pub(crate) const LOWEST: f64 = 100.0;
 /// Frequencies of the directivity \[Hz\].
 pub(crate) const DIRECTIVITY: [f64; 3] = [500.0, 1000.0, 2000.0];
 
-/// So many frequencies from [`LOWEST`] to the highest \[Hz\], and those of the directivity among them.
+/// Returns so many frequencies from [`LOWEST`] to the highest \[Hz\], and those of the directivity among them.
 pub(crate) fn asked_frequencies(highest: f64, points: u32) -> Vec<f64> {
     let mut asked = frequencies(LOWEST, highest, points);
     asked.extend(DIRECTIVITY.iter().filter(|&&frequency| frequency <= highest));
@@ -169,7 +169,7 @@ impl Radiator {
         }
     }
 
-    /// Everything at each frequency \[Hz\]; `done` is told after each.
+    /// Computes everything at each frequency \[Hz\]; `done` is told after each.
     ///
     /// # Errors
     /// As [`TransferProblem::solve`]; [`RadiationError::Interrupted`] once `stop` is set.

@@ -62,7 +62,7 @@ pub(crate) struct SliceView {
 }
 
 impl Sample {
-    /// So many slices from the road coordinate `at` \[m\] on; fewer where the road ends.
+    /// Reads so many slices from the road coordinate `at` \[m\] on; fewer where the road ends.
     ///
     /// # Errors
     /// Errors of the road.

@@ -266,7 +266,7 @@ impl<'a> Trials<'a> {
         Ok(held)
     }
 
-    /// The end of the watch.
+    /// Ends the watch.
     pub(crate) fn finish(self) {
         self.progress.finish();
     }

@@ -5,22 +5,22 @@ use std::sync::Arc;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftPlanner};
 
-/// Returns x_k into sum_k x_k exp(-2 pi i j k/n).
+/// Plans the transform of x_k into sum_k x_k exp(-2 pi i j k/n).
 pub(crate) fn forward(length: usize) -> Arc<dyn Fft<f64>> {
     FftPlanner::new().plan_fft_forward(length)
 }
 
-/// Returns x_k into sum_k x_k exp(2 pi i j k/n).
+/// Plans the transform of x_k into sum_k x_k exp(2 pi i j k/n).
 pub(crate) fn inverse(length: usize) -> Arc<dyn Fft<f64>> {
     FftPlanner::new().plan_fft_inverse(length)
 }
 
-/// As [`forward`], the first half of a real sequence's.
+/// Plans a transform as [`forward`], to the first half of a real sequence's.
 pub(crate) fn real_forward(length: usize) -> Arc<dyn RealToComplex<f64>> {
     RealFftPlanner::new().plan_fft_forward(length)
 }
 
-/// As [`inverse`], from the first half to a real sequence.
+/// Plans a transform as [`inverse`], from the first half to a real sequence.
 pub(crate) fn real_inverse(length: usize) -> Arc<dyn ComplexToReal<f64>> {
     RealFftPlanner::new().plan_fft_inverse(length)
 }

@@ -16,7 +16,7 @@ pub(crate) struct FirstOrderHold {
 }
 
 impl FirstOrderHold {
-    /// For z = lambda dt, Re z < 0.
+    /// Computes the step for z = lambda dt, Re z < 0.
     pub(crate) fn new(z: Complex64) -> Self {
         let decay = Complex64::new(z.re.max(-300.0), z.im).exp();
         let (first, second) = if z.norm() < 0.5 {

@@ -99,7 +99,7 @@ impl TimeRule {
         }
     }
 
-    /// Times at which a step solves for the contact, in steps after the step's beginning.
+    /// Returns the times at which a step solves for the contact, in steps after the step's beginning.
     pub const fn nodes(self) -> &'static [f64] {
         match self.runge_kutta() {
             Some(rule) => rule.nodes,

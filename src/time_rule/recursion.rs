@@ -89,7 +89,7 @@ pub(crate) trait Recursion: Copy + Send + Sync {
     /// Need of b of two steps.
     const LOOKS_BACK: bool = false;
 
-    /// From g and w.
+    /// Makes the maps of a step from g and w.
     fn maps<E: Element, S: Simd, const P: usize>(self, simd: S, poles: Poles<E, S, P>) -> StepMaps<E, S, P>;
 
     /// Goes through a step without forces; gives Re b at its instants.
@@ -109,7 +109,7 @@ pub(crate) trait Recursion: Copy + Send + Sync {
         [q; MOST_STAGES]
     }
 
-    /// As [`Self::foretell`]; gives Re b, then Re(q b).
+    /// Foretells as [`Self::foretell`], but gives Re b, then Re(q b).
     #[inline(always)]
     fn foretell_both<E: Element, S: Simd, const P: usize>(
         simd: S,
@@ -181,7 +181,7 @@ fn real_part<E: Element, S: Simd, const PARTS: usize>(
     if PARTS == 2 { E::negate_mul_add(simd, g[PARTS - 1], x[PARTS - 1], product) } else { product }
 }
 
-/// y += factor x.
+/// Adds factor x to y.
 #[inline(always)]
 fn add<E: Element, S: Simd, const PARTS: usize>(
     simd: S,
@@ -345,7 +345,7 @@ impl<const COUNT: usize> Recursion for Stages<COUNT> {
         [even, displaced]
     }
 
-    /// R to the power of the steps, by squares, on both states.
+    /// Applies R to the power of the steps, by squares, to both states.
     #[inline(always)]
     fn skip<E: Element, S: Simd, const P: usize>(
         simd: S,
@@ -430,7 +430,8 @@ impl TimeRule {
         }
     }
 
-    /// Maps of a pole of unit residue over a step; `None` for a rule whose state is another than b at the step's end.
+    /// Returns the maps of a pole of unit residue over a step; `None` for a rule whose state is another than b at the
+    /// step's end.
     pub(crate) fn step_map(self, pole: Complex64, time_step: f64) -> Option<StepMap> {
         if matches!(self, Self::Bdf2 | Self::Trapezoidal) {
             return None;

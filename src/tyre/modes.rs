@@ -76,7 +76,7 @@ pub(crate) enum Motion {
 }
 
 impl Motion {
-    /// In a word.
+    /// Returns the motion in a word.
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Radial => "radial",

@@ -69,8 +69,8 @@ impl Sums {
 }
 
 impl InfluenceShare {
-    /// For a scene that is rolled for so long \[s\], each second of it taking so much time \[s\]; so many of the sums
-    /// are timed.
+    /// Measures the shares of a scene that is rolled for so long \[s\], each second of it taking so much time \[s\]; so
+    /// many of the sums are timed.
     ///
     /// # Errors
     /// A fit that was refused, or stopped by `stop`.
@@ -119,7 +119,7 @@ impl InfluenceShare {
         })
     }
 
-    /// Shares of the time by plain sums and by poles that have to be fitted.
+    /// Returns the influence functions' shares of the time: by plain sums, and by poles that have to be fitted.
     pub(super) fn shares(&self) -> [f64; 2] {
         [self.plain.seconds, self.fit.seconds].map(|influence| influence / (influence + self.march))
     }

@@ -16,8 +16,8 @@ pub(super) struct Change {
     pub change: f64,
 }
 
-/// Changes from a reference, from 100 Hz up to the band that holds a frequency \[Hz\]; bands that are silent in one of
-/// them are left out.
+/// Returns the changes from a reference, from 100 Hz up to the band that holds a frequency \[Hz\]; bands that are
+/// silent in one of them are left out.
 pub(super) fn changes(found: &[BandLevel], reference: &[BandLevel], highest: f64) -> Vec<Change> {
     let highest = ThirdOctaveBand::containing(highest).map_or(highest, ThirdOctaveBand::upper_edge);
     let within = |level: &BandLevel| (LOWEST_BAND..=highest).contains(&level.band.nominal_frequency());

@@ -51,7 +51,7 @@ fn halving_table(paper: &Paper) -> Table {
     aligned(header, rows)
 }
 
-/// Changes of the levels by laws of tread and slices.
+/// Makes a table of the changes of the levels by laws of tread and slices.
 fn law_table(paper: &Paper) -> Table {
     let [_, bedding, uncoupled] = &paper.tread_laws.laws;
     let cell = |changes: &[Change], frequency: f64| {

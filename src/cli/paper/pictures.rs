@@ -91,7 +91,7 @@ fn tread_laws(of: &TreadLaws) -> Result<Option<String>, PlotError> {
     plot.to_svg().map(Some)
 }
 
-/// Shares as steps over the number of solves.
+/// Draws the shares as steps over the number of solves.
 fn solves(of: &SearchFigure) -> Result<String, PlotError> {
     let both = [("local law", &of.local), ("equation 4", &of.equation_4)];
     let series: Vec<Series<'_>> = both

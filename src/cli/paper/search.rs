@@ -93,7 +93,7 @@ fn takes_few(more: f64) -> Verdict {
     Verdict::of(more < RARE)
 }
 
-/// Searches are given up as the paper says where conditions are missed.
+/// Tells whether searches are given up as the paper says: where conditions are missed.
 fn is_given_up(worst: f64) -> Verdict {
     Verdict::of(worst > SOLVED)
 }

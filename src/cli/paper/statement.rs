@@ -15,7 +15,7 @@ pub(super) enum Verdict {
 }
 
 impl Verdict {
-    /// In words.
+    /// Returns the verdict in words.
     pub(super) const fn words(self) -> &'static str {
         match self {
             Self::Agrees => "agrees",

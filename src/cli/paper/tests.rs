@@ -35,7 +35,7 @@ fn small() -> LoadedScene {
     scene(&scene_text(48, "kind = \"made\"\nseed = 2", rolling, numerics, CONTACT))
 }
 
-/// No number is missing: JSON has null in its place.
+/// Checks that no number is missing: JSON has null in its place.
 fn assert_finite(value: &Value, path: &str) {
     match value {
         Value::Null => panic!("{path} is not finite"),

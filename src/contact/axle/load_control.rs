@@ -43,7 +43,7 @@ impl LoadControl {
         }
     }
 
-    /// Steps of the first ramp.
+    /// Returns the number of steps of the first ramp.
     pub(super) fn ramp(&self) -> u64 {
         self.ramp
     }

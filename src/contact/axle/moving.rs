@@ -87,7 +87,8 @@ pub struct MovingAxle {
 }
 
 impl MovingAxle {
-    /// At rest, about to follow the ramp of `rest`; `lead` is how long before a step's end its force acts, in steps.
+    /// Makes an axle at rest, about to follow the ramp of `rest`; `lead` is how long before a step's end its force
+    /// acts, in steps.
     pub fn new(sprung: SprungMass, rest: LoadControl, time_step: f64, lead: f64) -> Self {
         let (free, height) = (rest.ramp(), rest.target());
         Self { sprung, rest, time_step, lead, free, next: free, height, velocity: 0.0, acceleration: 0.0 }
@@ -137,7 +138,8 @@ mod tests {
     const LOAD: f64 = 3000.0;
     const MASS: f64 = 30.0;
 
-    /// Set free after `ramp` steps `off` \[m\] below the height at which a spring of [`STIFFNESS`] carries the load.
+    /// Makes an axle that is set free after the steps of its ramp, `off` \[m\] below the height at which a spring of
+    /// [`STIFFNESS`] carries the load.
     fn axle(stiffness: f64, damping: f64, off: f64, warm_up: u64, time_step: f64, lead: f64) -> MovingAxle {
         let sprung = SprungMass { load: LOAD, mass: MASS, stiffness, damping };
         let indentation = LOAD / STIFFNESS + off;

@@ -42,7 +42,7 @@ pub struct DirectPastState {
 }
 
 impl DirectPast {
-    /// At rest, over so many lags, lag 0 counted.
+    /// Makes a past at rest, over so many lags, lag 0 counted.
     pub fn new(
         sums: &CellSums,
         rows: &[CellRow],

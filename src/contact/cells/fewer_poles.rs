@@ -56,7 +56,8 @@ struct Columns {
 }
 
 impl Columns {
-    /// After so many steps, relative to |H|; `None` for a rule whose steps are no maps of one state.
+    /// Computes displacements after so many steps, relative to |H|; `None` for a rule whose steps are no maps of one
+    /// state.
     fn new(modes: &Modes<'_>, rule: TimeRule, time_step: f64, passed: usize) -> Option<Self> {
         let maps: Option<Vec<_>> = modes.poles.iter().map(|&pole| rule.step_map(pole, time_step)).collect();
         let maps = maps?;
@@ -95,7 +96,7 @@ impl Columns {
         Some(Self { places, values })
     }
 
-    /// Real numbers in rows of the unknowns: scalar products of all columns.
+    /// Returns the scalar products of all columns: real numbers in rows of the unknowns.
     fn products(&self, unknowns: usize) -> Vec<Vec<f64>> {
         let mut products = vec![vec![0.0; unknowns]; unknowns];
         for row in &self.values {
@@ -212,7 +213,7 @@ impl Left {
         best.filter(|(_, gain)| *gain > 0.0).map(|(pole, _)| pole)
     }
 
-    /// An unknown is taken.
+    /// Takes an unknown: what it explains is taken off the others and the targets.
     fn take(&mut self, place: usize) {
         let row = self.products[place].clone();
         let pivot = row[place];

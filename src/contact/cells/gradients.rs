@@ -218,7 +218,7 @@ impl WithSimd for Dispatched<'_> {
 }
 
 impl Gradients {
-    /// For a window, with a stencil that reaches so far.
+    /// Makes room for a window, with a stencil that reaches so far.
     pub(super) fn new(cells: &InstantCells, radius: usize) -> Self {
         let (columns, across) = (cells.columns(), cells.across());
         let stride = across.next_multiple_of(4 * LANES) + 2 * radius;
@@ -330,7 +330,7 @@ impl Gradients {
         progress
     }
 
-    /// z = W r, off A, too.
+    /// Computes z = W r, off A, too.
     fn precondition(&mut self, count: usize, across: usize) {
         let Self { arch, radius, stencil, stride, residual, edged, lines, preconditioned, .. } = self;
         let (radius, stride) = (*radius, *stride);

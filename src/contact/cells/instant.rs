@@ -138,13 +138,13 @@ impl InstantCells {
         &self.influence.toeplitz
     }
 
-    /// u = G F.
+    /// Computes u = G F.
     pub fn displacement(&mut self, forces: &[f64], out: &mut [f64]) {
         self.work += self.product.work();
         self.product.displacement(forces, out);
     }
 
-    /// u = G F with the symmetric part of G.
+    /// Computes u = G F with the symmetric part of G.
     pub fn symmetric_displacement(&mut self, forces: &[f64], out: &mut [f64]) {
         let product = self.symmetric.as_deref_mut().unwrap_or(&mut self.product);
         self.work += product.work();
@@ -156,7 +156,7 @@ impl InstantCells {
         self.single.iter().map(CellProduct::columns).rfind(|part| *part >= columns).unwrap_or(self.columns())
     }
 
-    /// u = G F to single precision, on a part of the window of one of these lengths.
+    /// Computes u = G F to single precision, on a part of the window of one of these lengths.
     pub fn single_displacement(&mut self, forces: &[f32], out: &mut [f32]) {
         let columns = forces.len() / self.across();
         if let Some(product) = self.single.iter_mut().find(|product| product.columns() == columns) {

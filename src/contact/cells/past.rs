@@ -96,12 +96,12 @@ pub fn first_influences(
 }
 
 impl<N: WaveNumber> WavePast<N> {
-    /// At rest.
+    /// Makes a past at rest.
     pub fn new<'m>(parts: impl IntoIterator<Item = RingParts<'m, N>>, rule: TimeRule, time_step: f64) -> Self {
         Self::with_blocks(parts, rule, time_step, STEPS)
     }
 
-    /// As [`Self::new`], in blocks of so many steps.
+    /// Makes a past as [`Self::new`], in blocks of so many steps.
     pub fn with_blocks<'m>(
         parts: impl IntoIterator<Item = RingParts<'m, N>>,
         rule: TimeRule,

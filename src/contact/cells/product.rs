@@ -55,7 +55,7 @@ pub(crate) struct CellProduct<R> {
 }
 
 impl<R: Element> CellProduct<R> {
-    /// From T, columns x across, and H, columns x (2 across - 1).
+    /// Makes G from T, columns x across, and H, columns x (2 across - 1).
     pub(crate) fn new(columns: usize, across: usize, toeplitz: &[f64], hankel: &[f64]) -> Self {
         Self::with_odd(columns, across, [toeplitz, hankel], None)
     }
@@ -173,7 +173,7 @@ impl<R: Element> CellProduct<R> {
         stencil.into_iter().map(|value| value as f32).collect()
     }
 
-    /// out = G F.
+    /// Computes out = G F.
     pub(crate) fn displacement(&mut self, forces: &[R], out: &mut [R]) {
         let arch = self.arch;
         arch.dispatch(Multiply { product: self, forces, out });
@@ -204,7 +204,7 @@ fn even_factor(distance: usize, [cosine, _]: [f64; 2]) -> f64 {
     if distance == 0 { 1.0 } else { 2.0 * cosine }
 }
 
-/// Over i, of what is the opposite there.
+/// Returns the factor, over i, of a part that changes its sign at the opposite distance.
 fn odd_factor(_: usize, [_, minus_sine]: [f64; 2]) -> f64 {
     2.0 * minus_sine
 }
@@ -242,8 +242,8 @@ fn swapped<R: Element, S: Simd>([re, im]: Wave<R, S>) -> Wave<R, S> {
     [im, re]
 }
 
-/// `from` holds blocks of `rows` x 2 x `width` numbers; what was number l of row r of block b becomes number
-/// r mod width of row b width + l of block r / width of `to`, whose blocks have `to_rows` rows.
+/// Exchanges rows and numbers: `from` holds blocks of `rows` x 2 x `width` numbers, and number l of row r of block b
+/// becomes number r mod width of row b width + l of block r / width of `to`, whose blocks have `to_rows` rows.
 #[inline(always)]
 fn turn<R: Element, const WIDTH: usize>(from: &[R], rows: usize, to: &mut [R], to_rows: usize) {
     let (from, _) = from.as_chunks::<WIDTH>();
@@ -389,7 +389,8 @@ fn answer<R: Element, S: Simd>(
     [R::mul_add(simd, toeplitz, own[1], im), R::mul_add(simd, toeplitz, own[0], re)]
 }
 
-/// U(k) = T(k) F(k) + H(k) F(-k), with real and imaginary parts changed for the way back; -k is at `mirror` - m.
+/// Computes U(k) = T(k) F(k) + H(k) F(-k), with real and imaginary parts changed for the way back; -k is at `mirror` -
+/// m.
 #[inline(always)]
 fn respond<R: Element, S: Simd>(
     simd: S,

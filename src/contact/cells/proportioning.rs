@@ -45,7 +45,7 @@ struct Standing {
 }
 
 impl Proportioning {
-    /// For so many cells.
+    /// Makes room for so many cells.
     pub(super) fn new(cells: usize) -> Self {
         let zeros = || vec![0.0; cells];
         Self { gradient: zeros(), direction: zeros(), response: zeros() }

@@ -54,7 +54,7 @@ impl RestingCells {
         }
     }
 
-    /// Contact, and forces by cell, column by column, at an indentation \[m\].
+    /// Returns the contact, and the forces by cell, column by column, at an indentation \[m\].
     pub(crate) fn pressed(&mut self, indentation: f64) -> (StaticContact, &[f64]) {
         let Self { sums, crown, window } = self;
         if indentation > window.deepest {

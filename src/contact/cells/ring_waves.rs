@@ -78,7 +78,7 @@ pub(super) struct RingWaves<N> {
 }
 
 impl<N: WaveNumber> RingWaves<N> {
-    /// At rest, for blocks of so many steps. A short ring leaves what the last forces do to others.
+    /// Makes waves at rest, for blocks of so many steps. A short ring leaves what the last forces do to others.
     pub(super) fn new(parts: &RingParts<'_, N>, rule: TimeRule, time_step: f64, steps: usize) -> Self {
         let RingParts { model, transform, substeps, fewer_poles: fewer, .. } = parts;
         let (waves, stages) = (model.len(), rule.stages());
@@ -162,7 +162,7 @@ impl<N: WaveNumber> RingWaves<N> {
         }
     }
 
-    /// A block begins.
+    /// Begins a block.
     pub(super) fn turn(&mut self) {
         self.turned = !self.turned;
     }
@@ -231,27 +231,27 @@ impl<N: WaveNumber> RingWaves<N> {
         [&self.sums, &self.forces, &self.foretold]
     }
 
-    /// As [`Self::fields`], to be changed.
+    /// Returns the same as [`Self::fields`], to be changed.
     pub(super) fn fields_mut(&mut self) -> [&mut Vec<N>; 3] {
         [&mut self.sums, &mut self.forces, &mut self.foretold]
     }
 
-    /// States of all poles.
+    /// Returns the states of all poles.
     pub(super) fn states(&self) -> impl Iterator<Item = &[N]> {
         self.groups.iter().flat_map(WavenumberGroup::states)
     }
 
-    /// As [`Self::states`], to be changed.
+    /// Returns the same as [`Self::states`], to be changed.
     pub(super) fn states_mut(&mut self) -> impl Iterator<Item = &mut [N]> {
         self.groups.iter_mut().flat_map(WavenumberGroup::states_mut)
     }
 
-    /// States of the slow poles.
+    /// Returns the states of the slow poles.
     pub(super) fn precise_states(&self) -> impl Iterator<Item = &[f64]> {
         self.precise.iter().flat_map(WavenumberGroup::states)
     }
 
-    /// As [`Self::precise_states`], to be changed.
+    /// Returns the same as [`Self::precise_states`], to be changed.
     pub(super) fn precise_states_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
         self.precise.iter_mut().flat_map(WavenumberGroup::states_mut)
     }

@@ -180,8 +180,8 @@ impl CellSearch {
         Ok(())
     }
 
-    /// The window has moved on by so many cells, and the last solution, which has moved with it and has lost no force,
-    /// is the next guess: what it displaces need not be found again.
+    /// Goes on after the window has moved by so many cells: the last solution, which has moved with it and has lost no
+    /// force, is the next guess, and what it displaces need not be found again.
     pub fn go_on(&mut self, cells: usize) {
         if cells > 0 {
             self.displacement.copy_within(cells.., 0);
@@ -195,7 +195,7 @@ impl CellSearch {
         self.tolerance >= SINGLE
     }
 
-    /// u = G F, in double precision unless the tolerance allows single.
+    /// Computes u = G F, in double precision unless the tolerance allows single.
     fn look(&mut self, forces: &[f64]) {
         if !self.is_single() {
             self.cells.displacement(forces, &mut self.displacement);
@@ -351,7 +351,7 @@ impl CellSearch {
         start * across..(start + length) * across
     }
 
-    /// By the method that always ends.
+    /// Solves by the method that always ends.
     fn prove(&mut self, forces: &mut [f64], largest: f64) -> CellResiduals {
         self.counts.fallbacks += 1;
         if forces.iter().any(|force| !force.is_finite()) {

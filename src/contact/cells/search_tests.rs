@@ -27,7 +27,7 @@ fn search_of(columns: usize, across: usize, tolerance: f64, turns: bool) -> Cell
     CellSearch::new(InstantCells::new(influence.clone()), tolerance)
 }
 
-/// Forces by least-index pivoting with dense solutions.
+/// Finds forces by least-index pivoting with dense solutions.
 fn dense(cells: &InstantCells, required: &[f64]) -> Vec<f64> {
     let count = cells.cells();
     let mut active: Vec<bool> = required.iter().map(|d| *d > 0.0).collect();

@@ -23,7 +23,7 @@ pub(super) struct Seen {
 }
 
 impl Seen {
-    /// So many zeros.
+    /// Makes so many zeros.
     pub(super) fn new(cells: usize) -> Self {
         Self { first: 0, cells: vec![0.0; cells] }
     }
@@ -69,7 +69,7 @@ pub(super) struct NextInstant<N> {
 }
 
 impl<N: WaveNumber> NextInstant<N> {
-    /// From the influence of each stage's forces, of windows as long as the part.
+    /// Plans the displacements by the influence of each stage's forces, of windows as long as the part.
     pub(super) fn new(influences: &[CellInfluence]) -> Self {
         let (columns, across) = influences.first().map_or((0, 0), |first| (first.columns, first.across));
         let products = influences.iter().map(|influence| CellProduct::whole(columns, influence)).collect();
@@ -127,7 +127,7 @@ pub(super) struct ShortRing<N: WaveNumber> {
 }
 
 impl<N: WaveNumber> ShortRing<N> {
-    /// At rest.
+    /// Makes a ring at rest.
     pub(super) fn new(transform: WaveTransform<N>) -> Self {
         let seen = || Seen::new(transform.cells());
         let spectrum = vec![Complex::new(N::default(), N::default()); transform.waves()];

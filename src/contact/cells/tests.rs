@@ -28,7 +28,7 @@ fn sums(tyre: &Tyre, truncation: CellTruncation, rule: TimeRule) -> CellSums {
 
 const FINITE: CellTruncation = CellTruncation { lateral_terms: Some(6), aliases: Some(0) };
 
-/// Forces of a cell of the ring that no rule knows.
+/// Returns the force of a cell of the ring, which no rule knows.
 fn force(instant: usize, element: i64, j: usize) -> f64 {
     let drive = ((7 * instant + j) as f64 + 3.1 * (element * element) as f64).sin();
     drive.max(0.0)

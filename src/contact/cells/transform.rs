@@ -13,13 +13,13 @@ use crate::numeric::Element;
 /// A complex number to a lane: real parts, imaginary parts.
 pub(super) type Wave<R, S> = [<R as Element>::Vector<S>; 2];
 
-/// Numbers as complex vectors.
+/// Returns numbers as complex vectors.
 #[inline(always)]
 pub(super) fn waves<R: Element, S: Simd>(values: &mut [R]) -> &mut [Wave<R, S>] {
     R::vectors_mut::<S>(values).as_chunks_mut().0
 }
 
-/// Numbers to a vector on this machine.
+/// Returns how many numbers a vector holds on this machine.
 pub(super) fn lanes<R: Element>(arch: Arch) -> usize {
     arch.dispatch(Width::<R>(std::marker::PhantomData))
 }
@@ -209,7 +209,7 @@ impl<R: Element> Pass<R> {
 }
 
 impl<R: Element> Pass<R> {
-    /// The last pass of a length with other prime factors: by definition.
+    /// Runs the last pass of a length with other prime factors: by definition.
     #[inline(always)]
     fn run_by_definition<S: Simd>(&self, simd: S, from: &[Wave<R, S>], to: &mut [Wave<R, S>]) {
         let Self { radix, stride, twiddles, .. } = self;

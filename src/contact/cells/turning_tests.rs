@@ -39,7 +39,7 @@ fn transform(sums: &CellSums) -> WaveTransform {
     WaveTransform::new(sums.grid(), ELEMENTS, COLUMNS, &sums.waves(WaveBand::WHOLE))
 }
 
-/// Forces of the window's cells that no rule knows.
+/// Returns the forces of the window's cells, which no rule knows.
 fn forces(instant: usize, first: i64) -> Vec<f64> {
     let force = |element: i64, j: usize| ((7 * instant + j) as f64 + 3.1 * (element * element) as f64).sin().max(0.0);
     (first..first + COLUMNS as i64).flat_map(|element| (0..ACROSS).map(move |j| force(element, j))).collect()

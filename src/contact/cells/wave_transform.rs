@@ -103,7 +103,7 @@ enum Along<R> {
 }
 
 impl<R: WaveNumber> WaveTransform<R> {
-    /// Between windows of so many columns and the waves of rows on a ring of so many cells.
+    /// Plans transforms between windows of so many columns and the waves of rows on a ring of so many cells.
     pub fn new(grid: &CellGrid, ring: usize, columns: usize, rows: &[CellRow]) -> Self {
         let half = grid.across.div_ceil(2);
         let empty = Vec::new;
@@ -178,7 +178,8 @@ impl<R: WaveNumber> WaveTransform<R> {
         angles
     }
 
-    /// Forces on the cells of the window that begins with element `first_element`, column by column, to their waves.
+    /// Transforms forces on the cells of the window that begins with element `first_element`, column by column, to
+    /// their waves.
     pub fn forward(&mut self, first_element: i64, forces: &[f64], spectrum: &mut [Complex<R>]) {
         let Self { ring, columns, across, even, odd, along, .. } = self;
         let (half, one) = (across.div_ceil(2), R::rounded(1.0));

@@ -103,9 +103,9 @@ pub struct CellZone {
 }
 
 impl CellZone {
-    /// At rest. `crown`: height of the tread above its middle by cell across \[m\]; `tolerance` is how far a cell may
-    /// be from where it is required to be, relative to the largest required displacement. The window is longer by
-    /// `margin` columns at either end than what is told.
+    /// Makes a zone at rest. `crown`: height of the tread above its middle by cell across \[m\]; `tolerance` is how far
+    /// a cell may be from where it is required to be, relative to the largest required displacement. The window is
+    /// longer by `margin` columns at either end than what is told.
     pub fn new(influence: CellInfluence, crown: Vec<f64>, past: CellPast, tolerance: f64, margin: usize) -> Self {
         let across = influence.across;
         let cells = influence.columns * across;

@@ -134,9 +134,9 @@ impl ActiveSet {
         self
     }
 
-    /// For so many points in contact. Guess, solution and displacement take so many windows of multiply-adds for each
-    /// of them, factorisations on rough roads included (counted on roads of all kinds); corrections where the tyre
-    /// `turns`.
+    /// Estimates the search for so many points in contact. Guess, solution and displacement take so many windows of
+    /// multiply-adds for each of them, factorisations on rough roads included (counted on roads of all kinds);
+    /// corrections where the tyre `turns`.
     pub fn expected(points: f64, columns: f64, smooth: bool, turns: bool) -> ExpectedSearch {
         let (windows, solves, factorisations) = if smooth { (2.0, 1.0, 0.0) } else { (3.5, 1.1, 0.15) };
         let corrections = if turns { CORRECTIONS } else { 0.0 };
@@ -286,7 +286,7 @@ impl ActiveSet {
         })
     }
 
-    /// Forces have been taken away: with a skew part what all displace is to be known.
+    /// Begins again after forces have been taken away: with a skew part what all displace is to be known.
     fn begin_again(&mut self, forces: &[f64]) {
         if self.surface.is_skew() {
             self.surface.displace(forces);

@@ -29,18 +29,18 @@ pub struct Ldlt {
 }
 
 impl Ldlt {
-    /// For up to so many rows.
+    /// Makes room for up to so many rows.
     pub fn new(rows: usize) -> Self {
         Self { arch: Arch::new(), scratch: Aligned::new(LINE * rows.next_multiple_of(LINE)) }
     }
 
-    /// G0 of some points, given by increasing column numbers, from G0 by distance: its lower triangle, which says it
-    /// all; what stands above it, and below the last row, is of no matter.
+    /// Assembles G0 of some points, given by increasing column numbers, from G0 by distance: its lower triangle, which
+    /// says it all; what stands above it, and below the last row, is of no matter.
     pub fn assemble(&self, points: &[usize], influence: &[f64], matrix: &mut [f64]) {
         self.assemble_band(points, influence, matrix, points.len());
     }
 
-    /// The same of a band.
+    /// Assembles a band of the same.
     pub fn assemble_band(&self, points: &[usize], influence: &[f64], matrix: &mut [f64], band: usize) {
         self.arch.dispatch(Assembly { points, influence, matrix, band });
     }
@@ -199,7 +199,7 @@ impl<S: Simd> Panel<'_, S> {
         if apart { self.take_off_two(block, stream) } else { self.take_off::<PANEL>(block, stream) }
     }
 
-    /// The same of the last panel, which has no more rows than columns, and those may be fewer.
+    /// Opens the last panel likewise: it has no more rows than columns, and may have fewer columns than the others.
     #[inline(always)]
     fn open_last(self, block: &mut [f64], streams: usize) {
         for stream in 0..streams {
@@ -212,7 +212,7 @@ impl<S: Simd> Panel<'_, S> {
         }
     }
 
-    /// Returns one stream, in C columns.
+    /// Takes it off one stream, in C columns.
     #[inline(always)]
     fn take_off<const C: usize>(self, block: &mut [f64], stream: usize) -> usize {
         let Self { simd, factors, .. } = self;
@@ -235,7 +235,7 @@ impl<S: Simd> Panel<'_, S> {
         stream + 1
     }
 
-    /// Returns two streams of two blocks together.
+    /// Takes it off two streams of two blocks together.
     #[inline(always)]
     fn take_off_two(self, block: &mut [f64], stream: usize) -> usize {
         let Self { simd, factors, .. } = self;
@@ -275,7 +275,7 @@ impl<S: Simd> Panel<'_, S> {
         stream + 2
     }
 
-    /// L of some streams of rows.
+    /// Computes L of some streams of rows.
     #[inline(always)]
     fn divide(self, corner: &Corner, block: &mut [f64], first: usize, end: usize) {
         let (block, _) = S::as_mut_simd_f64s(block);

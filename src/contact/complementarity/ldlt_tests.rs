@@ -38,7 +38,7 @@ fn factors_make_the_matrix_and_solve() {
     }
 }
 
-/// Vectors of one number, and of as many as every processor of this machine's kind has.
+/// Checks vectors of one number, and of as many as every processor of this machine's kind has.
 #[test]
 fn processors_with_narrow_vectors_factorise_and_solve_alike() {
     for (rows, band) in [1_usize, 2, 4, 7, 8, 9, 31, 33, 64, 100].into_iter().flat_map(|rows| [(rows, rows), (rows, 1)])

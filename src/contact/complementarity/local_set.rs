@@ -183,9 +183,9 @@ impl LocalSet {
         self
     }
 
-    /// For so many points in contact: a sweep, and rounds of a matrix each, with pieces of curves to be looked up.
-    /// Counted on dense asphalt: 2.4, 1.88, 1.11, 1.09 rounds for 4, 10, 35, 68 points. Corrections where a band
-    /// serves, and where the tyre `turns`.
+    /// Estimates the search for so many points in contact: a sweep, and rounds of a matrix each, with pieces of curves
+    /// to be looked up. Counted on dense asphalt: 2.4, 1.88, 1.11, 1.09 rounds for 4, 10, 35, 68 points. Corrections
+    /// where a band serves, and where the tyre `turns`.
     pub(crate) fn expected(points: f64, columns: f64, smooth: bool, turns: bool) -> ExpectedSearch {
         let rounds = if smooth { 1.0 } else { (1.05 + 80.0 / points.powi(2)).min(2.4) };
         // As most tyres have them: two blocks.
@@ -298,8 +298,8 @@ impl LocalSet {
         y - (self.surface.displacement[column] - self.compliance * force)
     }
 
-    /// The points have changed, and the forces too if they are `new`: none are to be off the points, and what all
-    /// displace within reach is to be known.
+    /// Begins again after the points have changed, and the forces too if they are `new`: no force is to be off the
+    /// points, and what all displace within reach is to be known.
     fn begin_again(&mut self, forces: &mut [f64], new: bool) {
         let mut points = self.points.iter().copied().peekable();
         let mut changed = new;
@@ -363,8 +363,8 @@ impl LocalSet {
         wrong
     }
 
-    /// Columns out of reach that others lift off less than they are pressed down come within reach: none where no
-    /// influence is negative.
+    /// Extends the reach to columns that others lift off less than they are pressed down: to none where no influence is
+    /// negative.
     fn reach_for_broken(&mut self, y: &[f64]) {
         let broken = |column: &usize| y[*column] > self.surface.displacement[*column];
         let (first, last) = ((0..self.reach.start).find(broken), (self.reach.end..y.len()).rfind(broken));

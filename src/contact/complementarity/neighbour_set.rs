@@ -50,7 +50,7 @@ pub(super) struct NeighbourState {
 }
 
 impl NeighbourSet {
-    /// Nothing kept, for sets of at most `points` points.
+    /// Makes room with nothing kept, for sets of at most `points` points.
     pub(super) fn new(points: usize) -> Self {
         Self {
             slot: None,
@@ -136,7 +136,7 @@ impl NeighbourSet {
         self.come.len() + self.gone.len()
     }
 
-    /// d_0.
+    /// Writes d_0 into `column`.
     pub(crate) fn right_side(&self, d: &[f64], column: &mut [f64]) {
         column.fill(0.0);
         for &(old, new) in &self.stayed {
@@ -144,7 +144,7 @@ impl NeighbourSet {
         }
     }
 
-    /// [d_0, E_R, G_0A] column by column, each of `stride` numbers.
+    /// Writes [d_0, E_R, G_0A] column by column, each of `stride` numbers.
     pub(crate) fn right_sides(
         &self,
         points: &[usize],
@@ -167,8 +167,8 @@ impl NeighbourSet {
         }
     }
 
-    /// The system for lambda and F_A, to be factorised by [`super::ldlt`], in `matrix` and its right side in `right`,
-    /// from Z.
+    /// Makes the system for lambda and F_A, to be factorised by [`super::ldlt`], in `matrix` and its right side in
+    /// `right`, from Z.
     pub(super) fn system(
         &self,
         points: &[usize],
@@ -195,7 +195,7 @@ impl NeighbourSet {
         self.system_right(points, influence, d, (z, stride), right);
     }
 
-    /// The right side of that system alone.
+    /// Makes the right side of that system alone.
     pub(crate) fn system_right(
         &self,
         points: &[usize],
@@ -233,7 +233,7 @@ impl NeighbourSet {
         }
     }
 
-    /// The forces in the order of the points asked for, from Z and the solution of the system.
+    /// Computes the forces in the order of the points asked for, from Z and the solution of the system.
     pub(super) fn forces(&self, (z, stride): (&[f64], usize), solution: &[f64], forces: &mut [f64]) {
         let (lambda, come) = solution[..self.different()].split_at(self.gone.len());
         for &(old, new) in &self.stayed {

@@ -12,7 +12,7 @@ pub(super) struct PatternIndex {
 }
 
 impl PatternIndex {
-    /// For so many slots with patterns of so many words.
+    /// Makes an index for so many slots with patterns of so many words.
     pub(super) fn new(slots: usize, words: usize) -> Self {
         Self { places: vec![0; (2 * slots).next_power_of_two()], patterns: vec![0; slots * words], words }
     }
@@ -68,7 +68,7 @@ impl PatternIndex {
     }
 }
 
-/// Multiply and fold, word by word; no seed: runs repeat exactly.
+/// Hashes a pattern: multiplies and folds, word by word, without a seed, so that runs repeat exactly.
 fn hash(pattern: &[u64]) -> usize {
     let mut hash = 0_u64;
     for word in pattern {

@@ -16,7 +16,7 @@ pub(crate) struct LocalSlice {
 }
 
 impl LocalSlice {
-    /// For G0_ii and c \[m/N\].
+    /// Makes a slice for G0_ii and c \[m/N\].
     pub(crate) fn new(own: f64, compliance: f64) -> Self {
         Self { stiffness: compliance.recip(), excess: own / compliance - 1.0 }
     }

@@ -21,8 +21,8 @@ pub(super) struct Residue {
 }
 
 impl Residue {
-    /// Before the first correction. `largest`: largest displacement that is required; `tolerance` \[m\] is for the
-    /// solution. `whole`: corrections go on to rounding.
+    /// Makes a residue before the first correction. `largest`: largest displacement that is required; `tolerance` \[m\]
+    /// is for the solution. `whole`: corrections go on to rounding.
     pub(super) fn new(largest: f64, tolerance: f64, whole: bool) -> Self {
         let allowed = tolerance.max(ROUNDING * largest);
         Self { allowed, enough: if whole { 0.0 } else { ENOUGH * allowed }, left: None, work: None }

@@ -10,7 +10,7 @@ use crate::storage::state::read_back;
 /// Elements of the ring whose rows are taken.
 pub(super) const RING: usize = 64;
 
-/// Symmetric and skew part of a row by distance, of waves with O_n = `skew` E_n times numbers up to 1.
+/// Returns the symmetric and the skew part of a row by distance, of waves with O_n = `skew` E_n times numbers up to 1.
 pub(super) fn rows(softness: f64, skew: f64, shares: &[f64]) -> [Vec<f64>; 2] {
     let even = |n: usize| (softness + (1.0 + n as f64 / 6.0).powi(-2)) / RING as f64;
     let mut ring = Ring::new(RING);

@@ -36,7 +36,7 @@ pub struct SearchCounts {
 }
 
 impl SearchCounts {
-    /// Steps by number of solves, those that there were.
+    /// Returns how many steps took each number of solves, for the numbers that there were.
     pub fn solves_per_step(&self) -> BTreeMap<u32, u64> {
         let bins = (0..).zip(self.histogram);
         bins.filter(|(_, steps)| *steps > 0).collect()
@@ -126,24 +126,24 @@ impl Surface {
         from..last.map_or(from, |last| last + 1)
     }
 
-    /// u = G0 F.
+    /// Computes u = G0 F.
     pub(crate) fn displace(&mut self, forces: &[f64]) {
         self.displace_blocks(forces, 0..self.displacement.len() / BLOCK);
     }
 
-    /// u = G0 F of the columns within reach and of few beside them; not known elsewhere.
+    /// Computes u = G0 F of the columns within reach and of few beside them; it is not known elsewhere.
     pub(crate) fn displace_within(&mut self, forces: &[f64], reach: &Range<usize>) {
         self.displace_blocks(forces, blocks_of(reach));
     }
 
-    /// u = G0 F of all others, for the same forces.
+    /// Computes u = G0 F of all others, for the same forces.
     pub(crate) fn displace_beside(&mut self, forces: &[f64], reach: &Range<usize>) {
         let Range { start, end } = blocks_of(reach);
         self.displace_blocks(forces, 0..start);
         self.displace_blocks(forces, end..self.displacement.len() / BLOCK);
     }
 
-    /// u = G0 F of some blocks of columns: the same bits as of all.
+    /// Computes u = G0 F of some blocks of columns: the same bits as of all.
     fn displace_blocks(&mut self, forces: &[f64], blocks: Range<usize>) {
         let Self { row, arch, displacement, counts, .. } = self;
         let displacement = &mut displacement[BLOCK * blocks.start..BLOCK * blocks.end];
@@ -156,7 +156,7 @@ impl Surface {
         add_windows(*arch, displacement, row, first, forces);
     }
 
-    /// u = G0 F of the estimate, after sweeps that a solution has not ended.
+    /// Computes u = G0 F of the estimate, after sweeps that a solution has not ended.
     pub(crate) fn displace_estimate(&mut self) {
         let estimate = std::mem::take(&mut self.estimate);
         self.displace(&estimate);
@@ -191,7 +191,8 @@ impl Surface {
         (estimate, left)
     }
 
-    /// u = G0 F of the estimate by what sweeps of the whole G0 have left of y, within their reach; not known elsewhere.
+    /// Computes u = G0 F of the estimate by what sweeps of the whole G0 have left of y, within their reach; it is not
+    /// known elsewhere.
     pub(crate) fn displaced_within(&mut self, y: &[f64], reach: Range<usize>) {
         let within = self.displacement[reach.clone()].iter_mut().zip(&y[reach]);
         within.zip(&self.left).for_each(|((displacement, y), left)| *displacement = y - left);
@@ -218,7 +219,8 @@ fn blocks_of(columns: &Range<usize>) -> Range<usize> {
     columns.start / BLOCK..columns.end.div_ceil(BLOCK)
 }
 
-/// Values of columns after the window has moved on by a number of elements: what was column i is column i - `by`.
+/// Moves the values of columns after the window has moved on by a number of elements: what was column i is column i -
+/// `by`.
 pub(crate) fn move_on<T: Copy + Default>(values: &mut [T], by: usize) {
     let columns = values.len();
     let by = by.min(columns);

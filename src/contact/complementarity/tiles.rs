@@ -8,7 +8,7 @@ use pulp::{Simd, WithSimd};
 /// Numbers to a cache line: rows of a tile.
 pub const LINE: usize = 8;
 
-/// Numbers that a matrix of so many rows takes.
+/// Returns how many numbers a matrix of so many rows takes.
 pub const fn room(rows: usize) -> usize {
     rows.next_multiple_of(LINE) * rows
 }
@@ -70,7 +70,7 @@ impl WithSimd for Assembly<'_> {
     }
 }
 
-/// A tile: influence of a point on some others, zeros below them.
+/// Gathers a tile: the influence of a point on some others, zeros below them.
 #[inline(always)]
 fn gather(tile: &mut [f64; LINE], lines: &[usize], point: usize, influence: &[f64]) {
     for (entry, &line) in tile.iter_mut().zip(lines) {

@@ -157,7 +157,7 @@ impl<E: Element, S: Simd, R: Recursion> Block<'_, E, S, R> {
         systems
     }
 
-    /// Two poles add what they displace in the block after the coming one.
+    /// Adds what two poles displace in the block after the coming one.
     #[inline(always)]
     fn foretell<const PARTS: usize>(
         &mut self,
@@ -181,7 +181,7 @@ impl<E: Element, S: Simd, R: Recursion> Block<'_, E, S, R> {
         }
     }
 
-    /// The same with odd parts: what they displace goes from one system to the other.
+    /// Adds the same with odd parts: what they displace goes from one system to the other.
     #[inline(always)]
     fn foretell_both<const PARTS: usize>(
         &mut self,

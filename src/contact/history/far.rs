@@ -40,7 +40,7 @@ pub(super) struct Far {
 }
 
 impl Far {
-    /// At rest, for blocks of so many instants; `None` if the model does not hold the field.
+    /// Makes states at rest, for blocks of so many instants; `None` if the model does not hold the field.
     pub(super) fn new(
         model: &RationalModel,
         field: Field,
@@ -86,7 +86,7 @@ impl Far {
         self.groups.iter().flat_map(WavenumberGroup::states)
     }
 
-    /// As [`Self::states`], to be changed.
+    /// Returns the same as [`Self::states`], to be changed.
     pub(crate) fn states_mut(&mut self) -> impl Iterator<Item = &mut [f64]> {
         self.groups.iter_mut().flat_map(WavenumberGroup::states_mut)
     }

@@ -38,8 +38,8 @@ use crate::storage::StateError;
 
 /// A way to carry the past along.
 pub trait PastForces: Send {
-    /// u_old \[m\] at the step about to be done, for the elements from `first_element` on, into `out`. It is called
-    /// once for every stage of a step, and the caller times it as
+    /// Writes u_old \[m\] at the step about to be done, for the elements from `first_element` on, into `out`. It is
+    /// called once for every stage of a step, and the caller times it as
     /// [`Stage::History`](crate::counters::Stage::History): `meter` is for its work, and for the times of its parts.
     fn displacement(&mut self, first_element: i64, out: &mut [f64], meter: &mut Meter);
 

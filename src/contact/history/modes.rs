@@ -77,14 +77,14 @@ pub struct ModalHistory {
 }
 
 impl ModalHistory {
-    /// Everything at rest, in blocks of [`INSTANTS`], for windows of at most so many columns that move on by at most an
-    /// element a step; `None` if the model does not hold the field.
+    /// Makes a recursion at rest, in blocks of [`INSTANTS`], for windows of at most so many columns that move on by at
+    /// most an element a step; `None` if the model does not hold the field.
     pub fn new(model: &RationalModel, field: Field, rule: TimeRule, time_step: f64, columns: usize) -> Option<Self> {
         Self::with_blocks(model, field, rule, time_step, columns, INSTANTS)
     }
 
-    /// As [`Self::new`], in blocks of as many whole steps as `instants` hold, one at least: with one step the plain
-    /// recursion, to measure against.
+    /// Makes a recursion as [`Self::new`], in blocks of as many whole steps as `instants` hold, one at least: with one
+    /// step it is the plain recursion, to measure against.
     pub fn with_blocks(
         model: &RationalModel,
         field: Field,
@@ -144,7 +144,7 @@ impl ModalHistory {
         }
     }
 
-    /// A block begins: u_old of it is fetched, the last block's forces are sent out for that of the next.
+    /// Begins a block: fetches u_old of it, and sends out the last block's forces for that of the next.
     fn turn(&mut self, meter: &mut Meter) {
         self.rows.rotate_left(self.old.len());
         self.near.turn();
@@ -290,7 +290,7 @@ mod tests {
         fit(&tyre, &FitOptions::new(&tyre, 48, 20.0).with_tolerance(1e-3)).unwrap()
     }
 
-    /// Forces of some points, none at times, that depend on what came before.
+    /// Rolls with forces of some points, none at times, that depend on what came before; returns every u_old.
     fn roll(history: &mut ModalHistory, rule: TimeRule, from: i64, to: i64) -> Vec<f64> {
         let stages = rule.stages() as i64;
         let mut all = Vec::new();
@@ -311,7 +311,7 @@ mod tests {
         all
     }
 
-    /// At rest, and of a ring that turns.
+    /// Returns a model at rest, and one of a ring that turns.
     fn models() -> [RationalModel; 2] {
         [model(), turning_ring::model(48, -200.0)]
     }

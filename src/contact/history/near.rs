@@ -29,7 +29,7 @@ fn ring_length(elements: usize, columns: usize, way: usize) -> usize {
     transform_length(2 * (columns + way)).min(elements)
 }
 
-/// Numbers of a real sequence's spectrum, filled up.
+/// Returns how many numbers a real sequence's spectrum has, filled up.
 const fn padded(ring: usize) -> usize {
     (ring / 2 + 1).next_multiple_of(LANES)
 }
@@ -56,9 +56,9 @@ pub(super) struct NearForces {
 }
 
 impl NearForces {
-    /// Without forces, for `instants` of them. `influence`: by stage of the force and lag, all of one stage together,
-    /// on the tyre's elements by distance \[m/N\]; windows have at most so many columns and move on by at most `way`
-    /// elements from the earliest instant to the latest. `uneven`: influence differs forwards and backwards.
+    /// Makes room without forces, for `instants` of them. `influence`: by stage of the force and lag, all of one stage
+    /// together, on the tyre's elements by distance \[m/N\]; windows have at most so many columns and move on by at
+    /// most `way` elements from the earliest instant to the latest. `uneven`: influence differs forwards and backwards.
     pub(super) fn new(
         influence: &[Vec<f64>],
         lags: usize,
@@ -104,7 +104,7 @@ impl NearForces {
         near
     }
 
-    /// [`Self::field`] to its spectrum.
+    /// Transforms [`Self::field`] to its spectrum.
     fn transform(&mut self) {
         let Self { forward, field, spectrum, scratch, .. } = self;
         // Planned lengths: nothing to refuse.
@@ -125,7 +125,7 @@ impl NearForces {
         }
     }
 
-    /// The first half of the instants is forgotten, the second takes its place.
+    /// Forgets the first half of the instants; the second takes its place.
     pub(super) fn turn(&mut self) {
         let half = self.forces.len() / 2;
         self.forces.copy_within(half.., 0);
@@ -222,8 +222,8 @@ impl Products<'_> {
 mod tests {
     use super::*;
 
-    /// Forces of windows that move on, against the sum over points and columns; influence that is even, and that is
-    /// not.
+    /// Checks forces of windows that move on against the sum over points and columns, with influence that is even and
+    /// with influence that is not.
     #[test]
     fn the_ring_stands_for_the_tyre() {
         const COLUMNS: usize = 11;

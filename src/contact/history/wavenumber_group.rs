@@ -53,17 +53,17 @@ pub(super) struct Record<'a, T> {
 impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
     /// Numbers of a pole that do not change.
     pub(super) const FIXED: usize = 2 * PARTS;
-    /// Numbers of a pole that evolve.
+    /// Returns how many numbers of a pole evolve.
     pub(super) const fn evolving(looks_back: bool) -> usize {
         if looks_back { 4 * PARTS } else { 2 * PARTS }
     }
 
-    /// Numbers of a pole of each kind.
+    /// Returns how many numbers of each kind a pole has.
     fn lengths(&self) -> [usize; 4] {
         [Self::FIXED, if self.turns { PARTS } else { 0 }, Self::evolving(self.looks_back), self.left]
     }
 
-    /// Records of numbers, each `of_number` elements.
+    /// Splits numbers, each of `of_number` elements, into records.
     #[inline(always)]
     pub(super) fn records<T>(
         lengths: [usize; 4],
@@ -79,7 +79,7 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
         })
     }
 
-    /// Records of vectors.
+    /// Returns which poles have anything left, and the records as vectors.
     #[inline(always)]
     pub(super) fn vectors<S: Simd>(&mut self) -> (&[bool], impl Iterator<Item = Record<'_, E::Vector<S>>>) {
         let lengths = self.lengths();
@@ -87,7 +87,7 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
         (&self.forgets, Self::records(lengths, numbers, E::MOST_LANES / E::lanes::<S>()))
     }
 
-    /// From each wavenumber's g, w and q, without motion; of a tyre that `turns`, or at rest.
+    /// Makes the rows from each wavenumber's g, w and q, without motion; of a tyre that `turns`, or at rest.
     fn new(wavenumbers: &[Vec<[Complex64; 3]>], looks_back: bool, turns: bool) -> Self {
         let poles = wavenumbers.iter().map(Vec::len).max().unwrap_or(0).next_multiple_of(TOGETHER);
         let mut this = Self { numbers: Vec::new(), turns, looks_back, left: 0, forgets: vec![false; poles] };
@@ -159,12 +159,12 @@ impl<E: Element, const PARTS: usize> PoleRows<E, PARTS> {
         *self = wider;
     }
 
-    /// States of the poles that stand together.
+    /// Returns the states of the poles that stand together.
     fn states_mut(&mut self) -> impl Iterator<Item = &mut [E]> {
         Self::records(self.lengths(), &mut self.numbers, E::MOST_LANES).map(|record| record.states)
     }
 
-    /// As [`Self::states_mut`], to be read.
+    /// Returns the same as [`Self::states_mut`], to be read.
     fn states(&self) -> impl Iterator<Item = &[E]> {
         let [fixed, odd, evolving, left] = self.lengths().map(|length| TOGETHER * length * E::MOST_LANES);
         let records = self.numbers.chunks_exact(fixed + odd + evolving + left);
@@ -313,7 +313,7 @@ impl<E: Element> WavenumberGroup<E> {
         self.pairs.states().chain(self.reals.states())
     }
 
-    /// As [`Self::states`], to be changed.
+    /// Returns the same as [`Self::states`], to be changed.
     pub(crate) fn states_mut(&mut self) -> impl Iterator<Item = &mut [E]> {
         self.pairs.states_mut().chain(self.reals.states_mut())
     }
@@ -331,8 +331,8 @@ impl<E: Element> WavenumberGroup<E> {
         }
     }
 
-    /// From now on a force is forgotten so many steps after it has been taken in; [`Self::all_old_forces_mut`] says
-    /// which.
+    /// Makes the group forget a force so many steps after it has been taken in, from now on;
+    /// [`Self::all_old_forces_mut`] says which.
     pub(crate) fn forget(&mut self, rule: TimeRule, steps: usize) {
         self.old_forces = vec![E::default(); self.forces.len()];
         rule.with_recursion(Forget { group: self, steps });

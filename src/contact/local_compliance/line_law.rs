@@ -33,7 +33,7 @@ pub(crate) struct ElementLine {
 }
 
 impl ElementLine {
-    /// From the curves of a patch's elements.
+    /// Makes a line from the curves of a patch's elements.
     pub(crate) fn new(grid: PatchGrid, curves: Vec<StiffnessCurve>) -> Self {
         Self { curves, influence: influence(grid) }
     }
@@ -83,7 +83,7 @@ impl ElementLine {
         State { pressures, residual, norm }
     }
 
-    /// Newton's step for v and the depth; `None` for a matrix that is singular.
+    /// Computes Newton's step for v and the depth; `None` for a matrix that is singular.
     fn step(&self, compliance: f64, v: &[f64], residual: &[f64]) -> Option<Vec<f64>> {
         let n = v.len();
         let slopes: Vec<f64> = self.curves.iter().zip(v).map(|(curve, &v)| curve.stiffness_at(v)).collect();

@@ -36,7 +36,7 @@ pub(crate) struct PatchGrid {
 }
 
 impl PatchGrid {
-    /// For elements of length `element` \[m\].
+    /// Chooses a grid for elements of length `element` \[m\].
     pub(crate) fn new(element: f64) -> Self {
         // Transforms like small prime factors: twice such a number is a transform's length itself.
         let smooth = |n: usize| transform_length(2 * n) == 2 * n;
@@ -94,7 +94,7 @@ pub(crate) fn patches(road: &Road, limits: Limits, grid: PatchGrid, most: usize)
     Ok(patches)
 }
 
-/// Steps 1 and 2: a patch of `rows` x `columns` heights, without its plane and its border.
+/// Does steps 1 and 2: makes a patch of `rows` x `columns` heights, without its plane and its border.
 fn periodic(heights: &[f64], (rows, columns): (usize, usize), grid: PatchGrid) -> HeightMap {
     let mut piece = heights.to_vec();
     remove_plane(&mut piece, columns);

@@ -122,7 +122,7 @@ impl Press {
         self.forces.iter().sum()
     }
 
-    /// Forces \[N\] on the cells of what was pressed last, at a depth \[m\], and their sum.
+    /// Returns the forces \[N\] on the cells of what was pressed last, at a depth \[m\], and their sum.
     #[cfg(test)]
     pub(super) fn at_depth(&mut self, depth: f64) -> (&[f64], f64) {
         let load = self.at(depth);

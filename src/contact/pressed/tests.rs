@@ -36,8 +36,8 @@ fn random_heights(count: usize, highest: f64, seed: u64) -> Vec<f64> {
     (0..count).map(|_| highest * rng.random::<f64>()).collect()
 }
 
-/// A bonded layer at rest, k > 0: 2/(E* k) ((3 - 4 nu) sinh 2q - 2q)/((3 - 4 nu) cosh 2q + 2 q^2 + 5 - 12 nu + 8 nu^2),
-/// q = k h (K. L. Johnson, Contact Mechanics (1985), section 5.8).
+/// Checks a bonded layer at rest, k > 0: 2/(E* k) ((3 - 4 nu) sinh 2q - 2q)/((3 - 4 nu) cosh 2q + 2 q^2 + 5 - 12 nu + 8
+/// nu^2), q = k h (K. L. Johnson, Contact Mechanics (1985), section 5.8).
 #[test]
 fn the_flat_tread_is_a_layer_bonded_to_a_rigid_base() {
     for poisson in [0.3, 0.49, 0.499] {
@@ -123,7 +123,7 @@ fn forces_and_yielding_are_those_of_the_dense_matrix() {
     }
 }
 
-/// A thick tread is a half-space, but for an approach that does not count at equal load.
+/// Checks that a thick tread is a half-space, but for an approach that does not count at equal load.
 #[test]
 fn a_thick_tread_is_pressed_as_indent_says() {
     let lattice = Lattice { dx: 0.002, along: 2, dy: 0.001, columns: 12 };
@@ -219,7 +219,7 @@ fn a_road_that_ends_has_curves_to_its_ends() {
     assert!(found.iter().all(|curve| curve.peak.is_finite() && curve.final_slope > 0.0));
 }
 
-/// Elements with curves told in two units have the same pressures.
+/// Checks that elements with curves told in two units have the same pressures.
 #[test]
 fn no_result_depends_on_the_unit_of_a_curve() {
     let grid = PatchGrid::new(1.95 / 256.0);

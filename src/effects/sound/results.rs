@@ -72,8 +72,8 @@ impl SoundObserver {
         in_parallel::map(&self.spectra, finished).into_iter().collect()
     }
 
-    /// By receiver the mean over its points that count, times the tyres that it hears: lines of points have as many
-    /// each.
+    /// Computes for each receiver the mean over its points that count, times the tyres that it hears: lines of points
+    /// have as many each.
     pub(super) fn receiver_spectra(&self, points: &[PowerSpectrum]) -> Vec<ReceiverSpectrum> {
         let one = |heard: &Heard| {
             let mut spectrum = mean(self.sound.counted(heard).map(|point| &points[point]))?;

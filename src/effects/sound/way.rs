@@ -36,7 +36,8 @@ pub(super) struct Way {
 }
 
 impl Way {
-    /// As far as it is known before anything is solved; `None` for a body or air that the run will refuse.
+    /// Returns the way as far as it is known before anything is solved; `None` for a body or air that the run will
+    /// refuse.
     pub(super) fn expected(plan: &Plan, sound: &Sound) -> Option<Self> {
         let air = Air::at(sound.radiation.temperature)?;
         let body = plan.radiating_body(&sound.radiation, plan.expected().length).ok()?;

@@ -89,7 +89,7 @@ impl TyreAnswer {
         Ok(())
     }
 
-    /// By component, what is observed of its velocities, and the response.
+    /// Returns for each component what is observed of its velocities, and the response.
     pub(super) fn responses(&self) -> Vec<(f64, TyreResponse<'_>)> {
         let Self { scale, spring, .. } = *self;
         let responses = self.components.iter().map(|Component { share, model, tangential, .. }| {

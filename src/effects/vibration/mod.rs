@@ -228,7 +228,7 @@ impl VibrationObserver {
         Ok(Some(observer))
     }
 
-    /// Points beside the axle and elements, by the fields' tables where they are known; `first_element` is in the
+    /// Adds points beside the axle and elements, by the fields' tables where they are known; `first_element` is in the
     /// window's first column at the first step.
     fn add_points(&mut self, first_element: i64, known: Option<Vec<VelocityTable>>) {
         let layout = *self.accumulator.layout();
@@ -296,7 +296,7 @@ impl VibrationObserver {
     }
 }
 
-/// The velocities of all fields that the tyre has, one after the other.
+/// Computes the velocities of all fields that the tyre has, one after the other.
 fn tables(layout: &SegmentLayout, tyre: &TyreAnswer, fields: &[VibrationField], take: &mut dyn FnMut(VelocityTable)) {
     let responses = tyre.responses();
     let table = |&field| VelocityTable::resolved(layout, &responses, TransferKind::Rule, field);

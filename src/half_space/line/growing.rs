@@ -93,7 +93,7 @@ impl GrowingContact {
         self.multiply_adds
     }
 
-    /// Pressure/E* of every cell at penetration `y` >= 0, of the profile followed last.
+    /// Computes pressure/E* of every cell at penetration `y` >= 0, of the profile followed last.
     ///
     /// `pressure`: one per cell, overwritten. Cost: half a square of the cells in contact.
     pub fn pressure_at(&self, y: f64, pressure: &mut [f64]) {
@@ -144,7 +144,7 @@ impl GrowingContact {
         self.touch.swap(k, other);
     }
 
-    /// s_i = G_ik - sum_j L_ij L_kj for the cells i from the pivot `k` on, into `column`.
+    /// Computes s_i = G_ik - sum_j L_ij L_kj for the cells i from the pivot `k` on, into `column`.
     fn schur_column(&mut self, arch: Arch, row: &[f64], n: usize, k: usize) {
         let cell = self.cells[k];
         for (s, &other) in self.column.iter_mut().zip(&self.cells[k..]) {
@@ -210,8 +210,8 @@ impl WithSimd for SchurColumn<'_> {
 }
 
 impl SchurColumn<'_> {
-    /// The rows from `i` on that fill `R` registers; lanes past the last row hold what follows in memory and are not
-    /// used.
+    /// Computes the rows from `i` on that fill `R` registers; lanes past the last row hold what follows in memory and
+    /// are not used.
     #[inline(always)]
     fn rows<S: Simd, const R: usize>(&mut self, simd: S, i: usize) {
         let width = R * S::F64_LANES;
@@ -269,8 +269,8 @@ impl NullaryFnOnce for Update<'_> {
 mod tests {
     use super::*;
 
-    /// A cylinder: the load per length of a line contact has no finite penetration, so the half-width is compared,
-    /// a^2 = 4 f R/(pi E*) (Johnson 1985, eq. 4.43), on a strip much longer than the contact is wide.
+    /// Checks a cylinder: the load per length of a line contact has no finite penetration, so the half-width is
+    /// compared, a^2 = 4 f R/(pi E*) (Johnson 1985, eq. 4.43), on a strip much longer than the contact is wide.
     #[test]
     fn a_cylinder_converges_to_hertz() {
         let (radius, width): (f64, f64) = (0.02, 4e-3);

@@ -30,8 +30,8 @@ impl LineInfluence {
         Self::from_row((0..cells).map(|j| love::displacement(0.0, j as f64 * pitch, length, pitch)).collect())
     }
 
-    /// From the influence g_0, g_1, ... of a cell on itself and its neighbours, which must make a positive definite
-    /// matrix.
+    /// Makes the influence from that of a cell on itself and its neighbours, g_0, g_1, ..., which must make a positive
+    /// definite matrix.
     pub fn from_row(row: Box<[f64]>) -> Self {
         let first = first_column_of_inverse(&row);
         let (flat_stiffness, only_grows) = inverse_properties(&first);

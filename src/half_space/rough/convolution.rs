@@ -65,8 +65,8 @@ pub struct Convolution<T: Precision> {
 }
 
 impl<T: Precision> Convolution<T> {
-    /// From the spectrum of the kernel on the `padded` grid (even numbers of rows and columns, at least `extent`):
-    /// `spectrum(i, j)` for wavenumbers 2 pi i/mx, 2 pi j/my per cell, i <= mx/2, j <= my/2.
+    /// Makes a convolution from the spectrum of the kernel on the `padded` grid (even numbers of rows and columns, at
+    /// least `extent`): `spectrum(i, j)` for wavenumbers 2 pi i/mx, 2 pi j/my per cell, i <= mx/2, j <= my/2.
     pub fn from_spectrum(extent: Extent, padded: Extent, spectrum: impl Fn(usize, usize) -> f64 + Sync) -> Self {
         let mut this = Self::plan(extent, padded);
         let scale = 1.0 / padded.cells() as f64;
@@ -79,7 +79,7 @@ impl<T: Precision> Convolution<T> {
         this
     }
 
-    /// From the kernel itself, without wrap-around: `kernel(i, j)` at distances i, j >= 0 in cells.
+    /// Makes a convolution from the kernel itself, without wrap-around: `kernel(i, j)` at distances i, j >= 0 in cells.
     pub fn from_kernel(extent: Extent, kernel: impl Fn(usize, usize) -> f64 + Sync) -> Self {
         let padded = Extent { nx: transform_length(2 * extent.nx - 1), ny: transform_length(2 * extent.ny - 1) };
         let mut this = Self::plan(extent, padded);

@@ -332,7 +332,7 @@ impl<'a> Solver<'a> {
     }
 }
 
-/// Zero outside the set.
+/// Sets values outside the set to zero.
 fn keep_set(values: &mut [f64], set: &[bool], ny: usize) {
     values.par_chunks_mut(ny).zip(set.par_chunks(ny)).for_each(|(values, set)| {
         for (value, &inside) in values.iter_mut().zip(set) {

@@ -133,8 +133,8 @@ mod tests {
         }
     }
 
-    /// Projected Gauss-Seidel on the dense matrix, the mean mode given a compliance of its own, which only shifts the
-    /// plane.
+    /// Solves by projected Gauss-Seidel on the dense matrix, with a compliance of its own given to the mean mode, which
+    /// only shifts the plane.
     fn oracle(map: &HeightMap, plane: f64) -> Vec<f64> {
         let Extent { nx, ny } = map.extent;
         let cells = nx * ny;

@@ -42,8 +42,8 @@ pub(crate) fn eliminate(matrix: MatMut<'_, f64>, columns: usize) {
     }
 }
 
-/// Back substitution R x = y with the upper triangle of the leading square block of an eliminated matrix, y its column
-/// `column`. A zero on the diagonal (a column that depends on those before it) gives a zero unknown.
+/// Solves R x = y by back substitution with the upper triangle of the leading square block of an eliminated matrix, y
+/// its column `column`. A zero on the diagonal (a column that depends on those before it) gives a zero unknown.
 pub(crate) fn back_substitute(matrix: &Mat<f64>, columns: usize, column: usize, solution: &mut [f64]) {
     let largest = (0..columns).fold(0.0_f64, |a, j| a.max(matrix[(j, j)].abs()));
     for (i, entry) in solution.iter_mut().enumerate() {

@@ -105,8 +105,9 @@ fn accumulate(sum: &mut Columns, part: &Columns, sign: f64) {
     }
 }
 
-/// `target` column j - right.start, row i - left.start: column i of the first times column j of the second, for i in
-/// `left`, j in `right`. Columns times themselves: only the lower triangle is right.
+/// Computes products of columns: `target` column j - right.start, row i - left.start is column i of the first times
+/// column j of the second, for i in `left`, j in `right`. For columns times themselves only the lower triangle is
+/// right.
 fn products(columns: [&Columns; 2], left: Range<usize>, right: Range<usize>, target: &mut Columns) {
     Arch::new().dispatch(Products { columns, left, right, target });
 }
@@ -194,7 +195,7 @@ impl WithSimd for Factorise<'_> {
     }
 }
 
-/// Row i of the inverse of L as column i of `target`, for all rows.
+/// Writes row i of the inverse of L as column i of `target`, for all rows.
 fn invert(factor: &Columns, size: usize, target: &mut Columns) {
     Arch::new().dispatch(Invert { factor, size, target });
 }

@@ -25,8 +25,8 @@ fn tyre() -> Body {
     Body::standing_tyre(0.31, 0.176, 0.02, 0.054).unwrap()
 }
 
-/// Sums of G over tread and flank with a normal velocity by chart and position, against the boundary problem with that
-/// velocity: worst error over some receivers.
+/// Returns the worst error over some receivers of sums of G over tread and flank with a normal velocity by chart and
+/// position, against the boundary problem with that velocity.
 fn against_velocity(body: &Body, velocity: &Velocity<'_>, blocks: &[Block]) -> f64 {
     // The whole side.
     let flank = Flank::new(body, 1e-3).unwrap();

@@ -85,7 +85,7 @@ fn spheres_over_the_plane_to_3e_minus_4_at_every_wavenumber() {
     spheres_over_the_plane(12.0, 3e-4, |_, _| true);
 }
 
-/// A tyre's body in free field: every reference case at most at a frequency.
+/// Checks a tyre's body in free field: every reference case at most at a frequency.
 fn tyre_body(highest: f64, orders: &[u32], nodes_per_wavelength: f64) {
     let reference = reference("tyre_body_free_field.json");
     for entry in reference["cases"].as_array().unwrap() {

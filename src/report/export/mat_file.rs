@@ -120,7 +120,7 @@ fn matrix(bytes: &mut Vec<u8>, name: &str, value: &Value) {
     });
 }
 
-/// An element: its type, its length, what is put into it, and zeros up to a multiple of eight bytes.
+/// Writes an element: its type, its length, what is put into it, and zeros up to a multiple of eight bytes.
 fn nested(bytes: &mut Vec<u8>, kind: u32, content: impl FnOnce(&mut Vec<u8>)) {
     bytes.extend(kind.to_le_bytes());
     let place = bytes.len();

@@ -163,7 +163,7 @@ pub(crate) fn uff(stored: &Stored) -> Result<String, ExportError> {
 }
 
 impl Source {
-    /// One signal of the table.
+    /// Writes one signal of the table.
     #[allow(clippy::too_many_arguments, reason = "columns of one table")]
     fn write(
         &self,
@@ -264,7 +264,7 @@ fn line(text: &mut String, content: &str) {
     text.push('\n');
 }
 
-/// Plain text of just that width; what the format has no letter for becomes a question mark.
+/// Returns plain text of just that width; what the format has no letter for becomes a question mark.
 fn field(text: &str, width: usize) -> String {
     let plain = |letter: char| if letter.is_ascii() && !letter.is_ascii_control() { letter } else { '?' };
     let text: String = text.chars().take(width).map(plain).collect();

@@ -24,7 +24,7 @@ const COMPONENTS: usize = 4;
 /// Duration of a revolution \[s\].
 const REVOLUTION: f64 = 0.09;
 
-/// Forces all round the tyre, even over the strip or resolved across it.
+/// Makes the layout of forces all round the tyre, even over the strip or resolved across it.
 fn layout(across: Across, rule: TimeRule) -> SegmentLayout {
     SegmentLayout {
         elements: ELEMENTS,

@@ -49,7 +49,7 @@ pub(super) struct Found<'a> {
 }
 
 impl Components {
-    /// For so many receivers with G that is known where this one is.
+    /// Makes room for so many receivers with G that is known where this one is.
     pub(super) fn new(model: &PressureModel, green: &SurfaceGreen, receivers: usize) -> Self {
         let integrals = WaveIntegrals::new(green, model.waves.waves, &model.shapes(), model.weights());
         let most = integrals.most_under(&model.layout);
@@ -72,7 +72,8 @@ impl Components {
         self.most
     }
 
-    /// At bins from `begin` on, each with the frequencies about it, the same for all, and their weights.
+    /// Finds the integrals at bins from `begin` on, each with the frequencies about it, the same for all, and their
+    /// weights.
     pub(super) fn at(
         &mut self,
         model: &PressureModel,

@@ -152,7 +152,7 @@ impl PressureModel {
         self.factors_at([bin as f64 * resolution, material], n, mean, strip, flows, out);
     }
 
-    /// The same at any frequency beside the road and the one that it is to the material \[Hz\].
+    /// Finds the same at any frequency beside the road and the one that it is to the material \[Hz\].
     pub(super) fn factors_at(
         &self,
         [frequency, material]: [f64; 2],
@@ -193,14 +193,14 @@ impl PressureModel {
         }
     }
 
-    /// By receiver of some, what the rest of its delay is at a bin.
+    /// Returns for each of some receivers what the rest of its delay is at a bin.
     pub(super) fn late(&self, receivers: Range<usize>, bin: usize) -> impl Iterator<Item = Complex64> {
         let angular = self.layout.angular_frequency(bin);
         self.delays[receivers].iter().map(move |delay| Complex64::from_polar(1.0, -angular * delay))
     }
 
-    /// C_nm at a frequency of the material, as the run's rule sees it, and the flows of the sidewalls with them, if
-    /// they are heard.
+    /// Computes C_nm at a frequency of the material, as the run's rule sees it, and the flows of the sidewalls with
+    /// them, if they are heard.
     fn compliances(&self, n: i64, frequency: f64, out: &mut [Complex64], flows: &mut [Complex64]) {
         let SegmentLayout { rule, time_step, .. } = self.layout;
         // The waves are known on the imaginary axis, where a multistep rule's s is nearly.

@@ -123,7 +123,7 @@ impl PressureStream {
         self.layout().columns
     }
 
-    /// Transforms of a block.
+    /// Returns the number of transforms of a block.
     pub(crate) fn transforms(&self) -> u64 {
         (self.layout().places() + self.transfers.greens.len()) as u64
     }

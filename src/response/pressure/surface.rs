@@ -95,7 +95,7 @@ pub(super) struct WaveIntegrals {
 }
 
 impl WaveIntegrals {
-    /// With waves of these shapes and the first of [`WEIGHTS`], of G that is known where this one is.
+    /// Plans integrals with waves of these shapes and the first of [`WEIGHTS`], of G that is known where this one is.
     pub(super) fn new(green: &SurfaceGreen, waves: Waves, shapes: &[Shape], weights: usize) -> Self {
         let SurfaceGreen { around, across, half_width, rings, .. } = green;
         let rows = |odd: bool| if odd { across.len() + rings } else { 0 };
@@ -147,7 +147,7 @@ impl WaveIntegrals {
         self.shapes.len() * self.weights
     }
 
-    /// Numbers that those of a receiver are.
+    /// Returns how many integrals a receiver has.
     pub(super) fn count(&self) -> usize {
         (2 * self.most_around + 1) * self.of_wave()
     }
@@ -158,7 +158,7 @@ impl WaveIntegrals {
         [self.transform.len(), scratch, self.means.len()].map(|length| vec![Complex64::ZERO; length])
     }
 
-    /// Those of a receiver at the G's frequency of an index.
+    /// Computes the integrals of a receiver at the G's frequency of an index.
     pub(super) fn of(
         &self,
         green: &SurfaceGreen,
@@ -184,7 +184,8 @@ impl WaveIntegrals {
         }
     }
 
-    /// Int G cos(ky_m y) dy, or sin, across the tread of the shape of an index, cell by cell \[1\]; of a ring 2 G/R.
+    /// Computes Int G cos(ky_m y) dy, or sin, across the tread of the shape of an index, cell by cell \[1\]; of a ring
+    /// 2 G/R.
     pub(super) fn across(&self, green: &SurfaceGreen, frequency: usize, index: usize, cells: &mut [Complex64]) {
         cells.fill(Complex64::ZERO);
         let (first, weights) = &self.shapes[index];
@@ -198,8 +199,8 @@ impl WaveIntegrals {
     }
 }
 
-/// Int cos(k y) L_j(y) dy, or sin, over the whole width of polynomials that are 1 at one point and 0 at the others:
-/// weights that are exact for the product of such a polynomial, even in y as the wave is or odd, with the wave.
+/// Computes Int cos(k y) L_j(y) dy, or sin, over the whole width of polynomials that are 1 at one point and 0 at the
+/// others: weights that are exact for the product of such a polynomial, even in y as the wave is or odd, with the wave.
 fn wave_weights(wave: fn(f64) -> f64, points: &[f64], half_width: f64, k: f64) -> Vec<f64> {
     // The product turns as often as the wave does within half of the width.
     let order = 16 + points.len() + (k * half_width) as usize;
@@ -213,7 +214,8 @@ fn wave_weights(wave: fn(f64) -> f64, points: &[f64], half_width: f64, k: f64) -
     sums
 }
 
-/// Up to four neighbours of a frequency and the weights of the cubic through them; beyond the ends those at the end.
+/// Returns up to four neighbours of a frequency and the weights of the cubic through them; beyond the ends those at the
+/// end.
 pub(super) fn interpolation(frequencies: &[f64], frequency: f64) -> (Range<usize>, Vec<f64>) {
     let within = frequency.clamp(frequencies[0], frequencies[frequencies.len() - 1]);
     let near = lagrange::cubic_neighbours(frequencies, within);

@@ -51,7 +51,7 @@ fn model(
 struct UnitPressures(PressureSpectra);
 
 impl UnitPressures {
-    /// At a receiver with this G: a block for each place, in which it alone has a force.
+    /// Computes the pressures at a receiver with this G: a block for each place, in which it alone has a force.
     fn of(model: &PressureModel, green: SurfaceGreen) -> Self {
         let transfers = PressureTransfers { model: model.clone(), greens: vec![green] };
         let (bins, places) = (model.bins(), model.layout.places());

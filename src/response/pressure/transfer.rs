@@ -57,8 +57,8 @@ struct Room {
 }
 
 impl PressureTransfers {
-    /// Real multiply-adds for so many blocks, with G on so many cells and so many integrals of a wavenumber: what some
-    /// receivers share, and what each takes.
+    /// Counts the real multiply-adds for so many blocks, with G on so many cells and so many integrals of a wavenumber:
+    /// what some receivers share, and what each takes.
     pub(crate) fn multiply_adds(
         layout: &SegmentLayout,
         bins: usize,
@@ -128,7 +128,7 @@ impl Room {
         }
     }
 
-    /// Components of unit forces at the bin of an index times those of the forces.
+    /// Multiplies the components of unit forces at the bin of an index by those of the forces.
     fn multiply(&mut self, unit: &Found<'_>, index: usize) {
         let unit = unit.matrix(index);
         let (rows, waves) = (unit.nrows(), unit.ncols());

@@ -76,8 +76,8 @@ impl Window {
         }
     }
 
-    /// Components of the forces of some blocks at a bin, each place by place: by block, n by n, component by component
-    /// across, the real parts of all blocks, then the imaginary ones.
+    /// Computes the components of the forces of some blocks at a bin, each place by place: by block, n by n, component
+    /// by component across, the real parts of all blocks, then the imaginary ones.
     pub(super) fn components<'a>(
         &self,
         model: &PressureModel,

@@ -88,7 +88,7 @@ struct ShareState {
 }
 
 impl VibrationAccumulator {
-    /// Nothing taken in yet. Points are added by [`Self::add_points`], before the first step.
+    /// Makes an accumulator with nothing taken in yet. Points are added by [`Self::add_points`], before the first step.
     pub fn new(layout: SegmentLayout) -> Self {
         Self::keeping(layout, None)
     }
@@ -126,7 +126,7 @@ impl VibrationAccumulator {
         }
     }
 
-    /// Points whose velocities of a table's field are wanted, at positions from the axle \[m\], in their order.
+    /// Adds points whose velocities of a table's field are wanted, at positions from the axle \[m\], in their order.
     pub fn add_points(&mut self, table: &VelocityTable, positions: &[f64]) {
         for &position in positions {
             let mut transfers = table.at_position(position);
@@ -134,7 +134,7 @@ impl VibrationAccumulator {
         }
     }
 
-    /// Elements whose velocities are wanted.
+    /// Sets the elements whose velocities are wanted.
     pub fn set_elements(&mut self, elements: ElementVelocities) {
         self.elements = Some(elements);
     }
@@ -284,7 +284,7 @@ impl VibrationAccumulator {
         Some(spectra)
     }
 
-    /// Transforms of the window at the steps of each substep.
+    /// Returns the transforms of the window at the steps of each substep.
     fn window_transforms(&self) -> Vec<Vec<Complex64>> {
         let layout = self.layout;
         let transform = |phase: usize| {

@@ -51,7 +51,7 @@ pub(crate) struct PowerState {
 }
 
 impl ContactPower {
-    /// Everything at rest, for windows of `columns`.
+    /// Makes steps with everything at rest, for windows of `columns`.
     pub(crate) fn new(rule: TimeRule, time_step: f64, columns: usize) -> Self {
         let window = Window { first: 0, displacement: vec![0.0; columns], force: vec![0.0; columns] };
         Self { rule, time_step, columns, earlier: [window.clone(), window] }

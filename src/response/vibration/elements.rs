@@ -58,8 +58,8 @@ pub(super) struct ElementState {
 }
 
 impl ElementVelocities {
-    /// At the elements 0..N of each table's field, in the order field by field; `first_element` is in the window's
-    /// first column at the record's first step. The tables are turned from wavenumbers to distances.
+    /// Makes sums at the elements 0..N of each table's field, in the order field by field; `first_element` is in the
+    /// window's first column at the record's first step. The tables are turned from wavenumbers to distances.
     pub fn new(
         layout: &SegmentLayout,
         first_element: i64,
@@ -104,7 +104,7 @@ impl ElementVelocities {
         (layout.channels() * layout.elements) as f64 * (transform + 4.0 * (points * layout.bins()) as f64)
     }
 
-    /// Transforms of a segment.
+    /// Returns the number of transforms of a segment.
     pub fn transforms(layout: &SegmentLayout) -> u64 {
         (layout.channels() * layout.elements) as u64
     }
@@ -124,8 +124,8 @@ impl ElementVelocities {
         self.velocities = velocities;
     }
 
-    /// By point, sums over the segments of |v|^2 with the rest of the mean pattern taken off: `offset(step, column)` is
-    /// that rest \[N\].
+    /// Returns for each point the sums over the segments of |v|^2 with the rest of the mean pattern taken off:
+    /// `offset(step, column)` is that rest \[N\].
     pub(super) fn finish(&self, offset: impl Fn(usize, usize) -> f64 + Copy + Sync) -> Vec<Vec<f64>> {
         let mut powers = self.powers.clone();
         let mut parts = self.parts.clone();
@@ -154,7 +154,7 @@ impl ElementVelocities {
     }
 }
 
-/// The parts' velocities added up in their order.
+/// Adds up the parts' velocities in their order.
 fn together(parts: &[Part], velocities: &mut [Complex64]) {
     velocities.fill(Complex64::ZERO);
     for part in parts {

@@ -197,7 +197,7 @@ impl HeardPower {
 }
 
 impl Heard {
-    /// Numbers that are kept of a wavenumber at a bin.
+    /// Returns how many numbers are kept of a wavenumber at a bin.
     pub fn kept(&self) -> usize {
         match self {
             Self::Velocities(fields) => fields.len(),

@@ -77,17 +77,17 @@ impl SegmentLayout {
         (fitting > 0).then(|| wanted.min(fitting) as usize)
     }
 
-    /// Steps K of a segment.
+    /// Returns the number of steps K of a segment.
     pub fn length(&self) -> usize {
         self.revolutions * self.elements * self.substeps
     }
 
-    /// Steps from one segment to the next.
+    /// Returns the number of steps from one segment to the next.
     pub fn hop(&self) -> usize {
         self.length() / 2
     }
 
-    /// Steps K/q of a segment in which the window stands at one substep.
+    /// Returns the number of steps K/q of a segment in which the window stands at one substep.
     pub fn base_length(&self) -> usize {
         self.revolutions * self.elements
     }
@@ -97,7 +97,7 @@ impl SegmentLayout {
         self.base_length() / 2 + 1
     }
 
-    /// Transforms of a segment: along time for every place, along the columns for every base bin.
+    /// Returns the number of transforms of a segment: along time for every place, along the columns for every base bin.
     pub fn transforms(&self) -> u64 {
         (self.places() + self.channels() * self.substeps * self.base_bins()) as u64
     }
@@ -125,7 +125,8 @@ impl SegmentLayout {
         self.rule.nodes().len()
     }
 
-    /// For every instant of a step the weight of its force, and the time from the step's end at which it acts \[s\].
+    /// Returns for every instant of a step the weight of its force, and the time from the step's end at which it acts
+    /// \[s\].
     pub(in crate::response) fn actions(&self) -> Vec<[f64; 2]> {
         let Some(method) = self.rule.runge_kutta() else { return vec![[1.0, 0.0]] };
         let nodes = method.nodes.iter().zip(method.weights());
@@ -140,12 +141,12 @@ impl SegmentLayout {
         }
     }
 
-    /// Forces of a column in a step: the components of every stage.
+    /// Returns the number of forces of a column in a step: the components of every stage.
     pub fn channels(&self) -> usize {
         self.stages() * self.components()
     }
 
-    /// Forces of a step: the columns of every channel.
+    /// Returns the number of forces of a step: the columns of every channel.
     pub fn width(&self) -> usize {
         self.channels() * self.columns
     }
@@ -155,8 +156,8 @@ impl SegmentLayout {
         self.width() * self.substeps
     }
 
-    /// Numbers that are kept of a bin: for every wavenumber the mean products of the stages' forces, or what resolved
-    /// forces move.
+    /// Returns how many numbers are kept of a bin: for every wavenumber the mean products of the stages' forces, or
+    /// what resolved forces move.
     pub fn row(&self) -> usize {
         let kept = match self.across {
             Across::Even => products::count(self.stages()),

@@ -8,7 +8,7 @@
 
 use num_complex::Complex64;
 
-/// Numbers for so many stages.
+/// Returns how many numbers there are for so many stages.
 pub(super) const fn count(stages: usize) -> usize {
     stages * stages
 }

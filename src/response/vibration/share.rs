@@ -65,7 +65,7 @@ impl Share {
         }
     }
 
-    /// Room for points: `transfers(bin, out)` writes the responses at a point by place.
+    /// Makes room for a point: `transfers(bin, out)` writes the responses at it by place.
     pub(super) fn add_point(&mut self, mut transfers: impl FnMut(usize, &mut [Complex64])) {
         let (shared, places) = (self.layout.most_shared(), self.layout.places());
         let mut table = vec![Complex64::ZERO; self.bases.len() * shared * places];
@@ -209,7 +209,7 @@ impl Keeper {
         }
     }
 
-    /// Numbers of a bin, the first ones, that are squares.
+    /// Returns how many numbers of a bin, the first ones, are squares.
     pub(super) fn squares(&self) -> usize {
         match &self.heard {
             None => self.layout.stages() * self.layout.wavenumbers(),
@@ -219,7 +219,7 @@ impl Keeper {
     }
 }
 
-/// By how much sum |X|^2 over so many segments changes where d is taken off each X.
+/// Computes by how much sum |X|^2 over so many segments changes where d is taken off each X.
 pub(super) fn change(segments: f64, offset: Complex64, sum: Complex64) -> f64 {
     segments * offset.norm_sqr() - 2.0 * (offset.conj() * sum).re
 }

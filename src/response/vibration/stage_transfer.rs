@@ -80,7 +80,7 @@ impl<'a> ScaledModes<'a> {
 }
 
 impl StageTransfer {
-    /// At i w of every bin, for a time step \[s\].
+    /// Makes the transfer of a rule at i w of every bin, for a time step \[s\].
     pub(super) fn new(method: RungeKutta, symbols: Vec<Complex64>, time_step: f64) -> Self {
         let zetas = symbols.iter().map(|symbol| (-symbol * time_step).exp()).collect();
         Self { method, time_step, symbols, zetas }
@@ -90,7 +90,7 @@ impl StageTransfer {
         self.method.nodes.len()
     }
 
-    /// i w U for unit force at each stage \[m/(N s)\]: stages x bins.
+    /// Computes i w U for unit force at each stage \[m/(N s)\]: stages x bins.
     pub(super) fn velocities(&self, tyre: &ScaledModes<'_>, out: &mut [Complex64]) {
         let (stages, bins) = (self.stages(), self.symbols.len());
         let poles = self.poles(tyre, |residue, _, _, ends| {
@@ -108,7 +108,7 @@ impl StageTransfer {
         }
     }
 
-    /// b_i Y_ij \[m/(N s)\]: stages x stages x bins.
+    /// Computes b_i Y_ij \[m/(N s)\]: stages x stages x bins.
     pub(super) fn powers(&self, tyre: &ScaledModes<'_>, out: &mut [Complex64]) {
         let (stages, bins) = (self.stages(), self.symbols.len());
         let (weights, bases) = (self.method.weights(), self.method.bases());
@@ -162,8 +162,8 @@ impl StageTransfer {
         tyre.modes.poles.iter().zip(tyre.modes.residues).enumerate().map(of_pole).collect()
     }
 
-    /// Sums of numerator/(1 - R zeta) over all poles and their conjugates: numerators x bins. Plain loops over many
-    /// bins, which the compiler makes vectors of.
+    /// Sums numerator/(1 - R zeta) over all poles and their conjugates: numerators x bins. These are plain loops over
+    /// many bins, which the compiler makes vectors of.
     fn fractions(&self, poles: &[Pole], count: usize, out: &mut [Complex64]) {
         let (arch, bins) = (Arch::new(), self.zetas.len());
         for (block, zetas) in self.zetas.chunks(LANE).enumerate() {
@@ -214,7 +214,7 @@ mod tests {
     use super::*;
     use crate::scene::TimeRule;
 
-    /// Forces that turn with zeta^-l at one stage, stepped until everything turns with them.
+    /// Checks forces that turn with zeta^-l at one stage, stepped until everything turns with them.
     #[test]
     fn transfers_are_what_the_rule_gives_step_by_step() {
         let poles = [Complex64::new(-900.0, 2500.0), Complex64::new(-700.0, 0.0)];

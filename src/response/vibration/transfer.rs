@@ -161,7 +161,7 @@ pub(super) struct Forms {
 }
 
 impl Transfers {
-    /// For the layout's rule.
+    /// Makes the transfers for the layout's rule.
     pub(super) fn new(layout: &SegmentLayout, kind: TransferKind) -> Self {
         let symbols = symbols(layout, kind);
         let way = match (layout.rule.runge_kutta(), kind) {
@@ -293,8 +293,8 @@ impl Transfers {
 /// Points that are evaluated side by side.
 const LANE: usize = 64;
 
-/// constant + sum of the poles' shares at every s. A pair is (b s + a)/(s^2 - p s + m), a real pole b/(s - lambda):
-/// plain loops over many s, which the compiler makes vectors of.
+/// Computes constant + sum of the poles' shares at every s. A pair is (b s + a)/(s^2 - p s + m), a real pole b/(s -
+/// lambda): plain loops over many s, which the compiler makes vectors of.
 fn partial_fractions(modes: &Modes<'_>, constant: f64, symbols: &[Complex64], out: &mut [Complex64]) {
     let arch = Arch::new();
     for (symbols, out) in symbols.chunks(LANE).zip(out.chunks_mut(LANE)) {

@@ -82,7 +82,7 @@ impl VelocityTable {
         self.field
     }
 
-    /// By wavenumber |n|, channel and bin.
+    /// Returns the values by wavenumber |n|, channel and bin.
     pub(super) fn values(&self) -> &BothWays<Vec<Complex64>> {
         &self.values
     }
@@ -110,7 +110,7 @@ impl VelocityTable {
         }
     }
 
-    /// From the wavenumbers n to distances of d = 0..=N/2 elements, T_d = sum_n exp(2 pi i n d/N) Y_n, in place. A
+    /// Turns the wavenumbers n into distances of d = 0..=N/2 elements, T_d = sum_n exp(2 pi i n d/N) Y_n, in place. A
     /// normal velocity is even in d, a tangential one odd; of a tyre that turns T_-d takes the backward waves' place.
     pub(super) fn turn_to_distances(&mut self) {
         let (elements, bins) = (self.layout.elements, self.layout.bins());

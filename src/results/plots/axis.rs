@@ -152,12 +152,12 @@ impl Axis {
         }
     }
 
-    /// Places and labels of the labelled ticks.
+    /// Returns the places and labels of the labelled ticks.
     pub(super) fn ticks(&self) -> impl Iterator<Item = (f64, &str)> {
         self.ticks.iter().map(|(value, label)| (self.place(*value), label.as_str()))
     }
 
-    /// Places of ticks without a label.
+    /// Returns the places of ticks without a label.
     pub(super) fn minor_ticks(&self) -> impl Iterator<Item = f64> + '_ {
         self.minor.iter().map(|value| self.place(*value))
     }

@@ -204,14 +204,14 @@ impl Sheet<'_> {
         }
     }
 
-    /// A line through points in drawn units, `width` in shown pixels.
+    /// Draws a line through points in drawn units, `width` in shown pixels.
     pub(super) fn line(&mut self, points: Vec<(i32, i32)>, colour: RGBColor, width: f64) {
         let style = ShapeStyle { color: colour.to_rgba(), filled: false, stroke_width: stroke(width) };
         let result = self.area.draw(&PathElement::new(points, style));
         self.keep(result);
     }
 
-    /// A filled rectangle.
+    /// Draws a filled rectangle.
     pub(super) fn fill(&mut self, x: Range<i32>, y: Range<i32>, colour: RGBColor) {
         let result = self.area.draw(&Rectangle::new([(x.start, y.start), (x.end, y.end)], colour.filled()));
         self.keep(result);
@@ -231,22 +231,22 @@ impl Sheet<'_> {
         );
     }
 
-    /// A small note beside a point.
+    /// Draws a small note beside a point.
     pub(super) fn note(&mut self, text: &str, at: (i32, i32), anchor: Anchor) {
         self.sized_text(text, at, anchor, TICK_LABEL);
     }
 
-    /// A small note that begins at a point and stands on it.
+    /// Draws a small note that begins at a point and stands on it.
     pub(super) fn note_left(&mut self, text: &str, at: (i32, i32)) {
         self.sized_text(text, (at.0, at.1 - TICK_LABEL * FINE / 2), Anchor::Right, TICK_LABEL);
     }
 
-    /// A heading over everything, centred between two columns.
+    /// Draws a heading over everything, centred between two columns.
     pub(super) fn heading(&mut self, text: &str, across: Range<i32>, top: i32) {
         self.sized_text(text, ((across.start + across.end) / 2, top * FINE), Anchor::Below, TITLE);
     }
 
-    /// A mark of a form, `size` in shown pixels across; filled with `inside`.
+    /// Draws a mark of a form, `size` in shown pixels across; filled with `inside`.
     pub(super) fn mark(&mut self, at: (i32, i32), form: Form, size: f64, colour: RGBColor, inside: RGBColor) {
         let reach = 0.5 * size * f64::from(FINE);
         let corners: Vec<(i32, i32)> = form
@@ -268,7 +268,7 @@ impl Sheet<'_> {
         }
     }
 
-    /// A level dashed line across a frame.
+    /// Draws a level dashed line across a frame.
     pub(super) fn dashes(&mut self, frame: &Frame, place: f64, colour: RGBColor) {
         let (at, dash) = (frame.up(place), 7 * FINE);
         let mut from = frame.x.start;
@@ -278,7 +278,7 @@ impl Sheet<'_> {
         }
     }
 
-    /// One line of text, `size` in shown pixels.
+    /// Draws one line of text, `size` in shown pixels.
     fn sized_text(&mut self, text: &str, at: (i32, i32), anchor: Anchor, size: i32) {
         let font = FontDesc::new(FontFamily::SansSerif, f64::from(size * FINE) * BACKEND_FONT_SCALE, FontStyle::Normal);
         let (font, position) = match anchor {
@@ -293,7 +293,7 @@ impl Sheet<'_> {
         self.keep(result);
     }
 
-    /// Title over the frame, grid lines (`grid`), frame, ticks and axis titles.
+    /// Draws the title over the frame, grid lines (`grid`), frame, ticks and axis titles.
     pub(super) fn axes(&mut self, title: &str, frame: &Frame, x: &Axis, y: &Axis, grid: Grid) {
         if grid == Grid::Both {
             self.grid_lines(x, |place| {
@@ -319,8 +319,8 @@ impl Sheet<'_> {
         self.ticks_beside(frame, y, frame.x.start, -1);
     }
 
-    /// Entry `row` of the legend right of the frame, where it hides nothing: a line, thinner where a mark of a form and
-    /// with an inside lies on it, and a name.
+    /// Draws entry `row` of the legend right of the frame, where it hides nothing: a line, thinner where a mark of a
+    /// form and with an inside lies on it, and a name.
     pub(super) fn legend_entry(
         &mut self,
         frame: &Frame,
@@ -337,7 +337,7 @@ impl Sheet<'_> {
         self.sized_text(name, (x + 28 * FINE, y), Anchor::Right, TEXT);
     }
 
-    /// Small ticks without labels below the frame.
+    /// Draws small ticks without labels below the frame.
     pub(super) fn small_ticks_below(&mut self, frame: &Frame, places: impl Iterator<Item = f64>) {
         for place in places {
             let at = frame.across(place);
@@ -345,7 +345,7 @@ impl Sheet<'_> {
         }
     }
 
-    /// Frame round the picture; drawn last, so that nothing lies over it.
+    /// Draws the frame round the picture; this comes last, so that nothing lies over it.
     pub(super) fn frame(&mut self, frame: &Frame) {
         let (x, y) = (&frame.x, &frame.y);
         let corners = vec![(x.start, y.start), (x.end, y.start), (x.end, y.end), (x.start, y.end), (x.start, y.start)];

@@ -87,7 +87,7 @@ impl ForceMap<'_> {
         if low <= high { low - 2..high + 3 } else { -2..3 }
     }
 
-    /// Forces at fixed places in the patch, \[rows of time, places\]; several steps in a row are averaged.
+    /// Returns the forces at fixed places in the patch, \[rows of time, places\]; several steps in a row are averaged.
     fn field(&self, steps: &Range<usize>, columns: &Range<i64>) -> Array2<f64> {
         let rows = steps.len().min(MOST_ROWS);
         let mut field = Array2::zeros((rows, (columns.end - columns.start) as usize));

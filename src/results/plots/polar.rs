@@ -89,7 +89,7 @@ impl PolarPlot<'_> {
         })
     }
 
-    /// From the middle to the outermost circle.
+    /// Returns the axis from the middle to the outermost circle.
     fn axis(&self) -> Axis {
         let levels = self.series.iter().flat_map(|series| series.points.iter().map(|point| point.1));
         let finite = || levels.clone().filter(|level| level.is_finite());

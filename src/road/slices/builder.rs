@@ -51,7 +51,7 @@ impl SliceBuilder {
         Self::new(Law::Flat, columns)
     }
 
-    /// Independent springs over `columns` cells of equal width.
+    /// Makes a builder for independent springs over `columns` cells of equal width.
     ///
     /// # Errors
     /// [`SliceError::Empty`] for no columns.

@@ -71,7 +71,8 @@ mod tests {
         assert_eq!(builder.build(&[1e-3; 33], &mut SliceScratch::default()).unwrap(), StiffnessCurve::flat(1e-3));
     }
 
-    /// Two lines, one of them everywhere half a millimetre lower: each touches when the slice's y reaches its own peak.
+    /// Checks two lines, one of them everywhere half a millimetre lower: each touches when the slice's y reaches its
+    /// own peak.
     #[test]
     fn lines_of_an_element_share_its_force() {
         let line: Vec<f64> = (0..20).map(|i| 1e-3 * (f64::from(i) * 0.7).sin()).collect();

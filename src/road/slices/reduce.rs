@@ -133,7 +133,7 @@ mod tests {
         }
     }
 
-    /// A parabola over 0..1 of curvature 1: each line spans 4 sqrt(tolerance) of it, the first one (through the
+    /// Checks a parabola over 0..1 of curvature 1: each line spans 4 sqrt(tolerance) of it, the first one (through the
     /// origin instead of the lower edge) a little less.
     #[test]
     fn needs_the_optimal_number_of_breakpoints() {

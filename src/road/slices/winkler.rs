@@ -135,8 +135,8 @@ mod tests {
     }
 
     proptest! {
-        /// Gaussian, uniform, crowded and few heights: within the tolerance, convex, and the error told is one that is
-        /// kept.
+        /// Checks Gaussian, uniform, crowded and few heights: their curves are within the tolerance and convex, and the
+        /// error told is one that is kept.
         #[test]
         fn bins_keep_the_tolerance(
             heights in prop::collection::vec(

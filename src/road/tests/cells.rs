@@ -65,7 +65,8 @@ fn a_grid_with_an_odd_number_of_rows_on_an_element_is_used_bit_for_bit() {
     assert_eq!((even.along, open(&spec, even).period()), (2, None));
 }
 
-/// A step of 1 mm under the middle of an element: half of the area touches 1 mm later, whatever the number of cells.
+/// Checks a step of 1 mm under the middle of an element: half of the area touches 1 mm later, whatever the number of
+/// cells.
 #[test]
 fn a_step_across_has_an_area_curve() {
     let along = 8;
@@ -75,8 +76,8 @@ fn a_step_across_has_an_area_curve() {
     assert!((curve.displacement_at(3e-3) - 2.5e-3).abs() < 1e-17);
 }
 
-/// Both laws have a limit for short cells. S is read where the tread's flat reaches 1 mm below the road's mean: past
-/// the highest cell, which more cells find higher, it has none so soon.
+/// Checks that both laws have a limit for short cells. S is read where the tread's flat reaches 1 mm below the road's
+/// mean: past the highest cell, which more cells find higher, it has none so soon.
 #[test]
 fn slices_converge_with_cells_along() {
     let spec = Road::Made(MadeRoad { seed: 8, ..MadeRoad::default() });

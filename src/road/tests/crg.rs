@@ -355,7 +355,7 @@ fn repeated_and_mirrored_cobbles_go_on() {
 proptest::proptest! {
     #![proptest_config(proptest::prelude::ProptestConfig::with_cases(300))]
 
-    /// Whatever happens to a file, reading it ends with a road or an error.
+    /// Checks that reading a file ends with a road or an error, whatever happens to the file.
     #[test]
     fn mangled_files_never_panic(
         format in 0..4_usize,

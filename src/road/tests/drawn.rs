@@ -23,10 +23,10 @@ fn drawn(texture: &Texture, first: i64, rows: usize, columns: usize) -> Vec<f64>
     heights
 }
 
-/// Profiles along, across and at 45 degrees of a strip of 50 m by 0.4 m have the surface's levels. A band of relative
-/// width 0.23 has in a profile of length l about 0.23 l/wavelength lines,
-/// of which the Hann window leaves two in three independent; profiles half a wavelength apart are independent, too.
-/// Four standard deviations of the mean of so many squares.
+/// Checks that profiles along, across and at 45 degrees of a strip of 50 m by 0.4 m have the surface's levels. A band
+/// of relative width 0.23 has in a profile of length l about 0.23 l/wavelength lines, of which the Hann window leaves
+/// two in three independent; profiles half a wavelength apart are independent, too. Four standard deviations of the
+/// mean of so many squares.
 #[test]
 fn levels_are_the_same_in_every_direction() {
     let columns = 400;
@@ -71,8 +71,8 @@ fn levels_are_the_same_in_every_direction() {
     }
 }
 
-/// 40 m by 0.12 m of waves of 10 to 25 mm: some 40 000 independent heights, their kurtosis known to sqrt(24/40 000) =
-/// 0.025.
+/// Checks 40 m by 0.12 m of waves of 10 to 25 mm: some 40 000 independent heights, their kurtosis known to sqrt(24/40
+/// 000) = 0.025.
 #[test]
 fn heights_are_gaussian_with_the_variance_of_the_spectrum() {
     let (rows, columns) = (20_000, 60);
@@ -85,9 +85,9 @@ fn heights_are_gaussian_with_the_variance_of_the_spectrum() {
     assert!((mean(4) / mean(2).powi(2) - 3.0).abs() < 0.1, "{}", mean(4) / mean(2).powi(2));
 }
 
-/// Mean squares and mean squared differences over 2 and 6 mm where patches fade into each other are those elsewhere:
-/// the fade takes at most the factor cos(pi/2 pi/2 lag/fade) of the covariance, 1 % here. 60 seams of 0.23 m by 0.12 m
-/// hold some 20 000 independent heights: four standard errors of the ratio are 6 %.
+/// Checks that mean squares and mean squared differences over 2 and 6 mm where patches fade into each other are those
+/// elsewhere: the fade takes at most the factor cos(pi/2 pi/2 lag/fade) of the covariance, 1 % here. 60 seams of 0.23 m
+/// by 0.12 m hold some 20 000 independent heights: four standard errors of the ratio are 6 %.
 #[test]
 fn patches_join_without_a_seam() {
     let columns = 60;
@@ -115,8 +115,8 @@ fn patches_join_without_a_seam() {
     }
 }
 
-/// A patch's period is not the road's: the same places of neighbouring blocks have nothing in common, nor have both
-/// ends of one.
+/// Checks that a patch's period is not the road's: the same places of neighbouring blocks have nothing in common, nor
+/// have both ends of one.
 #[test]
 fn blocks_are_drawn_by_themselves() {
     let columns = 60;
@@ -137,8 +137,8 @@ fn blocks_are_drawn_by_themselves() {
     }
 }
 
-/// Halving all cells halves their distance, no more: every other height of the fine road is the coarse one's, but for
-/// what the coarse cells do not resolve.
+/// Checks that halving all cells halves their distance, no more: every other height of the fine road is the coarse
+/// one's, but for what the coarse cells do not resolve.
 #[test]
 fn a_finer_lattice_sees_the_same_road() {
     let spec = Road::Made(MadeRoad {
@@ -159,8 +159,9 @@ fn a_finer_lattice_sees_the_same_road() {
     }
 }
 
-/// 100 m of asphalt by 0.12 m hold some 200 000 cells of 8 mm, about its mean wavelength: moments of a Gaussian are
-/// known to sqrt(6/n) and sqrt(24/n), 0.006 and 0.011, and the long waves, of which there are few, add as much again.
+/// Checks 100 m of asphalt by 0.12 m. They hold some 200 000 cells of 8 mm, about its mean wavelength: moments of a
+/// Gaussian are known to sqrt(6/n) and sqrt(24/n), 0.006 and 0.011, and the long waves, of which there are few, add as
+/// much again.
 #[test]
 fn skewed_roads_have_their_moments_and_their_levels() {
     let lattice = Lattice { dx: 0.002, along: 1, dy: 0.002, columns: 60 };
@@ -191,8 +192,8 @@ fn skewed_roads_have_their_moments_and_their_levels() {
     assert!(matches!(refused(&wrong, lattice), RoadError::Moments { .. }));
 }
 
-/// Effect of flat tops on slices: the mean S past the highest cell grows when the road is skewed to below, at the same
-/// levels.
+/// Checks the effect of flat tops on slices: the mean S past the highest cell grows when the road is skewed to below,
+/// at the same levels.
 #[test]
 fn flat_tops_are_met_by_more_of_the_slice() {
     let lattice = Lattice { dx: 1.95 / 512.0, along: 2, dy: 0.002, columns: 60 };

@@ -7,9 +7,9 @@ fn made(seed: u64) -> Road {
     Road::Made(MadeRoad { seed, ..MadeRoad::default() })
 }
 
-/// Levels along x over 60 m: per band about 60 m x 0.23/wavelength independent lines, 87 at 158 mm: 0.5 dB standard
-/// deviation (times 1.4 for the window); the mean over 12 columns 17 mm apart helps for short waves only. 1.8 dB is 2.5
-/// deviations.
+/// Checks levels along x over 60 m: per band about 60 m x 0.23/wavelength independent lines, 87 at 158 mm: 0.5 dB
+/// standard deviation (times 1.4 for the window); the mean over 12 columns 17 mm apart helps for short waves only. 1.8
+/// dB is 2.5 deviations.
 #[test]
 fn levels_along_are_those_asked_for() {
     let lattice = Lattice { dx: 0.001, along: 1, dy: 0.001, columns: 200 };
@@ -38,7 +38,8 @@ fn levels_along_are_those_asked_for() {
     assert!((0.6e-3..1.8e-3).contains(&depth), "dense asphalt has about 1.1 mm, found {depth}");
 }
 
-/// A wide strip, its lateral profiles against its longitudinal ones, same number of independent waves in both.
+/// Checks the lateral profiles of a wide strip against its longitudinal ones, with the same number of independent waves
+/// in both.
 #[test]
 fn levels_across_equal_levels_along() {
     let spec = Road::Made(MadeRoad {
@@ -124,8 +125,8 @@ fn road_is_the_same_at_another_number_of_elements() {
     }
 }
 
-/// 20 m of eight neighbouring profiles: a band of relative width 0.23 has 20 m x 0.23/wavelength lines, of a standard
-/// deviation of 4.3 dB each, 1.4 times that for the window. Allowed are three of them, and how far the nearest
+/// Checks 20 m of eight neighbouring profiles: a band of relative width 0.23 has 20 m x 0.23/wavelength lines, of a
+/// standard deviation of 4.3 dB each, 1.4 times that for the window. Allowed are three of them, and how far the nearest
 /// isotropic surface is off.
 #[test]
 fn named_roads_have_the_depth_and_the_levels_of_their_names() {
@@ -154,7 +155,7 @@ fn named_roads_have_the_depth_and_the_levels_of_their_names() {
     }
 }
 
-/// Without a name and with that of the default, the road is the same to the last bit.
+/// Checks that the road without a name and the road with that of the default are the same to the last bit.
 #[test]
 fn default_road_is_the_dense_asphalt_by_its_name() {
     let named = Road::Made(MadeRoad { seed: 4, texture: Some(NamedTexture::DEFAULT), ..MadeRoad::default() });

@@ -386,7 +386,7 @@ fn grid_description_measures_what_was_put_in() {
 proptest::proptest! {
     #![proptest_config(proptest::prelude::ProptestConfig::with_cases(200))]
 
-    /// Whatever stands in a file, reading it ends with a finite road or an error.
+    /// Checks that reading a file ends with a finite road or an error, whatever stands in the file.
     #[test]
     fn arbitrary_tables_never_panic(
         text in "([0-9.e+-]{0,6}[,;\t ]?(NaN|nan|inf|x)?[,\n]){0,60}",

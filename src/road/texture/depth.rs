@@ -105,8 +105,8 @@ fn depth(segment: &mut [f64]) -> f64 {
     0.5 * (peak(left) + peak(right))
 }
 
-/// The Butterworth low-pass of second order by the bilinear transform, there and back: no phase is left. It begins at
-/// rest at the first height it meets.
+/// Applies the Butterworth low-pass of second order by the bilinear transform, there and back: no phase is left. It
+/// begins at rest at the first height it meets.
 fn low_pass(profile: &mut [f64], spacing: f64) {
     let warped = (PI * spacing / CUT_OFF).tan();
     let scale = 1.0 / (1.0 + SQRT_2 * warped + warped * warped);

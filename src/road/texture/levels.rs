@@ -21,7 +21,7 @@ const WAVELENGTHS_NEEDED: f64 = 12.0;
 /// Level that stands for none, dB re 1e-6 m: a hundred-thousandth of a micrometre.
 pub(crate) const LOWEST_LEVEL: f64 = -100.0;
 
-/// Exact mid-wavelength of third-octave band `band` \[m\]: 10^(band/10).
+/// Returns the exact mid-wavelength of third-octave band `band` \[m\]: 10^(band/10).
 pub(crate) fn mid_wavelength(band: i32) -> f64 {
     10_f64.powf(f64::from(band) / 10.0)
 }
@@ -196,7 +196,7 @@ pub(crate) fn line_inside(index: usize, spacing: f64, lower: f64, upper: f64) ->
     ((upper / spacing).min(centre + 0.5) - (lower / spacing).max(centre - 0.5)).clamp(0.0, 1.0)
 }
 
-/// Numbers of the bands wholly between two wavelengths \[m\], longest wavelength first.
+/// Returns the numbers of the bands wholly between two wavelengths \[m\], longest wavelength first.
 pub(crate) fn bands_between(longest: f64, shortest: f64) -> impl Iterator<Item = i32> {
     let slack = 1.0 + 1e-9;
     (nearest_band(shortest) - 1..=nearest_band(longest) + 1).rev().filter(move |&band| {

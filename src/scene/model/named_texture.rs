@@ -167,7 +167,8 @@ mod tests {
         }
     }
 
-    /// The rule of the module's head, again from the dense asphalt: levels at 11/8 times the wavelength, one shift.
+    /// Checks the rule of the module's head, again from the dense asphalt: levels at 11/8 times the wavelength, one
+    /// shift.
     #[test]
     fn scaled_levels_are_those_of_the_dense_asphalt_at_longer_waves_shifted() {
         let parent: Vec<f64> = NamedTexture::DenseAsphalt11.levels().map(|(_, level)| level).collect();

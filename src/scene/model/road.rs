@@ -180,7 +180,7 @@ impl Road {
         }
     }
 
-    /// As [`Self::file`], to be changed.
+    /// Returns the same as [`Self::file`], to be changed.
     pub(crate) fn file_mut(&mut self) -> Option<&mut PathBuf> {
         match self {
             Self::Smooth | Self::Made(_) => None,

@@ -15,7 +15,7 @@ fn positive() -> impl Strategy<Value = f64> {
     around(1.0)
 }
 
-/// Within a decade of what a scene that allows the implausible has, with all digits.
+/// Returns numbers within a decade of what a scene that allows the implausible has, with all digits.
 fn around(typical: f64) -> impl Strategy<Value = f64> {
     (-1.0..1.0_f64).prop_map(move |exponent| typical * 10.0_f64.powf(exponent))
 }
@@ -120,7 +120,7 @@ fn road() -> impl Strategy<Value = Road> {
     prop_oneof![Just(Road::Smooth), made().prop_map(Road::Made), profile().prop_map(Road::Profile), opencrg, grid]
 }
 
-/// Names that do not begin like a formula.
+/// Returns names that do not begin like a formula.
 fn name() -> impl Strategy<Value = String> {
     "\\PC{0,9}".prop_map(|name| name.trim_start_matches(['=', '+', '-', '@']).to_owned())
 }
@@ -326,7 +326,7 @@ fn vibration() -> impl Strategy<Value = Vibration> {
     )
 }
 
-/// Places beside the tyre, and a way there.
+/// Returns places beside the tyre, and a way there.
 fn sound() -> impl Strategy<Value = (Vec<Receiver>, Radiation)> {
     let length = || 0.01..100.0_f64;
     let place = prop_oneof![

@@ -44,7 +44,7 @@ pub(crate) trait Standard {
     /// Returns the name of a receiver that the scene gives none.
     fn name(&self) -> &'static str;
 
-    /// Places of its microphones.
+    /// Returns the places of its microphones.
     fn points(&self, beside: &Beside<'_>) -> Vec<Position>;
 
     /// Returns the finding beside its spectrum and level.

@@ -177,7 +177,7 @@ fn distance(a: &Settings, b: &Settings) -> f64 {
     .sqrt()
 }
 
-/// Between the points of a curve in the logarithms of both, a little beyond its ends.
+/// Interpolates between the points of a curve in the logarithms of both, and a little beyond its ends.
 fn interpolated(curve: &[(f64, f64)], x: f64) -> Option<f64> {
     let mut curve = curve.to_vec();
     curve.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -179,7 +179,7 @@ fn resolved(name: impl ToString, reference: &Settings, elements: usize, substeps
     (name.to_string(), reference.with(turn))
 }
 
-/// Fewer elements at the reference's time step.
+/// Makes the knob of fewer elements at the reference's time step.
 fn elements(reference: &Settings) -> Knob {
     let parts = ELEMENT_PARTS.map(|(part, of)| reference.numerics.elements * part / of).into_iter();
     let possible = parts.filter(|count| *count >= Numerics::FEWEST_ELEMENTS && count.is_multiple_of(2));
@@ -190,7 +190,7 @@ fn elements(reference: &Settings) -> Knob {
     Knob::error("elements", Ok(possible.map(step).collect()))
 }
 
-/// Fewer steps of those given than the reference has.
+/// Returns the settings with those of the steps given that are fewer than the reference has.
 fn fewer(reference: &Settings, substeps: &[usize]) -> Vec<(String, Settings)> {
     let fewer = substeps.iter().filter(|&&substeps| substeps < reference.numerics.substeps);
     fewer.map(|&substeps| resolved(substeps, reference, reference.numerics.elements, substeps)).collect()
@@ -209,7 +209,7 @@ fn other_rule(reference: &Settings, time_rule: TimeRule) -> Knob {
     Knob::error(time_rule.name(), steps)
 }
 
-/// Fewer cells across.
+/// Makes the knob of fewer cells across.
 fn cells(reference: &Settings) -> Knob {
     let all = reference.contact.cells_across.unwrap_or(1);
     let parts = CELL_PARTS.map(|(part, of)| all * part / of).into_iter().filter(|&across| across > 0);

@@ -95,12 +95,12 @@ pub(crate) struct Lab<'a, 'b> {
 }
 
 impl<'a, 'b> Lab<'a, 'b> {
-    /// For a scene whose axle is held.
+    /// Makes a lab for a scene whose axle is held.
     pub(crate) fn new(scene: Scene, highest: f64, expected: Expected, trials: &'a mut Trials<'b>) -> Self {
         Self { scene, highest, expected, trials, known: Vec::new() }
     }
 
-    /// Runs that were rolled.
+    /// Returns the number of runs that were rolled.
     pub(crate) fn rolled(&self) -> usize {
         self.known.len()
     }
@@ -113,7 +113,7 @@ impl<'a, 'b> Lab<'a, 'b> {
         self.named(label, label, settings, other)
     }
 
-    /// As [`Self::point`], its run told by another name.
+    /// Compares settings as [`Self::point`], their run told by another name.
     ///
     /// # Errors
     /// As [`Self::point`].

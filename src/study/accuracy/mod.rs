@@ -96,8 +96,8 @@ pub(crate) struct Study {
 }
 
 impl Study {
-    /// Everything on one model: named points, combinations, and swept knobs that are no other model and were compared
-    /// with the reference.
+    /// Returns everything on one model: named points, combinations, and swept knobs that are no other model and were
+    /// compared with the reference.
     pub(crate) fn points(&self) -> impl Iterator<Item = &Point> {
         points(&self.knobs, &self.named, &self.joint)
     }

@@ -25,7 +25,7 @@ pub(crate) struct Richardson {
 }
 
 impl Richardson {
-    /// From the differences of the middle run from one twice as coarse and from one twice as fine.
+    /// Estimates the error from the differences of the middle run from one twice as coarse and from one twice as fine.
     pub(crate) fn new(coarse: f64, fine: f64) -> Self {
         let (coarse, fine) = (coarse.abs(), fine.abs());
         if fine == 0.0 {
@@ -38,8 +38,8 @@ impl Richardson {
         Self { coarse, fine: Some(fine), order: Some(order), error, converges }
     }
 
-    /// From the difference of a run from one twice as coarse alone: at first order, the lowest that is worth a study,
-    /// its own error is as large.
+    /// Estimates the error from the difference of a run from one twice as coarse alone: at first order, the lowest that
+    /// is worth a study, its own error is as large.
     pub(crate) fn first_order(coarse: f64) -> Self {
         Self { coarse: coarse.abs(), fine: None, order: None, error: coarse.abs(), converges: true }
     }

@@ -80,7 +80,7 @@ impl Settings {
         scene.tyre.circumference / (self.steps() as f64 * scene.rolling.speed())
     }
 
-    /// In a line.
+    /// Returns the settings in a line.
     pub(crate) fn label(&self, scene: &Scene) -> String {
         let Self { numerics, contact, cell_length } = self;
         let (elements, substeps, rule) = (numerics.elements, numerics.substeps, numerics.time_rule.name());

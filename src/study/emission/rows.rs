@@ -133,7 +133,7 @@ mod tests {
     use super::super::heard::tests::bands;
     use super::*;
 
-    /// Runs whose power levels lie on lines of A and B about 70 km/h, by band, and off them as given.
+    /// Makes runs whose power levels lie on lines of A and B about 70 km/h, by band, and off them as given.
     fn runs(speeds: &[f64], off: &[f64]) -> Vec<Heard> {
         let run = |(&speed, off): (&f64, &f64)| {
             let x = (speed / 70.0).log10();

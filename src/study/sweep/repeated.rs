@@ -124,7 +124,7 @@ impl RepeatedTable {
         Self { factors, rows, quantities }
     }
 
-    /// For people: a line per combination, third octaves left to the files.
+    /// Makes a report for people: a line per combination, third octaves left to the files.
     pub(crate) fn report(&self) -> Report {
         let shown: Vec<&Quantity> = self.quantities.iter().filter(|quantity| quantity.rank.0 < BAND).collect();
         let titles = shown.iter().map(|quantity| format!("{}, {}", quantity.name, quantity.unit));

@@ -68,7 +68,7 @@ impl Outcome {
 }
 
 impl Done {
-    /// From the levels and the summary of a results folder.
+    /// Takes the findings from the levels and the summary of a results folder.
     pub(crate) fn new(found: bool, levels: Vec<BandLevel>, summary: &serde_json::Value) -> Self {
         let outcome = &summary["outcome"];
         let receivers = serde_json::from_value(summary["sound"]["receivers"].clone());
@@ -110,7 +110,7 @@ struct Watch<'a> {
     shared: Vec<String>,
 }
 
-/// Notes that all of some plans have.
+/// Returns the notes that all of some plans have.
 fn shared_notes<'a>(mut plans: impl Iterator<Item = &'a Plan>) -> Vec<String> {
     let mut shared: Vec<String> = plans.next().map_or(Vec::new(), |plan| plan.notes().collect());
     for plan in plans {

@@ -90,7 +90,7 @@ impl SweepBlock {
         Self { group: group.to_owned(), speeds, found, lines }
     }
 
-    /// Names of those who listened.
+    /// Returns the names of the receivers.
     fn receivers(&self) -> Vec<String> {
         let heard = self.found.iter().map(|done| &done.sound).find(|sound| !sound.is_empty());
         heard.into_iter().flatten().map(|(name, _)| name.clone()).collect()

@@ -152,7 +152,7 @@ impl Published {
         self.quantities.get(name)
     }
 
-    /// Names and ranges of all single quantities.
+    /// Returns the names and ranges of all single quantities.
     #[cfg(test)]
     pub(crate) fn quantities(&self) -> impl Iterator<Item = (&str, &Quantity)> {
         self.quantities.iter().map(|(name, quantity)| (name.as_str(), quantity))
@@ -229,7 +229,7 @@ mod tests {
         }
     }
 
-    /// By hand: Nord2000's slopes are the law's own coefficients, 25.9 at 500 Hz; the model's table has TNM's.
+    /// Checks by hand: Nord2000's slopes are the law's own coefficients, 25.9 at 500 Hz; the model's table has TNM's.
     #[test]
     fn growth_is_that_of_the_laws() {
         let published = Published::embedded();

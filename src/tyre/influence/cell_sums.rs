@@ -99,7 +99,7 @@ impl CellSums {
         band.rows(&self.grid, self.truncation)
     }
 
-    /// Values of a wave's function at each s of a list, appended to `values`.
+    /// Appends the values of a wave's function at each s of a list to `values`.
     pub(crate) fn values<'a>(
         &self,
         wave: &CellWave,
@@ -215,7 +215,7 @@ impl HalfSpace {
         4.0 / (PI * length * length * highest) * integral
     }
 
-    /// Waves beyond the last lateral number, ky > `last` \[1/m\], likewise.
+    /// Adds the waves beyond the last lateral number, ky > `last` \[1/m\], likewise.
     fn add_lateral_rest(&self, influence: &mut CellInfluence, around: &Around<'_>, last: f64) {
         let (grid, across) = (around.grid, influence.across);
         let factor = 4.0 / (PI * grid.pitch() * grid.pitch() * last);

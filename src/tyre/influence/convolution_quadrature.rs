@@ -34,7 +34,7 @@ pub(crate) struct Circle {
 }
 
 impl Circle {
-    /// For lags 0..`lags`.
+    /// Makes a circle for lags 0..`lags`.
     pub(crate) fn new(lags: usize) -> Self {
         let length = (2 * lags).next_power_of_two().max(16);
         Self { length, radius: WRAPPED.powf(1.0 / length as f64) }
@@ -90,7 +90,7 @@ impl Weights {
         Self::summed(sum, field, rule, time_step, lags, &AtomicBool::new(false))
     }
 
-    /// As [`Self::new`], but looks at `stop` before every wavenumber; `None` if it was set.
+    /// Sums as [`Self::new`], but looks at `stop` before every wavenumber; `None` if it was set.
     pub fn unless_stopped(
         sum: &InfluenceSum,
         field: Field,
@@ -188,7 +188,7 @@ impl<'a> FromCircle<'a> {
         Self { inverse, spectrum, signal, scratch: inverse.make_scratch_vec() }
     }
 
-    /// The weights of a function that is real at real s, each times its own factor.
+    /// Computes the weights of a function that is real at real s, each times its own factor.
     fn weights(&mut self, values: impl Iterator<Item = Complex64>, scale: &[f64], weights: &mut [f64]) {
         self.spectrum.iter_mut().zip(values).for_each(|(entry, value)| *entry = value);
         // The two real points of the circle.

@@ -66,7 +66,7 @@ pub(crate) fn wave_count(tyre: &Tyre, tolerance: f64) -> f64 {
 }
 
 impl CurvedWaves {
-    /// For |s| up to `largest_s` and values within a relative `tolerance`.
+    /// Prepares waves for |s| up to `largest_s` and values within a relative `tolerance`.
     pub(super) fn new(tyre: &Tyre, largest_s: f64, tolerance: f64) -> Self {
         let waves = Waves::new(tyre);
         let below = flat_from(tyre, tolerance);

@@ -69,7 +69,7 @@ impl HalfSpaceTail {
         }
     }
 
-    /// At the s of a tread.
+    /// Returns the tail at the s of a tread.
     pub(super) fn at(&self, tread: &LayerAt<Complex64>) -> HalfSpaceTailAt {
         let (classes, ratio) = (&self.classes, tread.inertia_over_shear());
         let (class, converges) = classes.choose(series_limit(tread));

@@ -81,13 +81,13 @@ impl Kernel {
         }
     }
 
-    /// At s = 0: waves that are never asked for anything else take less work.
+    /// Returns the kernel at s = 0: waves that are never asked for anything else take less work.
     pub(super) fn at_rest(&self) -> KernelAt {
         let curved = self.curved.as_ref().map(|waves| Arc::new(waves.at_rest()));
         Self { stack: self.stack.clone(), waves: self.waves, curved }.at(Complex64::ZERO)
     }
 
-    /// At s \[1/s\].
+    /// Returns the kernel at s \[1/s\].
     pub(crate) fn at(&self, s: Complex64) -> KernelAt {
         let curved = self.curved.as_ref().map(|waves| (Arc::clone(waves), waves.cylinder.at(s)));
         KernelAt { stack: self.stack.at(s), waves: self.waves, curved }

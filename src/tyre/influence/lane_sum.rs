@@ -33,7 +33,7 @@ impl InfluenceSum {
         ends && driven != Field::Bottom
     }
 
-    /// Ht_n of both faces for every s of a list, appended to `values`. `driven`: [`Field::Surface`], or
+    /// Appends Ht_n of both faces for every s of a list to `values`. `driven`: [`Field::Surface`], or
     /// [`Field::UnderTread`].
     pub fn faces<'a>(
         &self,

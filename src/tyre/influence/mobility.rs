@@ -52,7 +52,7 @@ pub(crate) fn phase(value: Complex64) -> f64 {
     value.arg().to_degrees()
 }
 
-/// So many frequencies, evenly spaced on a logarithmic axis, lowest first; both ends exact.
+/// Returns so many frequencies, evenly spaced on a logarithmic axis, lowest first; both ends exact.
 pub(crate) fn frequencies(from: f64, to: f64, points: u32) -> Vec<f64> {
     let (last, ratio) = (points.saturating_sub(1), to / from);
     (0..points).map(|k| if k == last { to } else { from * ratio.powf(f64::from(k) / f64::from(last)) }).collect()

@@ -337,8 +337,8 @@ mod tests {
             .flat_map(|sides| [0.35, 0.6, 0.75, 0.98, 1.0].map(|share| (share, sides)))
     }
 
-    /// M_0 above everything explicit, summed one by one to m and p so far out that the rest is estimated to 1e-9 by
-    /// halving.
+    /// Checks M_0 above everything explicit against sums, one by one to m and p so far out that the rest is estimated
+    /// to 1e-9 by halving.
     #[test]
     fn moments_equal_sums_that_go_much_further() {
         for (share, sides) in shares() {

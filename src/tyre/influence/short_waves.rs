@@ -90,8 +90,8 @@ pub(super) struct Change<T> {
 }
 
 impl ShortWaves {
-    /// For waves from `from` \[1/m\] on and |s| up to `largest_s`, beyond whose Rayleigh wave lies `series_limit`
-    /// \[1/m\]; prepared waves within a relative `tolerance`.
+    /// Prepares for waves from `from` \[1/m\] on and |s| up to `largest_s`, beyond whose Rayleigh wave lies
+    /// `series_limit` \[1/m\]; prepared waves are within a relative `tolerance`.
     pub(super) fn new(tyre: &Tyre, from: f64, series_limit: f64, largest_s: f64, tolerance: f64) -> Self {
         let classes = TailClasses::new(from, series_limit.max(LEAST_REACH * from));
         let full = Stack::new(tyre);
@@ -226,7 +226,7 @@ fn angle(node: usize) -> f64 {
 }
 
 impl Band {
-    /// Only the tread where it is deep, and no more of it than a wave feels: fewer unknowns.
+    /// Prepares a band with only the tread where it is deep, and no more of it than a wave feels: fewer unknowns.
     fn new(tyre: &Tyre, stack: &CurvedStack, limits: [f64; 2], largest_s: f64, tolerance: f64) -> Self {
         let [low, high] = limits;
         let squares: Vec<f64> = if high.is_finite() {

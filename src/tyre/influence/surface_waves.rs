@@ -145,8 +145,8 @@ impl SurfaceWaves {
         (most_around as f64 + 1.0) * lateral_waves as f64 * (coordinate(highest) / STEP + 3.0)
     }
 
-    /// C_zz \[m/Pa\] of the lateral numbers of a wave of n periods, either way round, at a frequency \[Hz\], negative
-    /// or not, into `out`; zero for waves and frequencies beyond the table.
+    /// Writes C_zz \[m/Pa\] of the lateral numbers of a wave of n periods, either way round, at a frequency \[Hz\],
+    /// negative or not, into `out`; zero for waves and frequencies beyond the table.
     pub(crate) fn at(&self, n: i64, frequency: f64, out: &mut [Complex64]) {
         let table = if self.run_backwards(n, frequency) { &self.backwards } else { &self.stiffnesses };
         let Some((n, first, weights)) = self.place(n, frequency) else {
@@ -174,8 +174,8 @@ impl SurfaceWaves {
         (n < self.around && first + 4 <= self.points).then(|| (n, first, uniform_cubic(place - first as f64)))
     }
 
-    /// Flow of each piece of a sidewall, per radian and traction on the tread \[m^3/Pa\], of the lateral numbers of a
-    /// wave whose C_zz are given, m by m, at a frequency \[Hz\], negative or not.
+    /// Computes the flow of each piece of a sidewall, per radian and traction on the tread \[m^3/Pa\], of the lateral
+    /// numbers of a wave whose C_zz are given, m by m, at a frequency \[Hz\], negative or not.
     pub(crate) fn flows_at(&self, n: i64, frequency: f64, compliances: &[Complex64], out: &mut [Complex64]) {
         let Some((flank, (wave, first, weights))) = self.flank.as_ref().zip(self.place(n, frequency)) else {
             out.fill(Complex64::ZERO);

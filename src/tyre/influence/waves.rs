@@ -77,8 +77,8 @@ impl Waves {
         }
     }
 
-    /// With y from mid-width, what the wave that is 1 or slopes upwards at the right side is to cos(ky y) where it is
-    /// even, to sin(ky y) where it is odd: 1 or -1.
+    /// Returns 1 or -1: with y from mid-width, the ratio of the wave that is 1 or slopes upwards at the right side to
+    /// cos(ky y) where it is even, to sin(ky y) where it is odd.
     pub(crate) fn sign_about_middle(&self, m: usize) -> f64 {
         let turned = match self.sides {
             // cos(ky y + m pi/2).

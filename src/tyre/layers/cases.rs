@@ -196,7 +196,7 @@ struct CavityEntry {
     relaxation: f64,
 }
 
-/// In air at 20 degrees \[m/s\].
+/// Returns the speed of sound in air at 20 degrees \[m/s\].
 fn sound_speed() -> f64 {
     343.0
 }

@@ -50,8 +50,8 @@ pub struct NormalCompliance<T = Complex64> {
     pub bottom: T,
 }
 
-/// Real additions, multiplications, divisions and square roots of one evaluation for normal traction, both faces, of a
-/// stack of so many layers, where k h is so large that the layers' waves are taken (`thick`); exp as 34,
+/// Counts the real additions, multiplications, divisions and square roots of one evaluation for normal traction, both
+/// faces, of a stack of so many layers, where k h is so large that the layers' waves are taken (`thick`); exp as 34,
 /// sin and cos together as 40, a complex square root as 8. A test counts them.
 pub const fn operations(layers: u64) -> u64 {
     1260 + layers.saturating_sub(1) * 1160
@@ -104,8 +104,9 @@ impl Stack {
 }
 
 impl<T: ComplexField> StackAt<T> {
-    /// P-SV matrices of the surface and of the transfer to the bottom face, displacement (w, u_z) for unit traction
-    /// (tau, sigma), each layer by `pass`; and, where it is wanted, the driving-point compliance under the tread.
+    /// Computes the P-SV matrices of the surface and of the transfer to the bottom face, displacement (w, u_z) for unit
+    /// traction (tau, sigma), each layer by `pass`; and, where it is wanted, the driving-point compliance under the
+    /// tread.
     // One loop with one place that `pass` is called from: it is inlined there, and long.
     #[inline(always)]
     pub(super) fn p_sv(
@@ -242,7 +243,7 @@ impl StackAt {
     }
 }
 
-/// From (w, u_z; tau, sigma) and SH in the direction of k to x, y, z. With u_r = -i w and tau = i sigma_rz.
+/// Turns (w, u_z; tau, sigma) and SH in the direction of k to x, y, z. Here u_r = -i w and tau = i sigma_rz.
 fn turn(p_sv: Matrix2<Complex64>, sh: Complex64, [cos, sin]: [f64; 2]) -> Matrix3 {
     let i = Complex64::i();
     let [[rr, r_sigma], [z_tau, zz]] = p_sv.0;

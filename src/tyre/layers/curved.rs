@@ -163,7 +163,7 @@ impl InnerFace {
         self.hold_scaled(impedance, edge, 1.0);
     }
 
-    /// The same to an impedance times a factor.
+    /// Adds the same times a factor.
     #[inline(always)]
     pub(super) fn hold_scaled<T: ComplexField>(
         &self,
@@ -211,7 +211,8 @@ struct LayerAt {
 }
 
 impl LayerAt {
-    /// Steps through a thickness h from the radius r on, none longer than `step` over (wavenumber + 1/h).
+    /// Returns the number of steps through a thickness h from the radius r on, none longer than `step` over (wavenumber
+    /// + 1/h).
     fn steps(&self, r: f64, h: f64, step: f64) -> f64 {
         let q = self.inertia + self.tension * (self.n / r).powi(2);
         let ([along, across], [tr, yr, _]) = (self.elasticity.steepness(), self.elasticity.shear);
@@ -404,7 +405,7 @@ impl CurvedStack {
         (to_fields(surface), to_fields(bottom))
     }
 
-    /// Steps through all layers that [`Self::compliance`] takes.
+    /// Returns the number of steps through all layers that [`Self::compliance`] takes.
     pub fn steps(&self, n: i64, m: usize, s: Complex64, step: f64) -> f64 {
         let inner = self.inner_face(n, m);
         let mut r = inner.radius;

@@ -396,8 +396,8 @@ impl CylinderWave {
         (to_fields(surface), to_fields(bottom))
     }
 
-    /// Through so many layers from the inner face: tractions times radius by displacements of the face that is reached,
-    /// and displacements of the inner face by those.
+    /// Climbs through so many layers from the inner face: finds tractions times radius by displacements of the face
+    /// that is reached, and displacements of the inner face by those.
     #[inline(always)]
     fn climb<T: ComplexField>(&self, at: &CylinderAt<T>, layers: usize) -> Climb<T> {
         let mut impedance = self.inner.impedance(at.s, at.foundation);

@@ -117,7 +117,7 @@ pub(super) fn inverse<T: ComplexField>([[a, b, c], [_, d, e], [_, _, f]]: Block<
     [[p, q, r], [q, s, t], [r, t, u]]
 }
 
-/// From V, P and tau, upsilon to fields: tangential ones are -i times them.
+/// Turns a matrix from V, P and tau, upsilon to fields: tangential ones are -i times them.
 pub(super) fn to_fields(matrix: Block<Complex64>) -> Block<Complex64> {
     let i = Complex64::i();
     let [[vv, vp, vw], [pv, pp, pw], [wv, wp, ww]] = matrix;

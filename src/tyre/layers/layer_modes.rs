@@ -376,7 +376,7 @@ fn outer_products(f: &Mat<f64>, g: &Mat<f64>, modes: Range<usize>) -> [[f64; BLO
     entries
 }
 
-/// entries += products (factor inverse).
+/// Adds products (factor inverse) to `entries`.
 #[inline(always)]
 fn add<T: ComplexField>(
     entries: &mut [T; ENTRIES],
@@ -397,7 +397,8 @@ fn add<T: ComplexField>(
     }
 }
 
-/// entries += c_j c_j^T inverse_j, c_j = inertia m_j + sum of left_p g_pj, and what couples modes of the block.
+/// Adds c_j c_j^T inverse_j to `entries`, where c_j = inertia m_j + sum of left_p g_pj, and what couples modes of the
+/// block.
 #[inline(always)]
 fn add_vectors<T: ComplexField>(
     entries: &mut [T; ENTRIES],
@@ -425,7 +426,7 @@ fn add_vectors<T: ComplexField>(
     add_coupled(entries, coupled, left, &moved);
 }
 
-/// entries += the first order of what couples the modes of a block, from their motion c_j/d_j.
+/// Adds the first order of what couples the modes of a block to `entries`, from their motion c_j/d_j.
 #[inline(always)]
 fn add_coupled<T: ComplexField>(
     entries: &mut [T; ENTRIES],

@@ -57,7 +57,8 @@ pub(crate) fn share(elements: f64, tolerance: f64, tyre: &Tyre) -> f64 {
         * shape
 }
 
-/// Between the lines of the table by its first column, linear in the logarithms; beyond its ends by the last two.
+/// Interpolates between the lines of the table by its first column, linear in the logarithms; beyond its ends by the
+/// last two.
 fn of_elements(elements: f64) -> (f64, f64) {
     let place = FITS.iter().position(|entry| entry.0 > elements).unwrap_or(FITS.len() - 1).max(1);
     let (low, high) = (FITS[place - 1], FITS[place]);

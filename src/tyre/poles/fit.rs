@@ -54,8 +54,8 @@ impl FitOptions {
         Self { tolerance, influence_tolerance: (0.01 * tolerance).clamp(1e-12, 1e-4), ..self }
     }
 
-    /// Defaults for N elements: 1e-5 up to 20 kHz, or as far as a second-order rule reaches (|s| <= 4/dt) at
-    /// `highest_speed` \[m/s\] with one step an element.
+    /// Returns the defaults for N elements: 1e-5 up to 20 kHz, or as far as a second-order rule reaches (|s| <= 4/dt)
+    /// at `highest_speed` \[m/s\] with one step an element.
     pub fn new(tyre: &Tyre, elements: usize, highest_speed: f64) -> Self {
         let reach = 4.0 * highest_speed * elements as f64 / tyre.circumference;
         Self {
@@ -88,7 +88,7 @@ pub fn fit(tyre: &Tyre, options: &FitOptions) -> Result<RationalModel, FitError>
     fit_unless_stopped(tyre, options, &AtomicBool::new(false))
 }
 
-/// As [`fit`], but looks at `stop` before every wavenumber, and ends early once it is set.
+/// Fits as [`fit`], but looks at `stop` before every wavenumber, and ends early once it is set.
 ///
 /// # Errors
 /// As [`fit`], and [`FitError::Stopped`].
@@ -110,7 +110,7 @@ pub struct FitTimes {
     pub poles: Duration,
 }
 
-/// As [`fit_unless_stopped`], with its times.
+/// Fits as [`fit_unless_stopped`], and returns its times, too.
 ///
 /// # Errors
 /// As [`fit_unless_stopped`].
@@ -198,7 +198,7 @@ struct Rungs {
 }
 
 impl Rungs {
-    /// Exact values of both faces on rungs.
+    /// Appends the exact values of both faces on rungs to `values`.
     fn sample(&self, driven: Field, n: usize, rungs: &[usize], values: &mut Vec<FaceValues>) {
         self.sum.faces(n, rungs.iter().map(|&rung| &self.at[rung]), driven, values);
     }
@@ -318,8 +318,8 @@ pub(super) fn start_of(fitted: &Fitted) -> Start {
     Start { grid: thinned(&fitted.grid, order(&poles) + SPARE_SAMPLES), poles }
 }
 
-/// As dense a grid relative to itself, with no more than `most` rungs: what the neighbour needed on its way need not be
-/// needed again.
+/// Returns a grid as dense relative to itself, with no more than `most` rungs: what the neighbour needed on its way
+/// need not be needed again.
 fn thinned(grid: &[usize], most: usize) -> Vec<usize> {
     if grid.len() <= most || most < 2 {
         return grid.to_vec();

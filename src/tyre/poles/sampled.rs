@@ -145,7 +145,7 @@ impl<'a> Sampled<'a> {
         sampled
     }
 
-    /// Squares of a face's samples on the imaginary axis.
+    /// Returns the squares of a face's samples on the imaginary axis.
     fn on_axis(&self, face: usize) -> impl Iterator<Item = f64> {
         self.values[..REAL.start].iter().enumerate().filter_map(move |(rung, value)| {
             value.map(|value| value[face].norm_sqr() + self.odd(rung)[face].norm_sqr())

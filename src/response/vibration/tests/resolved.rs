@@ -62,7 +62,7 @@ fn resolved(layout: SegmentLayout, components: usize, kept: usize) -> SegmentLay
     SegmentLayout { across: Across::Resolved { components, kept }, ..layout }
 }
 
-/// Forces of cells over a segment, row by row of steps, from those by cell across and column.
+/// Returns the forces of cells over a segment, row by row of steps, from those by cell across and column.
 fn by_cell(layout: &SegmentLayout, forces: &[f64]) -> Vec<f64> {
     let cells = COLUMNS * ACROSS;
     let mut all = vec![0.0; forces.len()];

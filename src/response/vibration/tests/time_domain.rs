@@ -115,7 +115,7 @@ fn periodic(
     all
 }
 
-/// Plain transform over time.
+/// Returns the plain transform over time.
 fn transformed(series: &[Complex64]) -> Vec<Complex64> {
     let length = series.len();
     let at = |bin: usize| {

@@ -162,7 +162,7 @@ fn put_in(layout: &SegmentLayout, forces: &[f64], displacement: &[Vec<f64>]) -> 
     work / length as f64
 }
 
-/// States of a' = lambda a + F under a multistep rule, over the last period.
+/// Returns the states of a' = lambda a + F under a multistep rule, over the last period.
 fn steps(rule: TimeRule, pole: Complex64, forces: &[Complex64], periods: usize) -> Vec<Complex64> {
     let (mut one, mut two, mut before) = (Complex64::ZERO, Complex64::ZERO, Complex64::ZERO);
     let z = pole * TIME_STEP;

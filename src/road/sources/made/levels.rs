@@ -136,7 +136,7 @@ impl Level {
         &patch[(sample.floor() as usize + 1) * self.vectors..]
     }
 
-    /// From a place in a block to the same place in the one before.
+    /// Returns the way from a place in a block to the same place in the one before.
     pub(super) fn pitch(&self) -> f64 {
         (self.sizes.samples - self.sizes.samples / FADE) as f64
     }
@@ -160,7 +160,7 @@ impl Level {
         heights.copy_within(margin..2 * margin, length + margin);
     }
 
-    /// Amplitudes of a lateral wave's cosine and sine at the samples of a block.
+    /// Draws the amplitudes of a lateral wave's cosine and sine at the samples of a block.
     fn line(&self, m: usize, block: i64, space: &mut Space, real: &mut [f32], imaginary: &mut [f32]) {
         let Space { line, scratch, bytes, numbers } = space;
         let gains = &self.gains[m];
@@ -185,7 +185,7 @@ impl Level {
         }
     }
 
-    /// Heights of some samples from the amplitudes of all lateral waves.
+    /// Computes the heights of some samples from the amplitudes of all lateral waves.
     fn sum_across(
         &self,
         [real, imaginary]: [&[f32]; 2],

@@ -134,7 +134,7 @@ mod tests {
     }
 
     proptest! {
-        /// Kuhn-Tucker: x >= 0, gradient <= 0 where x = 0, gradient = 0 where x > 0.
+        /// Checks Kuhn-Tucker's conditions: x >= 0, gradient <= 0 where x = 0, gradient = 0 where x > 0.
         #[test]
         fn conditions_of_the_optimum_hold(
             a in prop::collection::vec(-1.0..1.0_f64, 24),

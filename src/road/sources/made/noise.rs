@@ -8,8 +8,8 @@ const WORDS: u128 = 2;
 /// Pair 0's place in its stream: far enough in for any negative one.
 const ORIGIN: i128 = 1 << 60;
 
-/// Independent random numbers of mean 0 and variance 1 for the pairs `first` and following of a stream, a pair's two
-/// one after the other: the same numbers whenever and by whomever they are asked for. `bytes` is scratch.
+/// Draws independent random numbers of mean 0 and variance 1 for the pairs `first` and following of a stream, a pair's
+/// two one after the other: every call for the same pairs gives the same numbers. `bytes` is scratch.
 ///
 /// A number is the sum of four random bytes: its kurtosis is 2.7, that of a sum of n of them 3 - 0.3/n. They are the
 /// parts of Fourier coefficients, of which each height adds up some thousand, so that heights are Gaussian; and a sum

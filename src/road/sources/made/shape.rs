@@ -107,7 +107,7 @@ pub(super) struct ShapeTable {
 }
 
 impl ShapeTable {
-    /// For heights of an rms \[m\], which they keep.
+    /// Makes a table for heights of an rms \[m\], which they keep.
     pub(super) fn new(shape: &Shape, rms: f64) -> Self {
         let count = (2.0 * END * PER_UNIT) as usize;
         let values = (0..=count).map(|place| rms * shape.at(place as f64 / PER_UNIT - END)).collect();
@@ -126,7 +126,7 @@ impl ShapeTable {
     }
 }
 
-/// Numbers x, their asinh and their weights.
+/// Returns numbers x, their asinh and their weights.
 fn nodes() -> Vec<[f64; 3]> {
     let scale = STEP / (2.0 * std::f64::consts::PI).sqrt();
     let count = (END / STEP).round() as i32;
@@ -176,7 +176,7 @@ fn skewed(nodes: &[[f64; 3]], skewness: f64, tail: f64) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// Moments again, of the function itself on a finer and wider grid.
+    /// Checks the moments again, of the function itself on a finer and wider grid.
     #[test]
     fn transformed_numbers_have_the_moments_asked_for() {
         for (skewness, kurtosis) in [(-0.5, 3.0), (-0.13, 2.4), (-0.3, 2.5), (0.4, 3.5), (0.0, 6.0), (-1.0, 5.0)] {

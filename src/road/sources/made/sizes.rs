@@ -63,7 +63,7 @@ pub(crate) struct Sizes {
 }
 
 impl Sizes {
-    /// For a spectrum on a road of `spacing` \[m\]; `limit` bounds the bytes of the working arrays.
+    /// Chooses sizes for a spectrum on a road of `spacing` \[m\]; `limit` bounds the bytes of the working arrays.
     ///
     /// # Errors
     /// A `spacing` too coarse for the spectrum's shortest wavelength; working arrays beyond `limit`.

@@ -87,7 +87,7 @@ impl Texture {
         &self.spectrum
     }
 
-    /// Heights \[m\] of rows from `first` on, as many as fill `heights`.
+    /// Computes the heights \[m\] of rows from `first` on, as many as fill `heights`.
     pub(crate) fn rows(&self, first: i64, patches: &mut Patches, heights: &mut [f64]) {
         let columns = self.lattice.columns;
         patches.levels.resize_with(self.levels.len(), VecDeque::new);

@@ -46,13 +46,13 @@ impl TaskFolder {
 }
 
 impl Collection {
-    /// Numbers of the tasks that are not done.
+    /// Returns the numbers of the tasks that are not done.
     pub(crate) fn missing(&self) -> Numbers {
         let numbers = (0..).zip(&self.tasks).filter(|(_, (_, done))| done.is_none());
         Numbers::new(numbers.map(|(number, _)| number))
     }
 
-    /// Names of the tasks whose load was missed.
+    /// Returns the names of the tasks whose load was missed.
     pub(crate) fn missed_loads(&self) -> Vec<String> {
         let missed = |done: &Option<Done>| done.as_ref().is_some_and(|done| done.missed_load().is_some());
         self.tasks.iter().filter(|(_, done)| missed(done)).map(|(label, _)| label.name.clone()).collect()

@@ -93,7 +93,7 @@ pub(crate) enum TaskError {
 }
 
 impl TaskError {
-    /// For `map_err`: reading `path` failed.
+    /// Makes the error that reading `path` failed, for `map_err`.
     pub(super) fn reading(path: &Path) -> impl FnOnce(io::Error) -> Self + use<'_> {
         move |source| Self::Read { path: path.to_owned(), source }
     }

@@ -168,7 +168,7 @@ impl TaskFolder {
         self.count().div_ceil(SHARD)
     }
 
-    /// Numbers of a shard's tasks.
+    /// Returns the numbers of a shard's tasks.
     pub(crate) fn numbers(&self, shard: u64) -> Range<u64> {
         shard * SHARD..((shard + 1) * SHARD).min(self.count())
     }

@@ -87,7 +87,7 @@ impl<'a> Outcomes<'a> {
         Ok(found)
     }
 
-    /// Names of the files of outcomes.
+    /// Lists the names of the files of outcomes.
     fn names(&self) -> Result<Vec<String>, TaskError> {
         let mut names = entries(&self.folder).map_err(TaskError::reading(&self.folder))?;
         names.retain(|name| [OUTCOME, OUTCOMES].iter().any(|prefix| name.starts_with(prefix)) && !name.contains('.'));

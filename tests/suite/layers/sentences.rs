@@ -26,6 +26,30 @@ fn documentation(line: &str) -> Option<&str> {
     line.strip_prefix("///").or(line.strip_prefix("//!"))
 }
 
+/// Verbs that open the comments of functions; a new one is added to the file.
+const VERBS: &str = include_str!("verbs.txt");
+
+fn is_verb(word: &str) -> bool {
+    VERBS.split_whitespace().any(|verb| verb == word)
+}
+
+/// Returns the functions of a source file whose comments do not open with a verb: line and first word.
+fn without_verb(text: &str) -> Vec<(usize, String)> {
+    let (mut opening, mut found) = (None, Vec::new());
+    for (number, line) in text.lines().enumerate() {
+        let line = line.trim_start();
+        if let Some(comment) = line.strip_prefix("///") {
+            let first = comment.split_whitespace().next().unwrap_or_default();
+            opening.get_or_insert_with(|| first.trim_end_matches([',', ':', '.']).to_owned());
+        } else if !line.starts_with(['#', ')', ']']) {
+            let is_function = line.split_whitespace().take(5).any(|word| word == "fn") && !line.starts_with("//");
+            let word = opening.take().filter(|_| is_function);
+            found.extend(word.filter(|word| !is_verb(word)).map(|word| (number + 1, word)));
+        }
+    }
+    found
+}
+
 /// Documents beside the sources, with paragraphs instead of comments.
 fn documents(root: &Path) -> Vec<std::path::PathBuf> {
     let folders = [root.to_owned(), root.join("docs"), root.join("profiles"), root.join("python"), root.join("tests")];
@@ -68,4 +92,23 @@ fn sentences_that_hide_their_subject_are_found() {
     ] {
         assert_eq!(riddle(text), word, "{text}");
     }
+}
+
+#[test]
+fn comments_of_functions_open_with_a_verb() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut found = BTreeSet::new();
+    for path in rust_files(&root.join("src")) {
+        let name = path.strip_prefix(root).unwrap().display().to_string();
+        let text = fs::read_to_string(&path).unwrap();
+        found.extend(without_verb(&text).into_iter().map(|(line, word)| format!("{name}:{line}: {word}")));
+    }
+    assert!(found.is_empty(), "no verbs of tests/suite/layers/verbs.txt, {}: {found:#?}", found.len());
+}
+
+#[test]
+fn functions_without_a_verb_are_found() {
+    let text = "/// Length \\[m\\].\n///\n/// More.\n#[must_use]\npub(crate) const fn length() {}\n\
+                /// Length.\nlength: f64,\n/// Returns it.\nfn it() {}\n/// Reads, writes.\npub fn both() {}\n";
+    assert_eq!(without_verb(text), [(5, "Length".to_owned())]);
 }

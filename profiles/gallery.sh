@@ -12,7 +12,10 @@ for scene in scenes/*.toml; do
     picture=patch_force.svg
     settings=(--set rolling.duration=0.3 --set rolling.axle.tolerance=0.5 --set outputs.patch_span=0.01 --set outputs.arrays=false)
     [ "$name" = cells ] && picture=cells_pressure.svg
-    [ "$name" = sound ] && settings+=(--set 'receiver=[{ standard = "cpx" }]' --set 'radiation={ quality = "draft", fmax = 500.0 }')
+    if [ "$name" = sound ]; then
+        settings+=(--set 'receiver=[{ standard = "cpx" }]' --set 'radiation={ quality = "draft", fmax = 500.0 }')
+        settings+=(--set numerics.preset=draft --set numerics.fmax=1000)
+    fi
     "$program" run "$scene" --out "$results/$name" -q "${settings[@]}"
     cp "$results/$name/$picture" "profiles/pictures/scene_$name.svg"
 done

@@ -68,6 +68,9 @@ fn whole(rows: &[Row]) -> Table {
 
 /// Returns the counts of a group, for a cell.
 fn inside(summary: &Summary) -> String {
+    if summary.known == 0 {
+        return "not computed".to_owned();
+    }
     let unknown = summary.rows - summary.known;
     let unknown = if unknown > 0 { format!(", {unknown} not computed") } else { String::new() };
     format!("{} of {}{unknown}", summary.inside, summary.known)

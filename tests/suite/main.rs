@@ -26,6 +26,7 @@ mod emission;
 mod export;
 mod faults;
 mod first_run;
+mod friction;
 mod fit_tyre;
 mod fuzzing;
 mod gallery;

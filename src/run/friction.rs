@@ -45,15 +45,8 @@ pub(super) fn friction_march(
     let influence = meter.time(Stage::Influence, || sums.traction_instant(rate, columns));
     let rows = sums.traction_rows();
     let transform = TractionTransform::new(grid, columns, &rows);
-    let past = meter.time(Stage::Influence, || {
-        TractionPast::new(sums, &rows, transform, rule, *time_step, plan.lags)
-    });
-    let law = CellLaw::new(
-        friction.coefficient(),
-        scene.adhesion.clone(),
-        *time_step,
-        grid.elements() * grid.across,
-    );
+    let past = meter.time(Stage::Influence, || TractionPast::new(sums, &rows, transform, rule, *time_step, plan.lags));
+    let law = CellLaw::new(friction.coefficient(), scene.adhesion.clone(), *time_step, grid.elements() * grid.across);
     let search = FrictionSearch::new(influence, plan.friction_tolerance());
     Ok(March::with_friction(told, FrictionZone::new(rolling, past, search, law), rule, *time_step))
 }

@@ -3,8 +3,8 @@
 use super::problem::Problem;
 use super::table::Table;
 use super::{
-    Axle, History, Lateral, ProfileRoad, Radiation, RadiationQuality, Receiver, ReceiverPlace, Road, Scene, StandardReceiver,
-    Switch, TimeRule, Tread, Vehicle, Vibration, Zone,
+    Axle, History, Lateral, ProfileRoad, Radiation, RadiationQuality, Receiver, ReceiverPlace, Road, Scene,
+    StandardReceiver, Switch, TimeRule, Tread, Vehicle, Vibration, Zone,
 };
 use crate::radiation::draft::{self, DraftErrors};
 
@@ -150,10 +150,7 @@ fn friction(scene: &mut Scene, table: &Table<'_>) -> Option<()> {
         let wrong = "poles carry the past of normal forces alone yet";
         return complain("numerics.history", wrong, "\"direct\" with a memory, or remove [friction]");
     }
-    let asked = [
-        (scene.outputs.vibration.is_some(), "outputs.vibration"),
-        (!scene.receivers.is_empty(), "receiver"),
-    ];
+    let asked = [(scene.outputs.vibration.is_some(), "outputs.vibration"), (!scene.receivers.is_empty(), "receiver")];
     let mut sound = Some(());
     for (_, key) in asked.into_iter().filter(|(asked, _)| *asked && scene.has_tractions()) {
         let wrong = "vibration and sound do not take tangential forces in yet";

@@ -32,10 +32,7 @@ fn finite(friction: &str, road: &str) -> String {
     );
     let more = format!("[contact]\nzone = \"cells\"\ncells_across = {ACROSS}\n{friction}");
     let text = scene_text(ELEMENTS, road, &rolling, &numerics, &more);
-    edit(
-        &text,
-        &[("numerics.lateral_terms", &LATERAL_TERMS.to_string()), ("numerics.wavenumber_aliases", "0")],
-    )
+    edit(&text, &[("numerics.lateral_terms", &LATERAL_TERMS.to_string()), ("numerics.wavenumber_aliases", "0")])
 }
 
 const SMOOTH: &str = "kind = \"smooth\"";
@@ -62,7 +59,7 @@ fn totals(loaded: &LoadedScene) -> Vec<[f64; 5]> {
     all
 }
 
-/// What the calculation written apart leaves out or turns round.
+/// Mistake of a calculation written apart.
 #[derive(Clone, Copy, PartialEq)]
 enum Mistake {
     None,
@@ -104,24 +101,17 @@ impl Apart {
             // n and -n are conjugate: the compliance is that of real functions of s.
             for n in 0..=half {
                 let kx = TAU * n as f64 / tyre.circumference;
-                let k = kx.hypot(ky);
-                let [cos, sin] = if k > 0.0 { [kx / k, ky / k] } else { [1.0, 0.0] };
                 // Real factors of pairs: even ones of cos, odd ones of -sin of the distance.
                 let mut lags = vec![[[0.0; 3]; 3]; LAGS];
                 let values: Vec<[[Complex64; 3]; 3]> = stacks
                     .iter()
                     .map(|at| {
-                        // Along the wave and across it: C_LL, C_Lz, C_zz, C_SS.
-                        let along = at.full(k, 0.0).0;
-                        let (ll, zz, ss) = (along[0][0], along[2][2], along[1][1]);
-                        let mixed = along[0][2] * Complex64::i();
+                        // C_xz = -i (kx/k) C_Lz, and C_yz likewise.
+                        let full = at.full(kx, ky).0;
+                        let (xx, yy, zz, xy) = (full[0][0], full[1][1], full[2][2], full[0][1]);
                         let turned = if mistake == Mistake::OtherSignAlong { -1.0 } else { 1.0 };
                         // Coefficients of i where they are odd. z points into the tyre here.
-                        let xx = ll * cos * cos + ss * sin * sin;
-                        let yy = ll * sin * sin + ss * cos * cos;
-                        let xy = (ll - ss) * cos * sin;
-                        let xz = mixed * cos * turned;
-                        let yz = mixed * sin;
+                        let (xz, yz) = (full[0][2] * Complex64::i() * turned, full[1][2] * Complex64::i());
                         [[xx, xy, xz], [-xy, yy, yz], [-xz, yz, zz]]
                     })
                     .collect();
@@ -343,11 +333,98 @@ fn what_friction_cannot_be_with_is_refused_with_its_place() {
         (finite("[friction]", SMOOTH), "friction.mu", "missing"),
         (finite("[adhesion]\nstress = 1e5\nrange = 1e-5", SMOOTH), "adhesion", "friction"),
         (finite("[effects]\nfriction = \"on\"", SMOOTH), "effects.friction", "[friction]"),
-        (scene_text(64, SMOOTH, "speed_kmh = 80.0\nduration = 0.1\naxle = { load = 3400.0 }", "", "[friction]\nmu = 1.0"),
-            "friction", "slice"),
+        (
+            scene_text(
+                64,
+                SMOOTH,
+                "speed_kmh = 80.0\nduration = 0.1\naxle = { load = 3400.0 }",
+                "",
+                "[friction]\nmu = 1.0",
+            ),
+            "friction",
+            "slice",
+        ),
     ] {
         let told = refusal(&text);
         assert!(told.contains(key) && told.contains(wrong) && told.contains("scene.toml:"), "{key}: {told}");
     }
     assert_eq!(refusal(&cells), "");
+}
+
+#[test]
+fn a_march_with_friction_goes_on_from_its_state() {
+    let falling = "[friction]\nlaw = \"falling\"\nmu_slow = 1.1\nmu_fast = 0.6\nspeed_scale = 0.3\n\
+                   memory_length = 1e-4\nspeed_floor = 1e-3\n[friction.creep]\nlongitudinal = 0.05\n\
+                   [adhesion]\nstress = 2e4\nrange = 2e-5";
+    let loaded = scene(&finite(falling, "kind = \"made\"\nseed = 3"));
+    let plan = Plan::of(&loaded).unwrap();
+    let begin = || Simulation::begin(&loaded, &plan, &Default::default()).unwrap();
+    let mut whole = begin();
+    for _ in 0..60 {
+        whole.step().unwrap().unwrap();
+    }
+    let state = whole.prepared.march.save().unwrap();
+    let mut other = begin();
+    other.prepared.march.restore(&state).unwrap();
+    for _ in 0..20 {
+        let both = [&mut whole, &mut other].map(|run| {
+            let total = run.step().unwrap().unwrap().total_force;
+            (total.to_bits(), run.prepared.march.footprint().tangential().cloned().unwrap())
+        });
+        assert_eq!(both[0], both[1]);
+        assert!(both[0].1.bonded > 0);
+    }
+}
+
+#[test]
+fn adhesion_pulls_cells_within_its_range() {
+    let of = |adhesion: &str| totals(&scene(&finite(&format!("[friction]\nmu = 0.5\n{adhesion}"), SMOOTH)));
+    let (without, with) = (of(""), of("[adhesion]\nstress = 1e5\nrange = 1e-4"));
+    let (without, with) = (without[STEPS - 1][0], with[STEPS - 1][0]);
+    // A pull on cells that stay pressed is borne by more pressure there; cells beside them are pulled without.
+    assert!(with < without && with > 0.5 * without, "{with} {without}");
+}
+
+/// Period and swing of the longitudinal force of a locked wheel, after its transient.
+fn locked(time_step: f64) -> (f64, f64) {
+    let (speed, elements) = (0.1, 128);
+    let substeps = (1.95 / f64::from(elements) / speed / time_step).round();
+    let time_step = 1.95 / f64::from(elements) / speed / substeps;
+    let friction = "[friction]\nlaw = \"falling\"\nmu_slow = 1.2\nmu_fast = 0.5\nspeed_scale = 0.1\n\
+                    memory_length = 2e-5\nspeed_floor = 1e-3\n[friction.creep]\nlongitudinal = 1.0\nramp = 0.0";
+    let numerics = format!(
+        "substeps = {substeps}\ntime_rule = \"bdf2\"\nhistory = \"direct\"\nmemory = 0.04\ncontact_tolerance = 1e-8"
+    );
+    let rolling = "speed_kmh = 0.36\nwarm_up = 0.0\nduration = 0.15\naxle = { indentation = 0.01 }";
+    let more = format!("[contact]\nzone = \"cells\"\ncells_across = 1\n{friction}");
+    let text = scene_text(elements as usize, SMOOTH, rolling, &numerics, &more);
+    let text = edit(&text, &[("numerics.lateral_terms", "3"), ("numerics.wavenumber_aliases", "0")]);
+    let found = totals(&scene(&text));
+    if let Ok(path) = std::env::var("FR_OUT") {
+        let lines: String = found.iter().map(|t| format!("{} {} {}\n", t[0], t[1], t[4])).collect();
+        std::fs::write(format!("{path}{substeps}"), lines).unwrap();
+    }
+    let late: Vec<f64> = found[found.len() / 2..].iter().map(|total| total[1]).collect();
+    let mean = late.iter().sum::<f64>() / late.len() as f64;
+    let swing = late.iter().fold(0.0_f64, |swing, force| swing.max((force - mean).abs()));
+    // Rising passages through the mean, between the steps.
+    let passages: Vec<f64> = late
+        .windows(2)
+        .enumerate()
+        .filter(|(_, pair)| pair[0] < mean && pair[1] >= mean)
+        .map(|(place, pair)| place as f64 + (mean - pair[0]) / (pair[1] - pair[0]))
+        .collect();
+    let periods = passages.len().saturating_sub(1) as f64;
+    ((passages.last().unwrap_or(&0.0) - passages.first().unwrap_or(&0.0)) * time_step / periods, swing / mean.abs())
+}
+
+#[test]
+#[ignore = "minutes: thousands of steps with sums over the past"]
+fn a_locked_wheel_sticks_and_slips_with_a_period_that_converges() {
+    let [coarse, middle, fine] = [2e-4, 1e-4, 5e-5].map(locked);
+    println!("200, 100, 50 us: period {:.3}, {:.3}, {:.3} ms", 1e3 * coarse.0, 1e3 * middle.0, 1e3 * fine.0);
+    println!("swing {:.3}, {:.3}, {:.3}", coarse.1, middle.1, fine.1);
+    assert!(fine.1 > 0.02, "nothing sticks and slips");
+    let [first, second] = [(coarse.0 - middle.0).abs(), (middle.0 - fine.0).abs()];
+    assert!(second < 0.7 * first && second < 0.02 * fine.0, "{first:e} {second:e}");
 }

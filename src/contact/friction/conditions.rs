@@ -43,27 +43,27 @@ pub(crate) enum State {
     Slipping([f64; 2], f64, f64),
 }
 
-/// Projection of a tangential force onto the disc of so large forces.
+/// Projects a tangential force onto the disc of so large forces.
 pub(crate) fn onto_disc(force: [f64; 2], bound: f64) -> [f64; 2] {
     let size = force[0].hypot(force[1]);
     if size <= bound { force } else { force.map(|component| component * (bound / size)) }
 }
 
 impl Conditions<'_> {
-    /// Feasible forces nearest to those of a cell.
+    /// Returns the feasible forces nearest to those of a cell.
     pub(crate) fn feasible(&self, cell: usize, [x, y, z]: Vector) -> Vector {
         let z = if z > 0.0 && self.required[cell] > f64::NEG_INFINITY { z } else { 0.0 };
         let [x, y] = onto_disc([x, y], self.friction[cell] * z);
         [x, y, z]
     }
 
-    /// Trial forces of a cell, F - r (u - d) and F - r g, r by component \[N/m\].
+    /// Returns the trial forces of a cell, F - r (u - d) and F - r g, r by component \[N/m\].
     fn trial(&self, cell: usize, [fx, fy, fz]: Vector, [ux, uy, uz]: Vector, [rx, ry, rz]: Vector) -> Vector {
         let [sx, sy] = self.shift[cell];
         [fx - rx * (ux + sx), fy - ry * (uy + sy), fz - rz * (uz - self.required[cell])]
     }
 
-    /// Difference between the forces of a cell and the projection of its trial forces: normal, tangential \[N\].
+    /// Returns the difference between the forces of a cell and the projection of its trial forces: normal, tangential \[N\].
     pub(crate) fn missed(&self, cell: usize, force: Vector, displacement: Vector, rigidity: Vector) -> [f64; 2] {
         let [x, y, z] = self.trial(cell, force, displacement, rigidity);
         let normal = (force[2] - z.max(0.0)).abs();
@@ -71,7 +71,7 @@ impl Conditions<'_> {
         [normal, (force[0] - px).hypot(force[1] - py)]
     }
 
-    /// State of a cell near a guess. Rigidities along x and y are the same here, so that a projection is one.
+    /// Returns the state of a cell near a guess. Rigidities along x and y are the same here, so that a projection is one.
     pub(crate) fn state(&self, cell: usize, force: Vector, displacement: Vector, rigidity: Vector) -> State {
         let [x, y, z] = self.trial(cell, force, displacement, rigidity);
         if z.is_nan() || z <= 0.0 {
@@ -87,7 +87,7 @@ impl Conditions<'_> {
         }
     }
 
-    /// Slip of a cell in the step \[m\].
+    /// Returns the slip of a cell in the step \[m\].
     pub(crate) fn slip(&self, cell: usize, [x, y, _]: Vector) -> [f64; 2] {
         let [sx, sy] = self.shift[cell];
         [x + sx, y + sy]

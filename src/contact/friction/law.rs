@@ -32,7 +32,7 @@ impl CellLaw {
         Self { coefficient, adhesion, time_step, states: CellStates { friction, bonded } }
     }
 
-    /// Coefficient of a cell in the coming step.
+    /// Returns the coefficient of a cell in the coming step.
     pub(crate) fn friction(&self, cell: usize) -> f64 {
         match self.coefficient {
             Coefficient::Constant(mu) => mu,
@@ -40,7 +40,7 @@ impl CellLaw {
         }
     }
 
-    /// Pull on a cell in the coming step \[Pa\]; `None` without adhesion.
+    /// Returns the pull on a cell in the coming step \[Pa\]; `None` without adhesion.
     pub(crate) fn pull(&self, cell: usize) -> Option<f64> {
         let adhesion = self.adhesion.as_ref()?;
         Some(if self.states.bonded[cell] { adhesion.stress } else { 0.0 })
@@ -69,8 +69,8 @@ impl CellLaw {
 
     /// Goes on from the states of an equal law; `false` for those of another.
     pub(crate) fn restore(&mut self, states: CellStates) -> bool {
-        let fits = states.friction.len() == self.states.friction.len()
-            && states.bonded.len() == self.states.bonded.len();
+        let fits =
+            states.friction.len() == self.states.friction.len() && states.bonded.len() == self.states.bonded.len();
         if fits {
             self.states = states;
         }

@@ -74,7 +74,7 @@ impl Equations {
         }
     }
 
-    /// Forces of unknowns.
+    /// Finds the forces of unknowns.
     fn expand(&mut self, friction: &[f64], unknowns: &[f64]) {
         self.forces.fill([0.0; 3]);
         for &(cell, state, first) in &self.cells {
@@ -89,7 +89,7 @@ impl Equations {
         }
     }
 
-    /// Left sides of the equations, scaled, for unknowns.
+    /// Finds the left sides of the equations, scaled, for unknowns.
     fn apply(&mut self, product: &mut TractionProduct, friction: &[f64], unknowns: &[f64], out: &mut [f64]) {
         self.expand(friction, unknowns);
         product.displacement(&self.forces, &mut self.displacements);
@@ -157,7 +157,7 @@ impl Equations {
         Solved { products }
     }
 
-    /// Steps along the directions that make a residual smallest.
+    /// Finds the steps along the directions that make a residual smallest.
     fn minimise(
         &mut self,
         product: &mut TractionProduct,

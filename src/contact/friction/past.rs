@@ -116,7 +116,7 @@ impl TractionPast {
     }
 }
 
-/// Weights of all waves, p = 0..lags, of the parts that are kept.
+/// Finds the weights of all waves, p = 0..lags, of the parts that are kept.
 fn weights(
     sums: &CellSums,
     rows: &[CellRow],

@@ -63,7 +63,7 @@ impl Transforms {
         Self { real: forward.make_input_vec(), waves: forward.make_output_vec(), forward, inverse, scratch }
     }
 
-    /// Waves of a sequence that is 0 where it is not told.
+    /// Transforms a sequence that is 0 where it is not told.
     fn waves(&mut self, values: impl Iterator<Item = (usize, f64)>) -> &[Complex64] {
         self.real.fill(0.0);
         values.for_each(|(place, value)| self.real[place] = value);
@@ -72,7 +72,7 @@ impl Transforms {
         &self.waves
     }
 
-    /// Sequence of waves.
+    /// Transforms waves to their sequence.
     fn sequence(&mut self, waves: impl Iterator<Item = Complex64>) -> &[f64] {
         self.waves.iter_mut().zip(waves).for_each(|(own, wave)| *own = wave);
         let last = self.waves.len() - 1;
@@ -122,7 +122,7 @@ impl TractionProduct {
         this
     }
 
-    /// Waves along of a table whose rows stand for distances, wave by wave.
+    /// Transforms a table along whose rows stand for distances, wave by wave.
     fn transformed_along(&mut self, table: &[f64], width: usize) -> Vec<Complex64> {
         let (p, columns) = (self.along.real.len(), self.columns);
         let mut out = vec![Complex64::ZERO; if table.is_empty() { 0 } else { (p / 2 + 1) * width }];
@@ -136,7 +136,7 @@ impl TractionProduct {
         out
     }
 
-    /// Waves along and across of a table, its numbers across at the places told.
+    /// Transforms a table along and across, its numbers across at the places told.
     fn transformed(&mut self, table: &[f64], width: usize, place: impl Fn(usize) -> usize) -> Vec<Complex64> {
         let along = self.transformed_along(table, width);
         let q = self.forward.len();
@@ -158,7 +158,7 @@ impl TractionProduct {
         Work { multiply_adds: transforms as u64 + 4 * pairs as u64, bytes: 16 * (pairs as u64 + (6 * p * q) as u64) }
     }
 
-    /// u = G F.
+    /// Finds u = G F.
     pub(crate) fn displacement(&mut self, forces: &[Vector], out: &mut [Vector]) {
         let (columns, across, q) = (self.columns, self.across, self.forward.len());
         for (component, waves) in self.forces.iter_mut().enumerate() {

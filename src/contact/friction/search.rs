@@ -49,9 +49,9 @@ pub(crate) struct FrictionCounts {
 /// Distance from the conditions, relative to the largest force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct FrictionResiduals {
-    /// Of the normal conditions.
+    /// Distance from the normal conditions.
     pub normal: f64,
-    /// Of the tangential ones.
+    /// Distance from the tangential ones.
     pub tangential: f64,
     /// sum of mu F_z |g| + F_t.g over sum of mu F_z times the displacement by the largest force: 0 but for what is
     /// missed.
@@ -101,12 +101,12 @@ impl FrictionSearch {
         }
     }
 
-    /// Influence within an instant.
+    /// Returns the influence within an instant.
     pub(crate) fn influence(&self) -> &TractionInfluence {
         &self.influence
     }
 
-    /// u = G F of the last solution \[m\].
+    /// Returns u = G F of the last solution \[m\].
     pub(crate) fn displacements(&self) -> &[Vector] {
         &self.displacements
     }
@@ -129,13 +129,13 @@ impl FrictionSearch {
         self.counts = counts;
     }
 
-    /// u = G F of any forces \[m\].
+    /// Finds u = G F of any forces \[m\].
     pub(crate) fn displace(&mut self, forces: &[Vector], out: &mut [Vector]) {
         self.counts.products += 1;
         self.product.displacement(forces, out);
     }
 
-    /// Distance of forces and displacements from the conditions.
+    /// Tells how far forces and displacements are from the conditions.
     fn residuals(&self, conditions: &Conditions<'_>, forces: &[Vector]) -> FrictionResiduals {
         let (mut largest, mut normal, mut tangential) = (0.0_f64, 0.0_f64, 0.0_f64);
         let mut power = [0.0; 2];
@@ -174,7 +174,11 @@ impl FrictionSearch {
                 let now = self.newton_step(conditions, forces, best.worst());
                 steps += 1;
                 if now.worst() < best.worst() {
-                    if now.worst() < 0.7 * best.worst() { waited = 0 } else { waited += 1 };
+                    if now.worst() < 0.7 * best.worst() {
+                        waited = 0
+                    } else {
+                        waited += 1
+                    };
                     best = now;
                     self.best.copy_from_slice(forces);
                 } else {
@@ -191,9 +195,8 @@ impl FrictionSearch {
             }
             self.counts.rounds += 1;
             self.look(forces);
-            let may_touch = |cell: &usize| {
-                forces[*cell][2] > 0.0 || self.displacements[*cell][2] < conditions.required[*cell]
-            };
+            let may_touch =
+                |cell: &usize| forces[*cell][2] > 0.0 || self.displacements[*cell][2] < conditions.required[*cell];
             let near: Vec<usize> = (0..forces.len()).filter(may_touch).collect();
             sweep(&self.influence, conditions, &near, forces, &mut self.displacements, SWEEPS << round);
             self.look(forces);
@@ -205,7 +208,7 @@ impl FrictionSearch {
         best
     }
 
-    /// u = G F.
+    /// Finds u = G F.
     fn look(&mut self, forces: &[Vector]) {
         self.counts.products += 1;
         self.product.displacement(forces, &mut self.displacements);
@@ -214,9 +217,8 @@ impl FrictionSearch {
     /// Takes a Newton step; returns how far its forces miss the conditions.
     fn newton_step(&mut self, conditions: &Conditions<'_>, forces: &mut [Vector], missed: f64) -> FrictionResiduals {
         let (displacements, rigidity) = (&self.displacements, self.rigidity);
-        let state = |(cell, (&force, &u)): (usize, (&Vector, &Vector))| -> State {
-            conditions.state(cell, force, u, rigidity)
-        };
+        let state =
+            |(cell, (&force, &u)): (usize, (&Vector, &Vector))| -> State { conditions.state(cell, force, u, rigidity) };
         let states = forces.iter().zip(displacements).enumerate().map(state);
         self.equations.set(conditions, states, self.own);
         let largest = forces.iter().fold(0.0_f64, |largest, force| largest.max(force[2]));

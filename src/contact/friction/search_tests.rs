@@ -49,8 +49,7 @@ fn products_are_those_with_the_blocks() {
     for (columns, across, with_uniform) in [(1, 1, false), (1, 4, true), (5, 1, false), (7, 3, true), (12, 9, false)] {
         let influence = made_up(columns, across, with_uniform);
         let cells = influence.cells();
-        let forces: Vec<Vector> =
-            (0..cells).map(|n| [0.3, 1.1, 2.3].map(|c: f64| (c * n as f64 + c).cos())).collect();
+        let forces: Vec<Vector> = (0..cells).map(|n| [0.3, 1.1, 2.3].map(|c: f64| (c * n as f64 + c).cos())).collect();
         let mut u = vec![[7.0; 3]; cells];
         TractionProduct::new(&influence).displacement(&forces, &mut u);
         for (a, u) in u.iter().enumerate() {

@@ -49,7 +49,11 @@ pub(super) fn sweep(
             }
         };
         // Forwards and backwards: neither end is favoured.
-        if sweep % 2 == 0 { cells.iter().copied().for_each(&mut visit) } else { cells.iter().rev().copied().for_each(&mut visit) }
+        if sweep % 2 == 0 {
+            cells.iter().copied().for_each(&mut visit)
+        } else {
+            cells.iter().rev().copied().for_each(&mut visit)
+        }
     }
 }
 

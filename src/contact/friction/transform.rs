@@ -55,12 +55,12 @@ impl TractionTransform {
         Self { columns, across: grid.across, rows, waves: start, forward, inverse }
     }
 
-    /// Number of waves.
+    /// Returns the number of waves.
     pub(super) fn waves(&self) -> usize {
         self.waves
     }
 
-    /// Waves of the forces on a window that begins with an element.
+    /// Finds the waves of the forces on a window that begins with an element.
     pub(super) fn forward(&self, first_element: i64, forces: &[Vector], out: &mut [WaveVector]) {
         let ring = self.forward.len();
         let first = first_element.rem_euclid(ring as i64) as usize;

@@ -59,12 +59,12 @@ pub(crate) struct Rolling {
 }
 
 impl Rolling {
-    /// Columns ahead of a window of so many that are carried along: none where it is the whole tyre.
+    /// Returns the columns ahead of a window of so many that are carried along: none where it is the whole tyre.
     pub(crate) fn ahead(&self, columns: usize) -> usize {
         AHEAD.min(self.geometry.elements - columns)
     }
 
-    /// Slip of a step by creep \[m\], over c_0, at the number of an element and across.
+    /// Returns the slip of a step by creep \[m\], over c_0, at the number of an element and across.
     fn creep(&self, step: u64, element: i64, j: usize) -> [f64; 2] {
         let Creep { longitudinal, lateral, spin, ramp } = self.creep;
         let time = step as f64 * self.time_step;
@@ -134,18 +134,18 @@ impl FrictionZone {
         self.rolling.lateral.len()
     }
 
-    /// Cells of the window, without those ahead.
+    /// Returns the cells of the window, without those ahead.
     fn window(&self) -> Range<usize> {
         0..(self.rolling.geometry.columns + 2 * self.rolling.margin) * self.across()
     }
 
-    /// Cells that are told.
+    /// Returns the cells that are told.
     fn told(&self) -> Range<usize> {
         let outside = self.rolling.margin * self.across();
         outside..self.window().end - outside
     }
 
-    /// Place round the tyre of a cell of the window.
+    /// Returns the place round the tyre of a cell of the window.
     fn place(&self, cell: usize) -> usize {
         let (across, elements) = (self.across(), self.rolling.geometry.elements as i64);
         let element = (self.first_element + (cell / across) as i64).rem_euclid(elements);
@@ -279,8 +279,7 @@ impl Zone for FrictionZone {
         meter.add_work(Stage::Penetration, Work { multiply_adds: 20 * cells, bytes: 200 * cells });
         meter.lap(&mut laps, Stage::Penetration);
         let is_sound = self.required.iter().all(|required| !required.is_nan());
-        let conditions =
-            Conditions { required: &self.required, shift: &self.shift, friction: &self.friction };
+        let conditions = Conditions { required: &self.required, shift: &self.shift, friction: &self.friction };
         let relative = self.search.solve(&conditions, &mut self.forces);
         let largest_force = self.forces.iter().fold(0.0_f64, |largest, force| largest.max(force[2]));
         if self.search.is_unsettled() && is_sound {

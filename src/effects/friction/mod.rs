@@ -33,12 +33,8 @@ fn frame(out: &mut [f32], values: &[[f64; 2]], component: usize) {
 }
 
 /// Channel of a frame of cells at chosen instants.
-const FRAME: Channel = Channel {
-    row: RowShape::Points,
-    when: RowTimes::CellsEvery,
-    wanted: has_frames,
-    ..Channel::BASE
-};
+const FRAME: Channel =
+    Channel { row: RowShape::Points, when: RowTimes::CellsEvery, wanted: has_frames, ..Channel::BASE };
 
 static CHANNELS: [Channel; 11] = [
     Channel {

@@ -8,13 +8,9 @@ pub(super) const FRICTION: Row = Row {
     title: "friction",
     short: "friction",
     decide: friction,
-    switch: Some(|scene, on| {
-        // A coefficient that a scene does not give cannot be switched on.
-        if !on {
-            (scene.friction, scene.adhesion) = (None, None);
-        }
-    }),
-    of_cells: true,
+    // A coefficient that a scene does not give cannot be switched on.
+    switch: None,
+    of_cells: false,
 };
 
 fn friction(scene: &Scene, _: &mut Decisions) -> Decided {

@@ -18,9 +18,9 @@ pub(crate) const COMPONENTS: usize = 3;
 /// Tables of one pair of components; empty tables are zero.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub(crate) struct PairTables {
-    /// T, rows of 2 `across` - 1 numbers for j - j' = 1 - across ..., by i - i' = 1 - columns ... \[m/N\].
+    /// Free field T, rows of 2 `across` - 1 numbers for j - j' = 1 - across ..., by i - i' = 1 - columns ... \[m/N\].
     pub toeplitz: Vec<f64>,
-    /// H, rows of 2 `across` - 1 numbers for j + j' = 0 ..., likewise \[m/N\].
+    /// Images H, rows of 2 `across` - 1 numbers for j + j' = 0 ..., likewise \[m/N\].
     pub hankel: Vec<f64>,
 }
 
@@ -53,22 +53,22 @@ impl TractionInfluence {
         Self { columns, across, pairs, uniform: None }
     }
 
-    /// Numbers of a row of T or H.
+    /// Counts the numbers of a row of T or H.
     pub(crate) fn width(&self) -> usize {
         2 * self.across - 1
     }
 
-    /// Numbers of distances along.
+    /// Counts the distances along.
     pub(crate) fn distances(&self) -> usize {
         2 * self.columns - 1
     }
 
-    /// Cells of the window.
+    /// Counts the cells of the window.
     pub(crate) fn cells(&self) -> usize {
         self.columns * self.across
     }
 
-    /// Influence of the forces on cell `b` on the displacements of cell `a`.
+    /// Returns the influence of the forces on cell `b` on the displacements of cell `a`.
     pub(crate) fn block(&self, a: usize, b: usize) -> [[f64; COMPONENTS]; COMPONENTS] {
         let across = self.across;
         let row = a / across + self.columns - 1 - b / across;

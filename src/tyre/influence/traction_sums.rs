@@ -61,7 +61,7 @@ impl TractionParts {
 
     const ZERO: Self = Self { even: [Complex64::ZERO; PAIRS], odd: [Complex64::ZERO; PAIRS] };
 
-    /// Parts of the waves n and -n, n >= 0, of a lateral number \[m/Pa\].
+    /// Finds the parts of the waves n and -n, n >= 0, of a lateral number \[m/Pa\].
     fn of_wave(kernel: &KernelAt, sides: Sides, n: i64, m: usize) -> Self {
         let forwards = in_shapes(&kernel.full(n, m), sides);
         if n == 0 {
@@ -75,12 +75,16 @@ impl TractionParts {
         }
         let mut parts = Self::ZERO;
         for (pair, value) in forwards.into_iter().enumerate() {
-            if Self::is_even_at_rest(pair) { parts.even[pair] = value } else { parts.odd[pair] = value * -Complex64::i() }
+            if Self::is_even_at_rest(pair) {
+                parts.even[pair] = value
+            } else {
+                parts.odd[pair] = value * -Complex64::i()
+            }
         }
         parts
     }
 
-    /// Parts of a half-space's wave at a real s, kx >= 0.
+    /// Finds the parts of a half-space's wave at a real s, kx >= 0.
     fn of_half_space(half_space: &HalfSpace, sides: Sides, kx: f64, ky: f64) -> Self {
         let k = kx.hypot(ky);
         let HalfSpaceTraction { along, mixed, outward, shear } =
@@ -113,7 +117,7 @@ impl TractionParts {
     }
 }
 
-/// Compliance between shapes from that of waves exp(i (kx x + ky y)), z inwards.
+/// Finds the compliance between shapes from that of waves exp(i (kx x + ky y)), z inwards.
 fn in_shapes(full: &Matrix3, sides: Sides) -> [Complex64; PAIRS] {
     let turn = if sides == Sides::Supported { Complex64::i() } else { -Complex64::i() };
     let (left, right) = ([Complex64::ONE, -turn, -Complex64::ONE], [Complex64::ONE, turn, -Complex64::ONE]);
@@ -123,12 +127,12 @@ fn in_shapes(full: &Matrix3, sides: Sides) -> [Complex64; PAIRS] {
     })
 }
 
-/// Mean across of sin(m pi y/B).
+/// Returns the mean across of sin(m pi y/B).
 fn mean_of_sine(m: usize) -> f64 {
     if m % 2 == 0 { 0.0 } else { 2.0 / (m as f64 * PI) }
 }
 
-/// Shape of a component of a wave on the cells across.
+/// Returns the shape of a component of a wave on the cells across.
 pub(crate) fn traction_shape(grid: &CellGrid, component: usize, m: usize, j: usize) -> f64 {
     let sides = grid.waves().sides;
     if component != 1 {
@@ -144,7 +148,7 @@ pub(crate) fn traction_shape(grid: &CellGrid, component: usize, m: usize, j: usi
     }
 }
 
-/// ky y' of a cell's middle, and what a cell takes of a wave across.
+/// Returns ky y' of a cell's middle, and what a cell takes of a wave across.
 fn lateral_phase(grid: &CellGrid, m: usize, j: usize) -> [f64; 2] {
     let (waves, ky) = (grid.waves(), grid.waves().ky(m));
     [ky * (0.5 * waves.width + grid.from_middle(j)), sinc(0.5 * ky * grid.pitch())]
@@ -172,13 +176,13 @@ impl HalfSpace {
         })
     }
 
-    /// C_xx, C_yy and C_zz.
+    /// Finds C_xx, C_yy and C_zz.
     fn own(&self, sides: Sides, kx: f64, ky: f64) -> [f64; COMPONENTS] {
         let parts = TractionParts::of_half_space(self, sides, kx, ky);
         [0, 4, 8].map(|pair| parts.even[pair].re)
     }
 
-    /// Sum over |kx| above the last wave of (1/L) 4/(kx dx)^2 C_aa.
+    /// Sums over |kx| above the last wave of (1/L) 4/(kx dx)^2 C_aa.
     fn rest(&self, around: &Around<'_>, sides: Sides, ky: f64) -> [f64; COMPONENTS] {
         let (length, highest) = (around.grid.length(), around.highest());
         let factor = 4.0 / (PI * length * length * highest);
@@ -199,7 +203,7 @@ struct NumberRows {
 }
 
 impl CellSums {
-    /// Waves that carry the past of tractions: those of normal forces, and with supported sides the lateral motion that
+    /// Lists the waves that carry the past of tractions: those of normal forces, and with supported sides the lateral motion that
     /// is uniform across.
     pub(crate) fn traction_rows(&self) -> Vec<CellRow> {
         let mut rows = self.waves(WaveBand::WHOLE);
@@ -209,7 +213,7 @@ impl CellSums {
         rows
     }
 
-    /// Parts of a wave's influence at s \[m/N\].
+    /// Finds the parts of a wave's influence at s \[m/N\].
     pub(crate) fn traction_parts(&self, wave: &CellWave, CellSumsAt(at): &CellSumsAt) -> TractionParts {
         let mut sum = TractionParts::ZERO;
         // Both signs of a wave that is its own mirror have no odd part together.
@@ -263,13 +267,13 @@ impl CellSums {
     }
 }
 
-/// A row from distance 0 on as one over all distances, its odd part with its sign changed at those below 0.
+/// Makes a row from distance 0 on one over all distances, its odd part with its sign changed at those below 0.
 fn both_ways(even: &[f64], odd: &[f64]) -> Vec<f64> {
     let below = even.iter().zip(odd).skip(1).rev().map(|(even, odd)| even - odd);
     below.chain(even.iter().zip(odd).map(|(even, odd)| even + odd)).collect()
 }
 
-/// Waves beyond the last lateral number, ky > `last` \[1/m\]: the mean of what cells take of them.
+/// Adds waves beyond the last lateral number, ky > `last` \[1/m\]: the mean of what cells take of them.
 fn add_lateral_rest(influence: &mut TractionInfluence, around: &Around<'_>, tail: &HalfSpace, last: f64) {
     let (grid, across, columns) = (around.grid, influence.across, influence.columns);
     let (width, sides) = (influence.width(), grid.waves().sides);

@@ -73,9 +73,7 @@ fn influence_at_rest_is_that_of_the_opposite_pair_and_normal_forces_are_those_of
         let mut tyre = tyre(text);
         tyre.angular_velocity = 0.0;
         let (across, columns, s) = (4, 6, 1.5 / 2e-4);
-        for truncation in
-            [CellTruncation::default(), CellTruncation { lateral_terms: Some(6), aliases: Some(0) }]
-        {
+        for truncation in [CellTruncation::default(), CellTruncation { lateral_terms: Some(6), aliases: Some(0) }] {
             let sums = sums(&tyre, across, truncation);
             let (influence, normal) = (sums.traction_instant(s, columns), sums.instant(s, columns));
             let scale = influence.block(9, 9)[2][2];
@@ -130,9 +128,9 @@ fn influence_cells(influence: &TractionInfluence) -> Vec<(usize, usize)> {
 /// Mean lateral motion of a tyre with supported sides rests on the wave that is uniform across.
 #[test]
 fn without_the_uniform_wave_lateral_motion_is_lost() {
-    let sums = sums(&tyre(PLATE), 4, CellTruncation { lateral_terms: Some(8), aliases: Some(0) });
-    let all = sums.traction_instant(10.0, 3);
-    let uniform = double_sum(&CellSums { truncation: CellTruncation { lateral_terms: Some(0), ..sums.truncation }, ..sums }, 10.0, 0, [1, 2]);
+    let of = |terms: usize| sums(&tyre(PLATE), 4, CellTruncation { lateral_terms: Some(terms), aliases: Some(0) });
+    let all = of(8).traction_instant(10.0, 3);
+    let uniform = double_sum(&of(0), 10.0, 0, [1, 2]);
     let mean = |pair: usize| (0..4).map(|b| all.block(5, 4 + b).as_flattened()[pair]).sum::<f64>();
     assert!(4.0 * uniform[4] > 0.3 * mean(4), "{} of {}", 4.0 * uniform[4], mean(4));
     assert!(uniform[0].abs() + uniform[8].abs() <= 0.0);

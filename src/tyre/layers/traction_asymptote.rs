@@ -6,7 +6,7 @@
 //! ```text
 //! D = ((2 + x)^2 - 4 a b)/x = (16 (1 - kappa) + (24 - 16 kappa) x + 8 x^2 + x^3)/((2 + x)^2 + 4 a b)
 //! mu k C_LL = b/D,   mu k C_zz = a/D,   mu k C_SS = 1/b
-//! mu k C_Lz = ((2 + x) - 2 a b)/(x D),  ((2 + x) - 2 a b)/x = ((1 - 4 kappa) x - 4 kappa)/((2 + x) + 2 a b)
+//! mu k C_Lz = (2 a b - (2 + x))/(x D),  (2 a b - (2 + x))/x = (4 kappa - (1 - 4 kappa) x)/((2 + x) + 2 a b)
 //! ```
 //!
 //! in forms without cancellation at x -> 0.
@@ -30,7 +30,7 @@ impl HalfSpaceTraction {
         let (a, b) = ((1.0 + kappa * x).sqrt(), (1.0 + x).sqrt());
         let numerator = 16.0 * (1.0 - kappa) + x * ((24.0 - 16.0 * kappa) + x * (8.0 + x));
         let denominator = numerator / ((2.0 + x) * (2.0 + x) + 4.0 * a * b);
-        let mixed = ((1.0 - 4.0 * kappa) * x - 4.0 * kappa) / ((2.0 + x) + 2.0 * a * b);
+        let mixed = (4.0 * kappa - (1.0 - 4.0 * kappa) * x) / ((2.0 + x) + 2.0 * a * b);
         Self { along: b / denominator, mixed: mixed / denominator, outward: a / denominator, shear: 1.0 / b }
     }
 }

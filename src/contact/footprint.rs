@@ -31,13 +31,13 @@ impl WindowShape {
 pub struct TangentialPart {
     /// Forces by point \[N\].
     pub forces: Vec<[f64; 2]>,
-    /// Speeds of slip by point \[m/s\]; 0 where a point carries no force.
+    /// Speeds of slip by point \[m/s\]; 0 where a point sticks or carries no force.
     pub slip: Vec<[f64; 2]>,
     /// Sums of the forces \[N\].
     pub total: [f64; 2],
     /// Moment of the forces about the vertical under the axle, to the left above 0 \[N m\].
     pub aligning_moment: f64,
-    /// Power that friction dissipates \[W\].
+    /// Power that friction dissipates, the sum of mu F_z |v| \[W\].
     pub slip_power: f64,
     /// Points that stick.
     pub sticking: usize,

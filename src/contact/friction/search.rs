@@ -168,11 +168,14 @@ impl FrictionSearch {
         self.look(forces);
         let mut best = self.residuals(conditions, forces);
         self.best.copy_from_slice(forces);
+        // True while `displacements` are those of the best forces.
+        let mut is_known = true;
         for round in 0..=MOST_ROUNDS {
             let (mut waited, mut steps) = (0, 0);
             while best.worst() > self.tolerance && waited < PATIENCE && steps < MOST_STEPS {
                 let now = self.newton_step(conditions, forces, best.worst());
                 steps += 1;
+                is_known = now.worst() < best.worst();
                 if now.worst() < best.worst() {
                     if now.worst() < 0.7 * best.worst() {
                         waited = 0
@@ -203,8 +206,11 @@ impl FrictionSearch {
             // Newton steps go on from here, better or not.
             best = self.residuals(conditions, forces);
             self.best.copy_from_slice(forces);
+            is_known = true;
         }
-        self.look(forces);
+        if !is_known {
+            self.look(forces);
+        }
         best
     }
 

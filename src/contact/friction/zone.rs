@@ -231,7 +231,9 @@ impl FrictionZone {
             let is_slipping = force[0].hypot(force[1]) >= FULL * bound;
             part.slipping += usize::from(is_slipping);
             part.sticking += usize::from(!is_slipping);
-            part.slip_power -= force[0] * slip[0] + force[1] * slip[1];
+            // Slip of a cell that sticks is rounding.
+            let slip = if is_slipping { slip } else { [0.0; 2] };
+            part.slip_power += if is_slipping { bound * speed } else { 0.0 };
             let element = self.first_element + (cell / across) as i64;
             let (x, y) = (self.rolling.geometry.position(element, step), self.rolling.lateral[cell % across]);
             part.aligning_moment += x * force[1] - y * force[0];

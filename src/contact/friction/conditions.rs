@@ -1,6 +1,7 @@
 //! Contact and friction law of a cell.
 //!
-//! With F the force on the tyre, F_z and u_z into it, g = u_t + shift the slip of the step (velocity times dt/delta(0)):
+//! With F the force on the tyre, F_z and u_z into it, g = u_t + shift the slip of the step (its speed times
+//! dt/delta(0)):
 //!
 //! ```text
 //! F_z >= 0,  u_z >= d,  F_z (u_z - d) = 0;       |F_t| <= mu F_z,  F_t.g = -mu F_z |g|
@@ -63,7 +64,8 @@ impl Conditions<'_> {
         [fx - rx * (ux + sx), fy - ry * (uy + sy), fz - rz * (uz - self.required[cell])]
     }
 
-    /// Returns the difference between the forces of a cell and the projection of its trial forces: normal, tangential \[N\].
+    /// Returns the difference between the forces of a cell and the projection of its trial forces \[N\]: normal,
+    /// tangential.
     pub(crate) fn missed(&self, cell: usize, force: Vector, displacement: Vector, rigidity: Vector) -> [f64; 2] {
         let [x, y, z] = self.trial(cell, force, displacement, rigidity);
         let normal = (force[2] - z.max(0.0)).abs();
@@ -71,7 +73,7 @@ impl Conditions<'_> {
         [normal, (force[0] - px).hypot(force[1] - py)]
     }
 
-    /// Returns the state of a cell near a guess. Rigidities along x and y are the same here, so that a projection is one.
+    /// Returns the state of a cell near a guess. Rigidities along x and y are the same, so that projections are such.
     pub(crate) fn state(&self, cell: usize, force: Vector, displacement: Vector, rigidity: Vector) -> State {
         let [x, y, z] = self.trial(cell, force, displacement, rigidity);
         if z.is_nan() || z <= 0.0 {

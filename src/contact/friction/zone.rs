@@ -177,10 +177,11 @@ impl FrictionZone {
                 at.indentation - at.rises[column] - self.rolling.crown[j] + height - self.old[cell][2]
             });
             let creep = self.rolling.creep(at.step, element, j);
-            for component in 0..2 {
-                let past = one * self.last[0][place][component] + two * self.last[1][place][component];
-                self.shift[cell][component] = self.old[cell][component] + past / now + creep[component];
-            }
+            let last = [0, 1].map(|ago: usize| self.last[ago][place]);
+            self.shift[cell] = [0, 1].map(|component: usize| {
+                let past = one * last[0][component] + two * last[1][component];
+                self.old[cell][component] + past / now + creep[component]
+            });
             self.friction[cell] = self.law.friction(place);
         }
     }

@@ -81,9 +81,11 @@ impl TractionInfluence {
             *entry = at(&pair.toeplitz, free) + at(&pair.hankel, image);
         }
         if let Some(uniform) = &self.uniform {
-            for component in 0..COMPONENTS {
-                block[component][1] -= at(&uniform.driven[component], row * across + ja);
-                block[1][component] -= at(&uniform.observed[component], row * across + jb);
+            for (row_of_block, driven) in block.iter_mut().zip(&uniform.driven) {
+                row_of_block[1] -= at(driven, row * across + ja);
+            }
+            for (entry, observed) in block[1].iter_mut().zip(&uniform.observed) {
+                *entry -= at(observed, row * across + jb);
             }
         }
         block

@@ -129,7 +129,7 @@ fn in_shapes(full: &Matrix3, sides: Sides) -> [Complex64; PAIRS] {
 
 /// Returns the mean across of sin(m pi y/B).
 fn mean_of_sine(m: usize) -> f64 {
-    if m % 2 == 0 { 0.0 } else { 2.0 / (m as f64 * PI) }
+    if m.is_multiple_of(2) { 0.0 } else { 2.0 / (m as f64 * PI) }
 }
 
 /// Returns the shape of a component of a wave on the cells across.
@@ -203,8 +203,8 @@ struct NumberRows {
 }
 
 impl CellSums {
-    /// Lists the waves that carry the past of tractions: those of normal forces, and with supported sides the lateral motion that
-    /// is uniform across.
+    /// Lists the waves that carry the past of tractions: those of normal forces, and with supported sides the lateral
+    /// motion that is uniform across.
     pub(crate) fn traction_rows(&self) -> Vec<CellRow> {
         let mut rows = self.waves(WaveBand::WHOLE);
         if self.grid.waves().sides == Sides::Supported {
@@ -245,7 +245,7 @@ impl CellSums {
             let rest = closed.map(|tail| tail.rest(&around, waves.sides, waves.ky(m)));
             let row = |pair: usize| {
                 let mut even = around.sum(ring, |n| norm * values[n as usize].even[pair].re);
-                if let (Some(rest), true) = (rest, pair % (COMPONENTS + 1) == 0) {
+                if let (Some(rest), true) = (rest, pair.is_multiple_of(COMPONENTS + 1)) {
                     add_mean(&mut even, norm * rest[pair / COMPONENTS]);
                 }
                 let mut folded = vec![0.0; elements / 2 + 1];

@@ -292,7 +292,7 @@ fn without_friction_forces_are_those_of_cells_to_the_last_bit() {
 }
 
 #[test]
-fn threads_and_a_stop_change_no_bit_of_tangential_forces() {
+fn threads_change_no_bit_of_tangential_forces() {
     let text = finite(&with_creep(), "kind = \"made\"\nseed = 3");
     let on = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| run(&text));
     let (one, two) = (on(1), on(2));

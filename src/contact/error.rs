@@ -36,6 +36,19 @@ pub enum ContactError {
         /// Largest eigenvalue \[m/N\].
         largest: f64,
     },
+    /// The search for the forces of cells with friction has ended without them.
+    #[error(
+        "the search for the forces of {points} cells with a coefficient of friction of {friction} has ended without \
+         them at step {step}: choose a smaller coefficient, or more substeps"
+    )]
+    FrictionUnsettled {
+        /// Cells that carry force.
+        points: usize,
+        /// Largest coefficient of friction of a cell.
+        friction: f64,
+        /// Time step.
+        step: u64,
+    },
     /// The skew part of the first weight G0 of a tyre that turns is too large beside the symmetric one.
     #[error(
         "the tyre turns too far in a step: the odd part of its influence within a step is {skewness:.2} of the even \

@@ -3,6 +3,8 @@
 //! A step has one instant, or a few where the time rule has stages; its force is their mean sum_i b_i F_i. Points stand
 //! column by column along the window, those across within a column; a slice is one point.
 
+use std::ops::Range;
+
 use crate::storage::state::{StateError, fill};
 
 /// Shape of the contact window in a step.
@@ -21,6 +23,28 @@ impl WindowShape {
     pub(crate) fn points(&self) -> usize {
         self.columns * self.across
     }
+}
+
+/// Tangential part of a footprint, of contact with friction: forces on the tyre and slip of the tread over the road,
+/// forward and to the left.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TangentialPart {
+    /// Forces by point \[N\].
+    pub forces: Vec<[f64; 2]>,
+    /// Speeds of slip by point \[m/s\]; 0 where a point sticks or carries no force.
+    pub slip: Vec<[f64; 2]>,
+    /// Sums of the forces \[N\].
+    pub total: [f64; 2],
+    /// Moment of the forces about the vertical under the axle, to the left above 0 \[N m\].
+    pub aligning_moment: f64,
+    /// Power that friction dissipates, the sum of mu F_z |v| \[W\].
+    pub slip_power: f64,
+    /// Points that stick.
+    pub sticking: usize,
+    /// Points that slip.
+    pub slipping: usize,
+    /// Points that adhesion pulls.
+    pub bonded: usize,
 }
 
 /// Footprint of the tyre in a step.
@@ -42,6 +66,8 @@ pub struct Footprint {
     /// rounded otherwise than a mean of sums.
     mean: Vec<f64>,
     column_mean: Vec<f64>,
+    /// Tangential part at the last instant; `None` without friction.
+    tangential: Option<Box<TangentialPart>>,
 }
 
 /// Part of a footprint that an instant of a step writes.
@@ -55,11 +81,44 @@ pub(crate) struct StageMut<'a> {
     pub required: &'a mut [f64],
     /// Forces by column \[N\]; empty where a column is one point.
     pub column_force: &'a mut [f64],
+    /// Tangential part; `None` without friction.
+    pub tangential: Option<&'a mut TangentialPart>,
+}
+
+impl StageMut<'_> {
+    /// Writes the forces and required displacements of a window of cells, column by column, of which some are told;
+    /// displacements are asked for. Forces beyond the columns that are told go to the outermost of these, so that none
+    /// is lost.
+    pub(crate) fn write(
+        &mut self,
+        told: Range<usize>,
+        across: usize,
+        forces: &[f64],
+        required: &[f64],
+        displacement: impl Fn(usize) -> f64,
+    ) {
+        for (out, cell) in self.displacement.iter_mut().zip(told.clone()) {
+            *out = displacement(cell);
+        }
+        self.required.copy_from_slice(&required[told.clone()]);
+        self.force.copy_from_slice(&forces[told.clone()]);
+        let last = told.len() - across;
+        for (end, outside) in [(0, &forces[..told.start]), (last, &forces[told.end..])] {
+            for column in outside.chunks_exact(across) {
+                for (force, outside) in self.force[end..].iter_mut().zip(column) {
+                    *force += outside;
+                }
+            }
+        }
+        for (sum, cells) in self.column_force.iter_mut().zip(self.force.chunks_exact(across)) {
+            *sum = cells.iter().sum();
+        }
+    }
 }
 
 impl Footprint {
     /// Makes the footprint of a tyre at rest in the air, `weights` being those of a step's instants.
-    pub(crate) fn new(shape: WindowShape, weights: [f64; 3]) -> Self {
+    pub(crate) fn new(shape: WindowShape, weights: [f64; 3], has_friction: bool) -> Self {
         let points = shape.points();
         let columns = if shape.across > 1 { shape.columns } else { 0 };
         Self {
@@ -72,6 +131,10 @@ impl Footprint {
             column_force: vec![0.0; shape.stages * columns],
             mean: vec![0.0; points],
             column_mean: vec![0.0; columns],
+            tangential: has_friction.then(|| {
+                let zeros = || vec![[0.0; 2]; points];
+                Box::new(TangentialPart { forces: zeros(), slip: zeros(), ..TangentialPart::default() })
+            }),
         }
     }
 
@@ -117,6 +180,11 @@ impl Footprint {
         if self.shape.across > 1 { &self.column_mean } else { &self.mean }
     }
 
+    /// Returns the tangential part at the last instant; `None` without friction.
+    pub fn tangential(&self) -> Option<&TangentialPart> {
+        self.tangential.as_deref()
+    }
+
     /// Returns the number of columns that carry force.
     pub fn touching(&self) -> usize {
         self.column_mean().iter().filter(|&&force| force > 0.0).count()
@@ -147,6 +215,7 @@ impl Footprint {
             displacement: &mut self.displacement[stage * points..(stage + 1) * points],
             required: &mut self.required,
             column_force: &mut self.column_force[stage * columns..(stage + 1) * columns],
+            tangential: self.tangential.as_deref_mut(),
         }
     }
 

@@ -23,6 +23,7 @@ use super::cells::CellZone;
 use super::complementarity::{Residuals, SearchCounts, SliceLaw};
 use super::error::ContactError;
 use super::footprint::{Footprint, WindowShape};
+use super::friction::FrictionZone;
 use super::geometry::Geometry;
 use super::history::PastForces;
 use super::kernel::ContactKernel;
@@ -110,6 +111,11 @@ impl March {
         Self::over(Box::new(zone), geometry, numerics.time_rule, time_step)
     }
 
+    /// Returns the cells with friction at rest, about to do step 0.
+    pub(crate) fn with_friction(geometry: Geometry, zone: FrictionZone, rule: TimeRule, time_step: f64) -> Self {
+        Self::over(Box::new(zone), geometry, rule, time_step)
+    }
+
     /// Returns the cells at rest, about to do step 0; `time_step` \[s\] is for messages only.
     pub fn with_cells(geometry: Geometry, zone: CellZone, rule: TimeRule, time_step: f64) -> Self {
         Self::over(Box::new(zone), geometry, rule, time_step)
@@ -120,13 +126,13 @@ impl March {
         let window = geometry.wider(zone.margin());
         let shape = WindowShape { columns: geometry.columns, across: zone.across(), stages: nodes.len() };
         Self {
-            zone,
-            footprint: Footprint::new(shape, weights),
+            footprint: Footprint::new(shape, weights, zone.has_friction()),
             step: 0,
             nodes,
             weights,
             time_step,
             totals: MarchTotals::default(),
+            zone,
             rises: window.rises(nodes),
             window,
             geometry,

@@ -5,6 +5,7 @@
 //! - [`history`]: displacement left over from past forces;
 //! - [`complementarity`]: which points touch, and their forces;
 //! - [`cells`]: the same for cells of a zone in three dimensions;
+//! - [`friction`]: the same with tangential forces, sticking and slipping;
 //! - [`local_compliance`]: how much the tread yields to the texture, by formula and by pressing patches of a road;
 //! - [`pressed`]: curves of slices from pressing the road in three dimensions;
 //! - [`static_contact`]: contact at rest on a smooth road;
@@ -17,6 +18,7 @@ pub(crate) mod cells;
 pub(crate) mod complementarity;
 pub(crate) mod error;
 pub(crate) mod footprint;
+pub(crate) mod friction;
 pub(crate) mod geometry;
 pub(crate) mod history;
 pub(crate) mod kernel;

@@ -69,6 +69,11 @@ pub(crate) trait Zone: Send {
         false
     }
 
+    /// Tells whether its forces have a tangential part.
+    fn has_friction(&self) -> bool {
+        false
+    }
+
     /// Returns the first weights \[m/N\]: other bits there mean other bits everywhere.
     fn first_weights(&self) -> &[f64];
 

@@ -8,6 +8,7 @@
 //! - [`force`]: the total force, its spectrum and the patch's forces: every run has it;
 //! - [`resistance`]: rolling resistance by the power put in;
 //! - [`cells`]: area, pressure and force across of a contact of cells;
+//! - [`friction`]: tangential forces, moment and slip of a contact with friction;
 //! - [`vibration`]: velocities of belt and tread;
 //! - [`sound`]: pressures at the receivers, levels and files to listen to.
 
@@ -16,6 +17,7 @@ pub(crate) mod channel;
 pub(crate) mod effect;
 mod error;
 pub(crate) mod force;
+pub(crate) mod friction;
 pub(crate) mod observer;
 pub(crate) mod resistance;
 pub(crate) mod section;
@@ -30,10 +32,11 @@ pub(crate) use observer::{EffectObserver, End, Found, Observer, Step};
 pub(crate) use section::{Block, Figure, GREY, LevelTable, ReportError, Section};
 
 /// All effects, in the order of their work.
-pub(crate) static EFFECTS: [&dyn Effect; 5] = [
+pub(crate) static EFFECTS: [&dyn Effect; 6] = [
     &force::ForceEffect,
     &resistance::ResistanceEffect,
     &cells::CellsEffect,
+    &friction::FrictionEffect,
     &vibration::VibrationEffect,
     &sound::SoundEffect,
 ];

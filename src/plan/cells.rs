@@ -34,6 +34,14 @@ const FAR_SIDES: f64 = 10.0;
 /// Residuals of the search for cells are no smaller than this part of the largest required displacement: its steps are
 /// taken in single precision, and each round that brings the exact residual down costs as much as the first.
 const LEAST_TOLERANCE: f64 = 3e-10;
+/// Forces with friction are no exacter than this part of the largest.
+const LEAST_FRICTION_TOLERANCE: f64 = 1e-9;
+/// Products of all components, each as nine single ones, that the search with friction takes for an instant, and
+/// transforms of its past beside those of normal forces (measured).
+const FRICTION_PRODUCTS: f64 = 45.0;
+const FRICTION_TRANSFORMS: f64 = 3.0;
+/// Parts of the past with friction: pairs of components, of a tyre that turns each twice.
+const FRICTION_PARTS: f64 = 9.0;
 /// Tolerance of fewer poles relative to that of the fit.
 const FEWER_POLES: f64 = 1.0;
 /// Poles of a wave, conjugates counted, at a tolerance of 1e-5, and how many less for each factor of ten above it
@@ -147,6 +155,11 @@ impl Plan {
         self.scene.numerics.contact_tolerance.max(LEAST_TOLERANCE)
     }
 
+    /// Tells how far forces of cells with friction may be off, relative to the largest one.
+    pub(crate) fn friction_tolerance(&self) -> f64 {
+        self.scene.numerics.contact_tolerance.max(LEAST_FRICTION_TOLERANCE)
+    }
+
     /// Tells whether the tolerance of the contact conditions lets the past of cells be carried in single precision.
     pub(crate) fn is_single(&self) -> bool {
         self.cell_tolerance() >= SINGLE
@@ -211,7 +224,10 @@ impl Amounts {
         let instants = steps * stages;
         let [waves, transforms, remembered] = plan.expected_waves(self.expected.columns);
         let cells = self.expected.columns * plan.cell_grid().across as f64;
-        let search = PRODUCTS * transform_multiply_adds(4 * cells as usize);
+        let has_tractions = scene.has_tractions();
+        let products = if has_tractions { FRICTION_TRANSFORMS * FRICTION_PRODUCTS } else { PRODUCTS };
+        let search = products * transform_multiply_adds(4 * cells as usize);
+        let transforms = if has_tractions { FRICTION_TRANSFORMS * transforms } else { transforms };
         let poles = plan.expected_poles_of_wave() * waves;
         let turns = plan.decisions.tyre.turns();
         let (odd_bytes, parts) = if turns { (ODD_POLE_BYTES, 2.0) } else { (0.0, 1.0) };
@@ -225,7 +241,8 @@ impl Amounts {
         let of_poles = (POLE_BYTES[0] + odd_bytes + POLE_BYTES[1] * stages) * poles;
         self.hold("poles, states and fields of the cells", of_poles + block + 8.0 * cells * 40.0);
         if scene.numerics.history == History::Direct {
-            let sums = plan.lags as f64 * waves * stages * stages;
+            let pairs = if has_tractions { FRICTION_PARTS } else { 1.0 };
+            let sums = pairs * plan.lags as f64 * waves * stages * stages;
             self.add(Stage::Influence, Unit::Evaluation, 2.0 * sums, Place::BeforeOnAll);
             self.add(Stage::History, Unit::DirectMultiplyAdd, 2.0 * parts * steps * sums, Place::MarchOnAll);
             self.hold("weights and forces of the past", (16.0 + 8.0 * parts) * sums);

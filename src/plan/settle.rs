@@ -114,8 +114,10 @@ impl Settling<'_> {
             self.choose("contact.zone", "cells".to_owned(), reason);
         }
         let open = |key: &str| !self.loaded.gives(key);
+        // Friction has chosen both.
+        let free = self.scene.friction.is_none();
         let (rule, history, poles) =
-            (open("numerics.time_rule"), open("numerics.history"), open("numerics.pole_tolerance"));
+            (free && open("numerics.time_rule"), free && open("numerics.history"), open("numerics.pole_tolerance"));
         // A row that keeps the default chooses nothing.
         let slices = open("contact.slice_tolerance")
             && self.scene.contact.zone == Zone::Slices

@@ -2,14 +2,14 @@
 //! states its decision, its choices and its work in its own room.
 
 use crate::effects::EFFECTS;
-use crate::plan::decisions::{Decisions, MISSING, PHYSICS, Row};
+use crate::plan::decisions::{Decisions, LATE, PHYSICS, Row};
 use crate::plan::settle::{self, Choice};
 use crate::plan::{Amounts, Forecast, PLATE_FROM, Plan, UnitCosts, feasible, inflation, kept_poles};
 use crate::scene::{LoadedScene, Scene, SceneError};
 
 /// Lists the rows of the plan's table, in the order of the data's way.
 pub(crate) fn rows() -> impl Iterator<Item = &'static Row> {
-    PHYSICS.iter().chain(EFFECTS.into_iter().flat_map(|effect| effect.rows())).chain(&MISSING)
+    PHYSICS.iter().chain(EFFECTS.into_iter().flat_map(|effect| effect.rows())).chain(&LATE)
 }
 
 /// Decides every setting of a loaded scene, for commands that do not follow a [`Plan`].

@@ -85,6 +85,9 @@ pub struct Outcome {
     /// The patch, where the contact is one of cells.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cells: Option<CellsSummary>,
+    /// Tangential forces, where the contact has friction.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<FrictionSummary>,
 }
 
 /// A patch of cells, means after the warm-up.
@@ -152,6 +155,23 @@ impl fmt::Display for LoadResult {
         let [off, allowed] = [relative_error, tolerance].map(|share| 100.0 * share);
         write!(formatter, "the mean force is {off:+.2} % off the load of {wanted} N (tolerance {allowed} %)")
     }
+}
+
+/// Tangential forces of a contact with friction, means after the warm-up.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+pub struct FrictionSummary {
+    /// Mean longitudinal force on the tyre, forward above 0 \[N\].
+    pub mean_longitudinal_force: f64,
+    /// Mean lateral force on the tyre, to the left above 0 \[N\].
+    pub mean_lateral_force: f64,
+    /// Mean moment about the vertical under the axle \[N m\].
+    pub mean_aligning_moment: f64,
+    /// Mean power that friction dissipates \[W\].
+    pub mean_slip_power: f64,
+    /// Mean share of the pressed cells that slip.
+    pub slipping_share: f64,
+    /// Rolling resistance by slip: its power over speed and mean force.
+    pub slip_resistance: f64,
 }
 
 /// Largest residuals of the three conditions of the contact problem over all steps, and the work of the search.

@@ -17,6 +17,7 @@ use crate::plan::Plan;
 use crate::plan::models::{count_evaluations, refused};
 use crate::response::vibration::CarriedWaves;
 use crate::road::maker::SliceForm;
+use crate::run::friction::friction_march;
 use crate::run::zone_maker::{Made, Window, ZoneMaker};
 use crate::scene::{Axle, History, LoadedScene, SceneError, Tyre};
 use crate::storage::Cache;
@@ -48,6 +49,15 @@ impl ZoneMaker for CellContact<'_> {
             return Err(SceneError::from(problem).into());
         }
         let numerics = &plan.scene.numerics;
+        if let Some(friction) = plan.scene.friction.as_ref().filter(|_| plan.scene.has_tractions()) {
+            return Ok(Made {
+                march: friction_march(plan, &self.sums, &self.crown, (told, margin), friction, meter)?,
+                form: SliceForm::Cells,
+                moving: None,
+                local_compliance: None,
+                models: TyreModels::default(),
+            });
+        }
         let instant = self.instant(columns, meter)?;
         let followed = plan.decisions.takes_models;
         let waves = match numerics.history {

@@ -1,6 +1,6 @@
 //! From a plan to results: the only place that knows the whole order.
 //!
-//! 1. `prepare`: tyre -> road -> contact, ready to take the first step; `cells` or
+//! 1. `prepare`: tyre -> road -> contact, ready to take the first step; `cells` (with tangential forces `friction`) or
 //!    `slices` make the contact, `past` what carries the past of slices along, `road` opens the road;
 //! 2. `simulation`: step by step, over a road that is made in time; effects observe each step;
 //! 3. `to_folder` and `in_memory`: the same with arrays, tables, pictures and summary, `look_back` at the end;
@@ -8,6 +8,7 @@
 
 mod cells;
 pub(crate) mod checkpoint;
+mod friction;
 pub(crate) mod in_memory;
 mod look_back;
 pub(crate) mod past;

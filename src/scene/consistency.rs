@@ -3,16 +3,17 @@
 use super::problem::Problem;
 use super::table::Table;
 use super::{
-    Axle, Lateral, ProfileRoad, Radiation, RadiationQuality, Receiver, ReceiverPlace, Road, Scene, StandardReceiver,
-    Switch, Tread, Vehicle, Vibration, Zone,
+    Axle, History, Lateral, ProfileRoad, Radiation, RadiationQuality, Receiver, ReceiverPlace, Road, Scene,
+    StandardReceiver, Switch, TimeRule, Tread, Vehicle, Vibration, Zone,
 };
 use crate::radiation::draft::{self, DraftErrors};
 
 /// Reads a whole scene; `None` after a complaint.
 pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
-    let scene = Scene::read(table)?;
+    let mut scene = Scene::read(table)?;
     load(&scene, table)?;
     cells(&scene, table)?;
+    friction(&mut scene, table)?;
     let effects = [texture(&scene, table), rotation(&scene, table), vibration_effects(&scene, table)];
     effects.into_iter().collect::<Option<()>>()?;
     vibration(&scene, table)?;
@@ -107,6 +108,53 @@ fn cells(scene: &Scene, table: &Table<'_>) -> Option<()> {
     }
     for (_, key, wrong) in refused.into_iter().filter(|(given, ..)| *given) {
         sound = table.complain(key, Problem::new(wrong, right));
+    }
+    sound
+}
+
+/// Complains about what friction cannot be with, and takes the rule and the history that it needs where the scene
+/// leaves them open; `None` after a complaint.
+fn friction(scene: &mut Scene, table: &Table<'_>) -> Option<()> {
+    let complain = |key: &str, wrong: &str, right: &str| table.complain(key, Problem::new(wrong, right));
+    match (&scene.friction, &scene.adhesion) {
+        (None, Some(_)) => {
+            return complain("adhesion", "cells are bonded with friction alone", "add [friction], mu = 0 at least");
+        }
+        (None, None) if scene.effects.friction == Switch::On => {
+            let right = "\"auto\" or \"off\", or a table [friction] with mu = 0.9";
+            return complain("effects.friction", "there is no [friction] that says how large it is", right);
+        }
+        (None, None) => return Some(()),
+        (Some(_), _) if scene.effects.friction == Switch::Off => {
+            let wrong = "this asks for what effects.friction = \"off\" leaves out";
+            return complain("friction", wrong, "leave it out, or effects.friction = \"auto\"");
+        }
+        _ => {}
+    }
+    if scene.contact.zone != Zone::Cells {
+        let wrong = "a slice has one force across the width, which stands for its texture: it neither sticks nor slips";
+        return complain("friction", wrong, "remove it, or contact.zone = \"cells\"");
+    }
+    if !table.gives("numerics.time_rule") {
+        scene.numerics.time_rule = TimeRule::Bdf2;
+    }
+    if !scene.numerics.time_rule.is_stable_with_friction() {
+        let name = scene.numerics.time_rule.name();
+        let wrong = format!("{name} is not stable with friction: only backward differences dissipate in every step");
+        return complain("numerics.time_rule", &wrong, "\"bdf2\" or \"bdf1\"");
+    }
+    if !table.gives("numerics.history") {
+        scene.numerics.history = History::Direct;
+    }
+    if scene.numerics.history == History::Modal && scene.has_tractions() {
+        let wrong = "poles carry the past of normal forces alone yet";
+        return complain("numerics.history", wrong, "\"direct\" with a memory, or remove [friction]");
+    }
+    let asked = [(scene.outputs.vibration.is_some(), "outputs.vibration"), (!scene.receivers.is_empty(), "receiver")];
+    let mut sound = Some(());
+    for (_, key) in asked.into_iter().filter(|(asked, _)| *asked && scene.has_tractions()) {
+        let wrong = "vibration and sound do not take tangential forces in yet";
+        sound = complain(key, wrong, "remove it, or remove [friction]");
     }
     sound
 }

@@ -193,6 +193,20 @@ impl TimeRule {
         }
     }
 
+    /// Tells rules whose steps dissipate with friction, whatever sticks and slips (algebraically stable, of one stage).
+    pub(crate) const fn is_stable_with_friction(self) -> bool {
+        matches!(self, Self::Bdf1 | Self::Bdf2)
+    }
+
+    /// Returns the coefficients of a backward difference: rate times the time step from the values now and one and two
+    /// steps ago.
+    pub(crate) const fn backward_difference(self) -> [f64; 3] {
+        match self {
+            Self::Bdf1 => [1.0, -1.0, 0.0],
+            _ => [1.5, -2.0, 0.5],
+        }
+    }
+
     /// Returns the s = delta(0)/dt \[1/s\] at which a tyre's response to a force is that within the force's own
     /// instant; `None` for the first-order hold.
     pub(crate) fn first_rate(self, time_step: f64) -> Option<f64> {

@@ -36,9 +36,10 @@ fn channels_have_names_of_their_own_and_every_array_of_a_run_is_one() {
     for (number, name) in names.iter().enumerate() {
         assert!(!names[..number].contains(name), "two channels are named {name}");
     }
-    let contact = "[contact]\nzone = \"cells\"\ncells_across = 3\n[outputs]\ncells_every = 0.01";
+    let contact = "[contact]\nzone = \"cells\"\ncells_across = 3\n[outputs]\ncells_every = 0.01\n[friction]\nmu = 0.5\n\
+                   [adhesion]\nstress = 1e4\nrange = 1e-5";
     let rolling = "speed_kmh = 80.0\nwarm_up = 0.0\nduration = 0.05\naxle = { indentation = 0.01, ramp = 0.02 }";
-    let results = run(&scene_text(ELEMENTS, "kind = \"made\"", rolling, "", contact));
+    let results = run(&scene_text(ELEMENTS, "kind = \"made\"", rolling, "memory = 0.06", contact));
     let summary = results.summary();
     let files = summary["files"].as_array().unwrap().iter().filter_map(|file| file.as_str()?.strip_suffix(".npy"));
     let files: Vec<&str> = files.collect();

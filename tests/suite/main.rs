@@ -27,6 +27,7 @@ mod export;
 mod faults;
 mod first_run;
 mod fit_tyre;
+mod friction;
 mod fuzzing;
 mod gallery;
 mod half_space_closed_forms;

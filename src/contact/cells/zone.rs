@@ -127,30 +127,6 @@ impl CellZone {
         let outside = self.margin * self.across;
         outside..self.forces.len() - outside
     }
-
-    /// Tells forces and displacements of an instant. Forces beyond the columns that are told go to the outermost of
-    /// these, so that none is lost.
-    fn tell(&self, stage: StageMut<'_>) {
-        let told = self.told();
-        let StageMut { force, displacement, required, column_force } = stage;
-        let u = self.old[told.clone()].iter().zip(&self.search.displacement()[told.clone()]);
-        for (out, (old, u)) in displacement.iter_mut().zip(u) {
-            *out = old + u;
-        }
-        required.copy_from_slice(&self.required[told.clone()]);
-        force.copy_from_slice(&self.forces[told.clone()]);
-        let last = told.len() - self.across;
-        for (end, outside) in [(0, &self.forces[..told.start]), (last, &self.forces[told.end..])] {
-            for column in outside.chunks_exact(self.across) {
-                for (force, outside) in force[end..].iter_mut().zip(column) {
-                    *force += outside;
-                }
-            }
-        }
-        for (sum, cells) in column_force.iter_mut().zip(force.chunks_exact(self.across)) {
-            *sum = cells.iter().sum();
-        }
-    }
 }
 
 impl Zone for CellZone {
@@ -158,7 +134,7 @@ impl Zone for CellZone {
         &mut self,
         at: Instant<'_>,
         road: &RoadStrip,
-        told: StageMut<'_>,
+        mut told: StageMut<'_>,
         meter: &mut Meter,
     ) -> Result<Solved, ContactError> {
         let Instant { step, stage, first_element, indentation, rises } = at;
@@ -206,7 +182,8 @@ impl Zone for CellZone {
         meter.lap(&mut laps, Stage::ActiveSet);
         let is_seen = self.past.push(stage, first_element, &self.forces);
         meter.lap(&mut laps, Stage::History);
-        self.tell(told);
+        let (old, u) = (&self.old, self.search.displacement());
+        told.write(self.told(), self.across, &self.forces, &self.required, |cell| old[cell] + u[cell]);
         let is_touched = |column: Option<&[f64]>| column.is_some_and(|cells| cells.iter().any(|&force| force > 0.0));
         let mut columns = self.forces.chunks_exact(self.across);
         let is_at_end = is_touched(columns.next()) || is_touched(columns.next_back()) || !is_seen;

@@ -5,6 +5,7 @@
 
 mod axle;
 mod contact;
+mod friction;
 mod rotation;
 mod row;
 mod values;
@@ -25,9 +26,8 @@ pub(crate) static PHYSICS: [Row; 7] = [
     Row { title: "memory of the tyre", short: "memory", decide: history, switch: None, of_cells: false },
 ];
 
-/// Physics that is not there yet.
-pub(crate) static MISSING: [Row; 1] =
-    [Row { title: "friction", short: "friction", decide: later, switch: None, of_cells: false }];
+/// Choices of the physics that are told after the effects.
+pub(crate) static LATE: [Row; 1] = [friction::FRICTION];
 
 impl Decisions {
     /// Decides on a scene by rows, one after the other; `takes_models`: an effect takes the models of the tyre.
@@ -61,10 +61,6 @@ fn history(scene: &Scene, _: &mut Decisions) -> Decided {
         History::Modal => ("recursion by poles".to_owned(), "numerics.history = \"modal\""),
     };
     Decided { on: true, form, reason: reason.to_owned() }
-}
-
-fn later(_: &Scene, _: &mut Decisions) -> Decided {
-    Decided { on: false, form: String::new(), reason: "not there yet".to_owned() }
 }
 
 #[cfg(test)]

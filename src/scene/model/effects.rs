@@ -39,7 +39,7 @@ keys! {
         rotation: Switch = Switch::Auto => OneOf::new(),
         /// Sound radiation. `auto`: where there is a receiver.
         radiation: Switch = Switch::Auto => OneOf::new(),
-        /// Tangential friction; not there yet: `on` is refused.
+        /// Friction. `auto`: where the scene has a table `[friction]`.
         friction: Switch = Switch::Auto => OneOf::new(),
     }
 }
@@ -55,11 +55,5 @@ fn effects(table: &mut Table<'_>) -> Option<Effects> {
         table.complain::<()>("centrifugal_tension", Problem::new(wrong, right));
         table.pass(&["centrifugal_tension"]);
     }
-    let read = Effects::read(table);
-    if table.peek("friction", &OneOf::<Switch>::new()) == Some(Some(Switch::On)) {
-        let wrong = "tangential friction in the contact is not there yet: this version has normal forces only";
-        let right = "\"off\", or \"auto\", which takes it in once it is there";
-        return table.complain("friction", Problem::new(wrong, right));
-    }
-    read
+    Effects::read(table)
 }

@@ -4,13 +4,14 @@ use serde::Serialize;
 
 use super::contact::{CONTACT, Contact, of_zone};
 use super::effects::{EFFECTS, Effects};
+use super::friction::{ADHESION, Adhesion, FRICTION, Friction};
 use super::numerics::{NUMERICS, Numerics, OUTPUTS, Outputs};
 use super::road::{ROAD, Road};
 use super::rolling::{ROLLING, Rolling};
 use super::sound::{RADIATION, RECEIVERS, Radiation, Receiver};
 use super::tyre::{Tyre, TyreKind};
 use crate::scene::keys::{is_default, keys};
-use crate::scene::kind::{Flag, Text};
+use crate::scene::kind::{Flag, Optional, Text};
 
 keys! {
     /// A complete scene: what rolls, on what, how fast, and what is wanted from it.
@@ -31,6 +32,12 @@ keys! {
         /// Contact law of tread and road slices.
         #[serde(serialize_with = "of_zone")]
         contact: Contact = Contact::default() => CONTACT,
+        /// Friction, with `contact.zone = "cells"` only; without it forces are normal.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        friction: Option<Friction> = None => Optional(FRICTION),
+        /// Adhesion, with friction only.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        adhesion: Option<Adhesion> = None => Optional(ADHESION),
         /// Effects beside the contact itself.
         effects: Effects = Effects::default() => EFFECTS,
         /// Resolution and tolerances.
@@ -43,5 +50,12 @@ keys! {
         /// How sound gets there.
         #[serde(skip_serializing_if = "is_default")]
         radiation: Radiation = Radiation::default() => RADIATION,
+    }
+}
+
+impl Scene {
+    /// Tells whether contact has tangential forces or a pull: friction of 0 alone is contact without either.
+    pub fn has_tractions(&self) -> bool {
+        self.adhesion.is_some() || self.friction.as_ref().is_some_and(|friction| !friction.is_frictionless())
     }
 }

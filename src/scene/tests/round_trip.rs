@@ -414,6 +414,8 @@ fn scene() -> impl Strategy<Value = Scene> {
                 road,
                 rolling,
                 contact,
+                friction: None,
+                adhesion: None,
                 effects,
                 numerics,
                 outputs,

@@ -49,14 +49,14 @@ const LOBES: usize = 8;
 /// Points of the quadrature over what is above.
 const TAIL_POINTS: usize = 24;
 /// Share of a half-space's C_zz that the thickness may change.
-const THICKNESS_TOLERANCE: f64 = 1e-7;
+pub(super) const THICKNESS_TOLERANCE: f64 = 1e-7;
 
 /// The influence functions of cells.
 #[derive(Clone, Debug)]
 pub struct CellSums {
-    kernel: Kernel,
-    grid: CellGrid,
-    truncation: CellTruncation,
+    pub(super) kernel: Kernel,
+    pub(super) grid: CellGrid,
+    pub(super) truncation: CellTruncation,
     turns: bool,
     /// All that the sums depend on.
     identity: String,
@@ -64,7 +64,7 @@ pub struct CellSums {
 
 /// The kernel at one s.
 #[derive(Clone, Debug)]
-pub struct CellSumsAt(KernelAt);
+pub struct CellSumsAt(pub(super) KernelAt);
 
 impl CellSums {
     /// Prepares the sums of a tyre for |s| up to `largest_s` \[1/s\]; compliances within a relative `tolerance`.
@@ -110,6 +110,17 @@ impl CellSums {
         dispatch(WaveSum { wave, turns: self.turns, at: &at, values });
     }
 
+    /// Returns the largest n and m that the instant's sum takes wave by wave.
+    pub(super) fn last_of_instant(&self) -> (i64, usize) {
+        let (grid, waves) = (&self.grid, self.grid.waves());
+        let lobes = |length: f64, unit: f64| (LOBES as f64 * 2.0 * PI / (length * unit)).round() as usize;
+        let last_around = match self.truncation.aliases {
+            Some(aliases) => (aliases * grid.elements() + grid.elements() / 2) as i64,
+            None => lobes(grid.length(), waves.kx(1)) as i64,
+        };
+        (last_around, self.truncation.lateral_terms.unwrap_or_else(|| lobes(grid.pitch(), waves.ky(1))))
+    }
+
     /// Returns the influence between cells at a real s \[1/s\], up to `columns` along.
     pub fn instant(&self, s: f64, columns: usize) -> CellInfluence {
         let at = if s > 0.0 { self.kernel.at(Complex64::new(s, 0.0)) } else { self.kernel.at_rest() };
@@ -118,12 +129,7 @@ impl CellSums {
         let turns = self.turns && s > 0.0;
         let elements = grid.elements();
         let waves = grid.waves();
-        let lobes = |length: f64, unit: f64| (LOBES as f64 * 2.0 * PI / (length * unit)).round() as usize;
-        let last_around = match self.truncation.aliases {
-            Some(aliases) => (aliases * elements + elements / 2) as i64,
-            None => lobes(grid.length(), waves.kx(1)) as i64,
-        };
-        let last_m = self.truncation.lateral_terms.unwrap_or_else(|| lobes(grid.pitch(), waves.ky(1)));
+        let (last_around, last_m) = self.last_of_instant();
         let numbers: Vec<usize> = grid.lateral_numbers().take_while(|&m| m <= last_m).collect();
         let compliance = |n: i64, m: usize| match &tail {
             Some(tail) if waves.kx(n).hypot(waves.ky(m)) > tail.from => {
@@ -177,7 +183,7 @@ struct HalfSpace {
 }
 
 /// Adds a sum of means at the distances 0 and 1.
-fn add_mean(row: &mut [f64], mean: f64) {
+pub(super) fn add_mean(row: &mut [f64], mean: f64) {
     for (value, share) in row.iter_mut().zip([0.5, -0.25]) {
         *value += share * mean;
     }
@@ -232,28 +238,28 @@ impl HalfSpace {
 }
 
 /// Returns the nodes and weights on (0, 1).
-fn on_unit() -> impl Iterator<Item = [f64; 2]> {
+pub(super) fn on_unit() -> impl Iterator<Item = [f64; 2]> {
     legendre::gauss(TAIL_POINTS).into_iter().map(|[x, weight]| [0.5 * (1.0 + x), 0.5 * weight])
 }
 
 /// The sum over wavenumbers round the tyre.
-struct Around<'a> {
-    grid: &'a CellGrid,
+pub(super) struct Around<'a> {
+    pub(super) grid: &'a CellGrid,
     /// Largest n.
-    last: i64,
+    pub(super) last: i64,
     /// True if the sum ends there, at -n and not at n.
-    truncated: bool,
-    columns: usize,
+    pub(super) truncated: bool,
+    pub(super) columns: usize,
 }
 
 impl Around<'_> {
     /// Tells where the sum ends \[1/m\].
-    fn highest(&self) -> f64 {
+    pub(super) fn highest(&self) -> f64 {
         self.grid.waves().kx(self.last) + 0.5 * self.grid.waves().kx(1)
     }
 
     /// Returns sum over n of (1/L) sinc^2(kx dx/2) cos(kx i dx) of a compliance, i = 0..columns.
-    fn sum(&self, ring: &mut Ring, mut compliance: impl FnMut(i64) -> f64) -> Vec<f64> {
+    pub(super) fn sum(&self, ring: &mut Ring, mut compliance: impl FnMut(i64) -> f64) -> Vec<f64> {
         let elements = self.grid.elements();
         let mut folded = vec![0.0; elements / 2 + 1];
         for n in 0..=self.last {
@@ -270,7 +276,7 @@ impl Around<'_> {
 
     /// Adds the odd part O of a wave n >= 0 to that of the number on the ring which it falls on: to that of 0 and N/2,
     /// which stand for both signs, nothing.
-    fn fold_odd(&self, folded: &mut [f64], n: i64, odd: f64) {
+    pub(super) fn fold_odd(&self, folded: &mut [f64], n: i64, odd: f64) {
         let elements = self.grid.elements();
         let place = n as usize % elements;
         let mirrored = elements - place;

@@ -13,6 +13,7 @@
 //! - [`mobility`]: the driving-point mobility of patches;
 //! - [`CellGrid`], [`CellSums`]: the same between cells of the contact strip, wave by wave and for an instant, and
 //!   [`CellInfluence`], their table;
+//! - `traction_sums`: the same of all components of traction and displacement, and `traction_influence`, their table;
 //! - [`SurfaceWaves`]: the surface wave by wave, not summed; `flank_waves`: what the sidewalls sweep with it.
 
 mod bounded_sum;
@@ -36,6 +37,8 @@ pub(in crate::tyre) mod projection;
 mod short_waves;
 mod surface_waves;
 mod tail_sum;
+mod traction_influence;
+mod traction_sums;
 pub(crate) mod wave_compliance;
 mod waves;
 
@@ -51,4 +54,8 @@ pub use kernel::Field;
 pub(crate) use lane_sum::FaceValues;
 pub use projection::Projection;
 pub(crate) use surface_waves::SurfaceWaves;
+pub(crate) use traction_influence::{COMPONENTS, TractionInfluence};
+#[cfg(test)]
+pub(crate) use traction_influence::{PairTables, UniformTables};
+pub(crate) use traction_sums::{PAIRS, TractionParts, traction_shape};
 pub(crate) use waves::Waves;

@@ -10,6 +10,7 @@
 //! - [`rotation`]: growth and hoop stress of a tyre that turns;
 //! - [`lane_compliance`]: the flat ones at several s in lockstep;
 //! - [`surface_asymptote`]: what C becomes at high wavenumbers;
+//! - `traction_asymptote`: the same of all components, at real s;
 //! - [`cases`]: files of wavenumbers and s in, C and D out.
 
 mod anisotropic;
@@ -30,6 +31,7 @@ mod radial_polynomials;
 pub(crate) mod rotation;
 mod scaled_series;
 pub(crate) mod surface_asymptote;
+pub(crate) mod traction_asymptote;
 mod triangle;
 
 #[cfg(test)]

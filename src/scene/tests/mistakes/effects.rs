@@ -20,13 +20,8 @@ fn switches() {
 }
 
 #[test]
-fn effects_that_are_not_there_yet_are_named() {
-    effect_refused(
-        "friction = \"on\"",
-        "effects.friction",
-        "tangential friction in the contact is not there yet",
-        "\"off\"",
-    );
+fn friction_that_is_switched_on_needs_its_table() {
+    effect_refused("friction = \"on\"", "effects.friction", "there is no [friction]", "a table [friction]");
 }
 
 #[test]

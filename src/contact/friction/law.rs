@@ -1,0 +1,79 @@
+//! Coefficients of friction and bonds of cells from step to step: a cell is material and keeps its own.
+
+use serde::{Deserialize, Serialize};
+
+use crate::scene::{Adhesion, Coefficient};
+
+/// Law of all cells round the tyre, and their states.
+pub(crate) struct CellLaw {
+    coefficient: Coefficient,
+    adhesion: Option<Adhesion>,
+    time_step: f64,
+    states: CellStates,
+}
+
+/// States of cells round the tyre, cell by cell.
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
+pub(crate) struct CellStates {
+    /// Coefficient of friction; empty where it is constant.
+    friction: Vec<f64>,
+    /// Bonds; empty without adhesion.
+    bonded: Vec<bool>,
+}
+
+impl CellLaw {
+    /// Makes the law of so many cells.
+    pub(crate) fn new(coefficient: Coefficient, adhesion: Option<Adhesion>, time_step: f64, cells: usize) -> Self {
+        let friction = match coefficient {
+            Coefficient::Constant(_) => Vec::new(),
+            Coefficient::Falling(law) => vec![law.steady(0.0); cells],
+        };
+        let bonded = vec![false; if adhesion.is_some() { cells } else { 0 }];
+        Self { coefficient, adhesion, time_step, states: CellStates { friction, bonded } }
+    }
+
+    /// Returns the coefficient of a cell in the coming step.
+    pub(crate) fn friction(&self, cell: usize) -> f64 {
+        match self.coefficient {
+            Coefficient::Constant(mu) => mu,
+            Coefficient::Falling(_) => self.states.friction[cell],
+        }
+    }
+
+    /// Returns the pull on a cell in the coming step \[Pa\]; `None` without adhesion.
+    pub(crate) fn pull(&self, cell: usize) -> Option<f64> {
+        let adhesion = self.adhesion.as_ref()?;
+        Some(if self.states.bonded[cell] { adhesion.stress } else { 0.0 })
+    }
+
+    /// Tells whether there is adhesion.
+    pub(crate) fn has_adhesion(&self) -> bool {
+        self.adhesion.is_some()
+    }
+
+    /// Takes in a step of a cell: the speed of its slip where it is pressed \[m/s\], and its gap \[m\].
+    pub(crate) fn follow(&mut self, cell: usize, slip: Option<f64>, gap: f64) {
+        if let (Coefficient::Falling(law), Some(friction)) = (&self.coefficient, self.states.friction.get_mut(cell)) {
+            // A cell that leaves the road begins anew where it meets it again.
+            *friction = slip.map_or(law.steady(0.0), |speed| law.after(*friction, speed, self.time_step));
+        }
+        if let (Some(adhesion), Some(bonded)) = (&self.adhesion, self.states.bonded.get_mut(cell)) {
+            *bonded = gap <= adhesion.range;
+        }
+    }
+
+    /// Takes the states down.
+    pub(crate) fn save(&self) -> &CellStates {
+        &self.states
+    }
+
+    /// Goes on from the states of an equal law; `false` for those of another.
+    pub(crate) fn restore(&mut self, states: CellStates) -> bool {
+        let fits =
+            states.friction.len() == self.states.friction.len() && states.bonded.len() == self.states.bonded.len();
+        if fits {
+            self.states = states;
+        }
+        fits
+    }
+}

@@ -1,0 +1,217 @@
+//! Linear equations of all pressed cells near a guess, solved by generalised minimal residuals.
+//!
+//! A sticking cell has three unknowns, a slipping one two: its normal force, which carries mu F_z along the slip with
+//! it, and tau across. The equations are neither symmetric nor definite where friction is large, so that no conjugate
+//! gradients serve (Saad & Schultz 1986, *SIAM J. Sci. Stat. Comput.* 7, 856).
+
+use super::conditions::{Conditions, State};
+use super::product::{TractionProduct, Vector};
+
+/// Directions that are kept.
+const DIRECTIONS: usize = 60;
+
+/// Equations of the pressed cells.
+pub(crate) struct Equations {
+    /// Pressed cells with their states, and the places of their first unknowns.
+    cells: Vec<(usize, State, usize)>,
+    unknowns: usize,
+    /// Reciprocal diagonal of the equations.
+    scale: Vec<f64>,
+    right: Vec<f64>,
+    directions: Vec<Vec<f64>>,
+    forces: Vec<Vector>,
+    displacements: Vec<Vector>,
+}
+
+/// Result of a solution.
+pub(crate) struct Solved {
+    /// Products with the influence.
+    pub products: u64,
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+impl Equations {
+    /// Makes room for a window of so many cells.
+    pub(crate) fn new(cells: usize) -> Self {
+        Self {
+            cells: Vec::new(),
+            unknowns: 0,
+            scale: Vec::new(),
+            right: Vec::new(),
+            directions: Vec::new(),
+            forces: vec![[0.0; 3]; cells],
+            displacements: vec![[0.0; 3]; cells],
+        }
+    }
+
+    /// Sets the equations up; `own` is the influence of a cell on itself \[m/N\].
+    pub(crate) fn set(&mut self, conditions: &Conditions<'_>, states: impl Iterator<Item = State>, own: Vector) {
+        (self.unknowns, self.cells) = (0, std::mem::take(&mut self.cells));
+        self.cells.clear();
+        self.scale.clear();
+        self.right.clear();
+        for (cell, state) in states.enumerate() {
+            let [sx, sy] = conditions.shift[cell];
+            let first = self.unknowns;
+            match state {
+                State::Open => continue,
+                State::Sticking => {
+                    self.right.extend([conditions.required[cell], -sx, -sy]);
+                    self.scale.extend([1.0 / own[2], 1.0 / own[0], 1.0 / own[1]]);
+                    self.unknowns += 3;
+                }
+                State::Slipping([ex, ey], rest, rigidity) => {
+                    let across = own[0] * ey * ey + own[1] * ex * ex;
+                    self.right.extend([conditions.required[cell], -rigidity * (ex * sy - ey * sx)]);
+                    self.scale.extend([1.0 / own[2], 1.0 / (rest + rigidity * across)]);
+                    self.unknowns += 2;
+                }
+            }
+            self.cells.push((cell, state, first));
+        }
+    }
+
+    /// Finds the forces of unknowns.
+    fn expand(&mut self, friction: &[f64], unknowns: &[f64]) {
+        self.forces.fill([0.0; 3]);
+        for &(cell, state, first) in &self.cells {
+            let z = unknowns[first];
+            self.forces[cell] = match state {
+                State::Slipping([ex, ey], ..) => {
+                    let (along, tau) = (friction[cell] * z, unknowns[first + 1]);
+                    [along * ex - tau * ey, along * ey + tau * ex, z]
+                }
+                _ => [unknowns[first + 1], unknowns[first + 2], z],
+            };
+        }
+    }
+
+    /// Finds the left sides of the equations, scaled, for unknowns.
+    fn apply(&mut self, product: &mut TractionProduct, friction: &[f64], unknowns: &[f64], out: &mut [f64]) {
+        self.expand(friction, unknowns);
+        product.displacement(&self.forces, &mut self.displacements);
+        for &(cell, state, first) in &self.cells {
+            let [x, y, z] = self.displacements[cell];
+            out[first] = z * self.scale[first];
+            match state {
+                State::Slipping([ex, ey], rest, rigidity) => {
+                    let across = rigidity * (ex * y - ey * x) + rest * unknowns[first + 1];
+                    out[first + 1] = across * self.scale[first + 1];
+                }
+                _ => {
+                    out[first + 1] = x * self.scale[first + 1];
+                    out[first + 2] = y * self.scale[first + 2];
+                }
+            }
+        }
+    }
+
+    /// Solves the equations from a guess, and writes the forces. The residual, as a force, comes down by a `reduction`,
+    /// or to the `least` \[N\] that is of use.
+    pub(crate) fn solve(
+        &mut self,
+        product: &mut TractionProduct,
+        conditions: &Conditions<'_>,
+        forces: &mut [Vector],
+        [reduction, least]: [f64; 2],
+        most: u64,
+    ) -> Solved {
+        let (count, friction) = (self.unknowns, conditions.friction);
+        let mut unknowns = vec![0.0; count];
+        for &(cell, state, first) in &self.cells {
+            let [x, y, z] = forces[cell];
+            unknowns[first] = z;
+            match state {
+                State::Slipping([ex, ey], ..) => unknowns[first + 1] = ex * y - ey * x,
+                _ => (unknowns[first + 1], unknowns[first + 2]) = (x, y),
+            }
+        }
+        let (mut residual, mut products) = (vec![0.0; count], 0);
+        let mut goal = least;
+        while count > 0 && products < most {
+            self.apply(product, friction, &unknowns, &mut residual);
+            products += 1;
+            let right = self.right.iter().zip(&self.scale);
+            residual.iter_mut().zip(right).for_each(|(own, (right, scale))| *own = right * scale - *own);
+            let first = dot(&residual, &residual).sqrt();
+            if products == 1 {
+                goal = least.max(reduction * first);
+            }
+            if first <= goal || !first.is_finite() {
+                break;
+            }
+            let steps = self.minimise(product, friction, (&residual, first), goal, most - products);
+            products += steps.len() as u64;
+            for (step, direction) in steps.iter().zip(&self.directions) {
+                unknowns.iter_mut().zip(direction).for_each(|(own, direction)| *own += step * direction);
+            }
+            if steps.len() < DIRECTIONS {
+                break;
+            }
+        }
+        self.expand(friction, &unknowns);
+        forces.copy_from_slice(&self.forces);
+        Solved { products }
+    }
+
+    /// Finds the steps along the directions that make a residual smallest.
+    fn minimise(
+        &mut self,
+        product: &mut TractionProduct,
+        friction: &[f64],
+        (residual, first): (&[f64], f64),
+        goal: f64,
+        most: u64,
+    ) -> Vec<f64> {
+        let most = DIRECTIONS.min(most as usize);
+        let mut directions = std::mem::take(&mut self.directions);
+        directions.clear();
+        directions.push(residual.iter().map(|value| value / first).collect::<Vec<f64>>());
+        let mut columns: Vec<Vec<f64>> = Vec::new();
+        let mut turns: Vec<[f64; 2]> = Vec::new();
+        let mut right = vec![first];
+        while columns.len() < most && right[columns.len()].abs() > goal {
+            let place = columns.len();
+            let mut next = vec![0.0; self.unknowns];
+            self.apply(product, friction, &directions[place], &mut next);
+            let mut column = Vec::with_capacity(place + 2);
+            for direction in &directions {
+                let share = dot(direction, &next);
+                next.iter_mut().zip(direction).for_each(|(next, direction)| *next -= share * direction);
+                column.push(share);
+            }
+            let norm = dot(&next, &next).sqrt();
+            for (row, [cosine, sine]) in turns.iter().enumerate() {
+                let [a, b] = [column[row], column[row + 1]];
+                (column[row], column[row + 1]) = (cosine * a + sine * b, cosine * b - sine * a);
+            }
+            let length = column[place].hypot(norm);
+            if !length.is_finite() || length <= 0.0 {
+                break;
+            }
+            let [cosine, sine] = [column[place] / length, norm / length];
+            column[place] = length;
+            let last = right[place];
+            right[place] = cosine * last;
+            right.push(-sine * last);
+            turns.push([cosine, sine]);
+            columns.push(column);
+            if norm <= 1e-300 {
+                break;
+            }
+            next.iter_mut().for_each(|value| *value /= norm);
+            directions.push(next);
+        }
+        let count = columns.len();
+        let mut steps = vec![0.0; count];
+        for row in (0..count).rev() {
+            let known: f64 = (row + 1..count).map(|column| columns[column][row] * steps[column]).sum();
+            steps[row] = (right[row] - known) / columns[row][row];
+        }
+        self.directions = directions;
+        steps
+    }
+}

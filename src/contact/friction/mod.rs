@@ -1,0 +1,25 @@
+//! Contact over cells with friction: sticking, slipping and open cells, and their forces in three components.
+//!
+//! - [`product`]: displacements of all cells by the forces on all of them within an instant;
+//! - [`conditions`]: contact and friction law of a cell, how far it is missed, and the linear equation that stands for
+//!   it near a guess;
+//! - [`linear`]: solution of the linear equations of all cells;
+//! - [`sweeps`]: cell after cell, which ends where linear equations do not;
+//! - [`search`]: the forces of an instant;
+//! - `transform`: between cells and waves, [`past`]: displacements by past forces;
+//! - [`law`]: coefficients of friction and bonds from step to step;
+//! - [`zone`]: one step, from the past to the forces.
+
+pub(crate) mod conditions;
+pub(crate) mod law;
+mod linear;
+pub(crate) mod past;
+pub(crate) mod product;
+pub(crate) mod search;
+mod sweeps;
+pub(crate) mod transform;
+pub(crate) mod zone;
+
+pub(crate) use zone::FrictionZone;
+#[cfg(test)]
+mod search_tests;

@@ -1,0 +1,368 @@
+//! Contact of one step over all cells of the window, with friction.
+//!
+//! 1. displacements by past forces;
+//! 2. required displacements d of the cells, and their slip but for the forces of this step,
+//!    shift = u_old + (c_1 u' + c_2 u'')/c_0 + W dt/c_0, with the cell's own displacements u' and u'' one and two steps
+//!    ago and the backward difference c;
+//! 3. the forces (module `search`);
+//! 4. slip v = (u + shift) c_0/dt, coefficients of friction and bonds of the next step; the forces join the past.
+//!
+//! W = (V (xi - phi y), V (alpha + phi x)) is the creep of a rigid wheel, risen over the ramp. Two columns ahead of the
+//! window are carried along, so that cells have a past when they come in.
+
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+use super::conditions::Conditions;
+use super::law::{CellLaw, CellStates};
+use super::past::{TractionPast, TractionPastState};
+use super::product::Vector;
+use super::search::{FrictionCounts, FrictionSearch};
+use crate::contact::complementarity::{Residuals, SearchCounts};
+use crate::contact::error::ContactError;
+use crate::contact::footprint::{StageMut, TangentialPart};
+use crate::contact::geometry::Geometry;
+use crate::contact::zone::{Instant, Solved, Zone};
+use crate::counters::{Meter, Stage, Work};
+use crate::numeric::largest_or_zero;
+use crate::road::strip::RoadStrip;
+use crate::scene::Creep;
+use crate::storage::state::{StateError, StateReader, StateWriter, fill};
+use crate::time_rule::TimeRule;
+
+/// Columns ahead of the window whose displacements are carried along.
+pub(crate) const AHEAD: usize = 2;
+/// Share of mu F_z from which on a force counts as that of slip.
+const FULL: f64 = 1.0 - 1e-7;
+
+/// Motion of the wheel and the cells under it.
+pub(crate) struct Rolling {
+    /// Where the elements are whose forces are told.
+    pub geometry: Geometry,
+    /// Columns by which the window is longer at either end.
+    pub margin: usize,
+    /// Distance of the cells across from the middle, to the left \[m\].
+    pub lateral: Vec<f64>,
+    /// Height of the tread above its middle by cell across \[m\].
+    pub crown: Vec<f64>,
+    /// Size of a cell \[m^2\].
+    pub face: f64,
+    /// Rolling speed \[m/s\].
+    pub speed: f64,
+    /// Creep.
+    pub creep: Creep,
+    /// Time rule.
+    pub rule: TimeRule,
+    /// Time step \[s\].
+    pub time_step: f64,
+}
+
+impl Rolling {
+    /// Returns the columns ahead of a window of so many that are carried along: none where it is the whole tyre.
+    pub(crate) fn ahead(&self, columns: usize) -> usize {
+        AHEAD.min(self.geometry.elements - columns)
+    }
+
+    /// Returns the slip of a step by creep \[m\], over c_0, at the number of an element and across.
+    fn creep(&self, step: u64, element: i64, j: usize) -> [f64; 2] {
+        let Creep { longitudinal, lateral, spin, ramp } = self.creep;
+        let time = step as f64 * self.time_step;
+        let risen = if time < ramp { time / ramp } else { 1.0 };
+        let way = risen * self.speed * self.time_step / self.rule.backward_difference()[0];
+        let (x, y) = (self.geometry.position(element, step), self.lateral[j]);
+        [way * (longitudinal - spin * y), way * (lateral + spin * x)]
+    }
+}
+
+/// Cells of a window with friction, column by column, and of [`AHEAD`] columns before it.
+pub(crate) struct FrictionZone {
+    rolling: Rolling,
+    past: TractionPast,
+    search: FrictionSearch,
+    law: CellLaw,
+    /// Forces of the last step, then of this one \[N\], and the element that they begin with; without the pull.
+    forces: Vec<Vector>,
+    first_element: i64,
+    required: Vec<f64>,
+    shift: Vec<[f64; 2]>,
+    friction: Vec<f64>,
+    /// Displacements by past forces and by the pull of this step \[m\].
+    old: Vec<Vector>,
+    /// Forces with the pull \[N\].
+    all: Vec<Vector>,
+    normal: Vec<f64>,
+    /// Tangential displacements of the cells round the tyre, one and two steps ago \[m\].
+    last: [Vec<[f64; 2]>; 2],
+}
+
+/// State of a [`FrictionZone`] between two steps.
+#[derive(Deserialize, Serialize)]
+struct FrictionZoneState {
+    past: TractionPastState,
+    counts: FrictionCounts,
+    law: CellStates,
+    forces: Vec<Vector>,
+    first_element: i64,
+    last: [Vec<[f64; 2]>; 2],
+}
+
+impl FrictionZone {
+    /// Makes the zone of a tyre at rest.
+    pub(crate) fn new(rolling: Rolling, past: TractionPast, search: FrictionSearch, law: CellLaw) -> Self {
+        let cells = search.influence().cells();
+        let round = rolling.geometry.elements * rolling.lateral.len();
+        let zeros = || vec![[0.0; 3]; cells];
+        Self {
+            past,
+            search,
+            law,
+            forces: zeros(),
+            first_element: i64::MIN,
+            required: vec![0.0; cells],
+            shift: vec![[0.0; 2]; cells],
+            friction: vec![0.0; cells],
+            old: zeros(),
+            all: zeros(),
+            normal: vec![0.0; cells],
+            last: [vec![[0.0; 2]; round], vec![[0.0; 2]; round]],
+            rolling,
+        }
+    }
+
+    fn across(&self) -> usize {
+        self.rolling.lateral.len()
+    }
+
+    /// Returns the cells of the window, without those ahead.
+    fn window(&self) -> Range<usize> {
+        0..(self.rolling.geometry.columns + 2 * self.rolling.margin) * self.across()
+    }
+
+    /// Returns the cells that are told.
+    fn told(&self) -> Range<usize> {
+        let outside = self.rolling.margin * self.across();
+        outside..self.window().end - outside
+    }
+
+    /// Returns the place round the tyre of a cell of the window.
+    fn place(&self, cell: usize) -> usize {
+        let (across, elements) = (self.across(), self.rolling.geometry.elements as i64);
+        let element = (self.first_element + (cell / across) as i64).rem_euclid(elements);
+        element as usize * across + cell % across
+    }
+
+    /// Moves the guess with the window: cells are material.
+    fn go_on(&mut self, first_element: i64) {
+        let moved = usize::try_from(first_element.saturating_sub(self.first_element)).unwrap_or(usize::MAX);
+        let cells = self.forces.len();
+        let moved = moved.saturating_mul(self.across()).min(cells);
+        if moved > 0 {
+            self.forces.copy_within(moved.., 0);
+            self.forces[cells - moved..].fill([0.0; 3]);
+        }
+        self.first_element = first_element;
+    }
+
+    /// Sets up required displacements, slips and coefficients of a step.
+    fn set_up(&mut self, at: &Instant<'_>, road: &RoadStrip) {
+        let across = self.across();
+        let [now, one, two] = self.rolling.rule.backward_difference();
+        let window = self.window().end;
+        for cell in 0..self.forces.len() {
+            let (place, column, j) = (self.place(cell), cell / across, cell % across);
+            let element = at.first_element + column as i64;
+            let height = road.heights(element).map(|heights| heights[j]).filter(|_| cell < window);
+            self.required[cell] = height.map_or(f64::NEG_INFINITY, |height| {
+                at.indentation - at.rises[column] - self.rolling.crown[j] + height - self.old[cell][2]
+            });
+            let creep = self.rolling.creep(at.step, element, j);
+            let last = [0, 1].map(|ago: usize| self.last[ago][place]);
+            self.shift[cell] = [0, 1].map(|component: usize| {
+                let past = one * last[0][component] + two * last[1][component];
+                self.old[cell][component] + past / now + creep[component]
+            });
+            self.friction[cell] = self.law.friction(place);
+        }
+    }
+
+    /// Takes in what the bonds of this step do: the pull, and the displacements by it.
+    fn pull(&mut self) {
+        self.all.fill([0.0; 3]);
+        if !self.law.has_adhesion() {
+            return;
+        }
+        let face = self.rolling.face;
+        for cell in self.window() {
+            let pull = self.law.pull(self.place(cell)).unwrap_or(0.0);
+            self.all[cell][2] = -pull * face;
+        }
+        let mut by_pull = vec![[0.0; 3]; self.all.len()];
+        self.search.displace(&self.all, &mut by_pull);
+        for (old, by_pull) in self.old.iter_mut().zip(by_pull) {
+            old.iter_mut().zip(by_pull).for_each(|(old, by_pull)| *old += by_pull);
+        }
+    }
+
+    /// Takes in what the forces have done: displacements, slips, coefficients and bonds, and tells the tangential part.
+    fn follow(&mut self, step: u64, out: Option<&mut TangentialPart>) {
+        let (across, told) = (self.across(), self.told());
+        let rate = self.rolling.rule.backward_difference()[0] / self.rolling.time_step;
+        let mut part = TangentialPart::default();
+        self.last.swap(0, 1);
+        let mut out = out;
+        if let Some(out) = &mut out {
+            out.forces.fill([0.0; 2]);
+            out.slip.fill([0.0; 2]);
+        }
+        let ends = [0, told.len().saturating_sub(across)];
+        for cell in 0..self.forces.len() {
+            let (place, own) = (self.place(cell), self.search.displacements()[cell]);
+            self.last[0][place] = [0, 1].map(|component| own[component] + self.old[cell][component]);
+            let force = self.forces[cell];
+            let slip = [0, 1].map(|component| (own[component] + self.shift[cell][component]) * rate);
+            let (speed, is_pressed) = (slip[0].hypot(slip[1]), force[2] > 0.0);
+            let gap = own[2] - self.required[cell];
+            part.bonded += usize::from(self.all[cell][2] < 0.0);
+            self.law.follow(place, is_pressed.then_some(speed), gap);
+            if !is_pressed {
+                continue;
+            }
+            let bound = self.friction[cell] * force[2];
+            let is_slipping = force[0].hypot(force[1]) >= FULL * bound;
+            part.slipping += usize::from(is_slipping);
+            part.sticking += usize::from(!is_slipping);
+            // Slip of a cell that sticks is rounding.
+            let slip = if is_slipping { slip } else { [0.0; 2] };
+            part.slip_power += if is_slipping { bound * speed } else { 0.0 };
+            let element = self.first_element + (cell / across) as i64;
+            let (x, y) = (self.rolling.geometry.position(element, step), self.rolling.lateral[cell % across]);
+            part.aligning_moment += x * force[1] - y * force[0];
+            part.total[0] += force[0];
+            part.total[1] += force[1];
+            let Some(out) = &mut out else { continue };
+            // Forces beyond the columns that are told go to the outermost of these.
+            let place = match cell {
+                _ if cell < told.start => ends[0] + cell % across,
+                _ if cell >= told.end => ends[1] + cell % across,
+                _ => cell - told.start,
+            };
+            out.forces[place][0] += force[0];
+            out.forces[place][1] += force[1];
+            out.slip[place] = slip;
+        }
+        if let Some(out) = out {
+            let (forces, slip) = (std::mem::take(&mut out.forces), std::mem::take(&mut out.slip));
+            *out = TangentialPart { forces, slip, ..part };
+        }
+    }
+}
+
+impl Zone for FrictionZone {
+    fn solve(
+        &mut self,
+        at: Instant<'_>,
+        road: &RoadStrip,
+        mut told: StageMut<'_>,
+        meter: &mut Meter,
+    ) -> Result<Solved, ContactError> {
+        let Instant { step, first_element, .. } = at;
+        if !road.has_heights() {
+            return Err(ContactError::RoadForm);
+        }
+        let mut laps = meter.laps();
+        self.go_on(first_element);
+        self.old.fill([0.0; 3]);
+        meter.add_work(Stage::History, self.past.work());
+        self.past.add_displacement(first_element, &mut self.old);
+        meter.lap(&mut laps, Stage::History);
+        self.pull();
+        self.set_up(&at, road);
+        let cells = self.forces.len() as u64;
+        meter.add_work(Stage::Penetration, Work { multiply_adds: 20 * cells, bytes: 200 * cells });
+        meter.lap(&mut laps, Stage::Penetration);
+        let is_sound = self.required.iter().all(|required| !required.is_nan());
+        let conditions = Conditions { required: &self.required, shift: &self.shift, friction: &self.friction };
+        let relative = self.search.solve(&conditions, &mut self.forces);
+        let largest_force = self.forces.iter().fold(0.0_f64, |largest, force| largest.max(force[2]));
+        if self.search.is_unsettled() && is_sound {
+            let points = self.forces.iter().filter(|force| force[2] > 0.0).count();
+            let friction = largest_or_zero(&self.friction);
+            return Err(ContactError::FrictionUnsettled { points, friction, step });
+        }
+        meter.lap(&mut laps, Stage::ActiveSet);
+        for (all, force) in self.all.iter_mut().zip(&self.forces) {
+            // The pull stays beside the pressure.
+            *all = [force[0], force[1], force[2] + all[2]];
+        }
+        self.normal.iter_mut().zip(&self.all).for_each(|(normal, all)| *normal = all[2]);
+        self.past.push(first_element, &self.all);
+        meter.lap(&mut laps, Stage::History);
+        for (all, force) in self.all.iter_mut().zip(&self.forces) {
+            all[2] -= force[2];
+        }
+        self.follow(step, told.tangential.as_deref_mut());
+        let (window, across) = (self.window(), self.across());
+        let (old, u) = (&self.old, self.search.displacements());
+        let displacement = |cell: usize| old[cell][2] + u[cell][2];
+        told.write(self.told(), across, &self.normal[window.clone()], &self.required[window.clone()], displacement);
+        let is_touched = |column: Option<&[Vector]>| column.is_some_and(|cells| cells.iter().any(|f| f[2] > 0.0));
+        let mut columns = self.forces[window].chunks_exact(across);
+        let is_at_end = is_touched(columns.next()) || is_touched(columns.next_back());
+        let largest_displacement = largest_or_zero(&self.required);
+        let residuals = Residuals {
+            tension: 0.0,
+            penetration: relative.normal * largest_displacement,
+            complementarity: relative.normal.max(relative.tangential) * largest_displacement * largest_force,
+        };
+        Ok(Solved { residuals, largest_force, largest_displacement, is_sound, is_at_end })
+    }
+
+    fn across(&self) -> usize {
+        self.rolling.lateral.len()
+    }
+
+    fn margin(&self) -> usize {
+        self.rolling.margin
+    }
+
+    fn is_widened(&self) -> bool {
+        true
+    }
+
+    fn has_friction(&self) -> bool {
+        true
+    }
+
+    fn first_weights(&self) -> &[f64] {
+        self.search.influence().pairs.last().map_or(&[], |pair| &pair.toeplitz)
+    }
+
+    fn search_counts(&self) -> SearchCounts {
+        let FrictionCounts { steps, rounds, work, .. } = self.search.counts();
+        SearchCounts { solves: steps, fallbacks: rounds, work, ..SearchCounts::default() }
+    }
+
+    fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
+        state.put(&FrictionZoneState {
+            past: self.past.save(),
+            counts: self.search.counts(),
+            law: self.law.save().clone(),
+            forces: self.forces.clone(),
+            first_element: self.first_element,
+            last: self.last.clone(),
+        })
+    }
+
+    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+        let FrictionZoneState { past, counts, law, forces, first_element, last } = state.take()?;
+        self.past.restore(&past)?;
+        self.search.set_counts(counts);
+        fill(&mut self.forces, &forces)?;
+        self.first_element = first_element;
+        for (own, kept) in self.last.iter_mut().zip(&last) {
+            fill(own, kept)?;
+        }
+        if self.law.restore(law) { Ok(()) } else { Err(StateError::Value) }
+    }
+}

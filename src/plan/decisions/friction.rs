@@ -1,0 +1,29 @@
+//! Friction: whether tangential forces act, and by which law.
+
+use super::row::{Decided, Row, given};
+use super::values::Decisions;
+use crate::scene::{Coefficient, FallingFriction, Scene};
+
+pub(super) const FRICTION: Row = Row {
+    title: "friction",
+    short: "friction",
+    decide: friction,
+    // A coefficient that a scene does not give cannot be switched on.
+    switch: None,
+    of_cells: false,
+};
+
+fn friction(scene: &Scene, _: &mut Decisions) -> Decided {
+    let reason = given(scene.effects.friction, "friction");
+    let Some(friction) = &scene.friction else {
+        let reason = reason.unwrap_or_else(|| "auto: the scene has no [friction]".to_owned());
+        return Decided { on: false, form: String::new(), reason };
+    };
+    let law = match friction.coefficient() {
+        Coefficient::Constant(mu) => format!("mu = {mu}"),
+        Coefficient::Falling(FallingFriction { slow, fast, .. }) => format!("mu from {slow} down to {fast}"),
+    };
+    let form = scene.adhesion.as_ref().map_or(law.clone(), |pull| format!("{law}, a pull of {} Pa", pull.stress));
+    let reason = reason.unwrap_or_else(|| "the scene has [friction]".to_owned());
+    Decided { on: scene.has_tractions(), form, reason }
+}

@@ -1,0 +1,193 @@
+//! `[friction]` and `[adhesion]`: tangential forces and pull on contact cells.
+
+use serde::{Deserialize, Serialize};
+
+use crate::scene::Problem;
+use crate::scene::keys::{is_default, keys};
+use crate::scene::kind::{Bounds, OneOf, Optional};
+use crate::scene::table::{Nested, Table};
+
+/// Law of the coefficient of friction, where it is not constant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FrictionLaw {
+    /// Falls from `mu_slow` to `mu_fast` as slip gets faster, over a length of slip.
+    Falling,
+}
+
+/// Coefficient of friction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Coefficient {
+    /// The same at all speeds.
+    Constant(f64),
+    /// Falling with the speed of slip.
+    Falling(FallingFriction),
+}
+
+/// Coefficient of friction that follows the speed of slip: with v its size and D the memory length,
+///
+/// mu_ss(v) = mu_fast + (mu_slow - mu_fast) exp(-v/v_s),   dmu/dt = (mu_ss - mu) (v + v_0)/D.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FallingFriction {
+    /// Coefficient of slow slip.
+    pub slow: f64,
+    /// Coefficient of fast slip.
+    pub fast: f64,
+    /// Speed scale v_s \[m/s\].
+    pub speed_scale: f64,
+    /// Memory length D \[m\].
+    pub memory_length: f64,
+    /// Speed floor v_0 \[m/s\].
+    pub speed_floor: f64,
+}
+
+impl FallingFriction {
+    /// Returns the coefficient of steady slip at a speed \[m/s\].
+    pub fn steady(&self, speed: f64) -> f64 {
+        self.fast + (self.slow - self.fast) * (-speed / self.speed_scale).exp()
+    }
+
+    /// Returns the coefficient after a step of slip at a speed \[m/s\], from the one before.
+    pub fn after(&self, before: f64, speed: f64, time_step: f64) -> f64 {
+        let steady = self.steady(speed);
+        steady + (before - steady) * (-time_step * (speed + self.speed_floor) / self.memory_length).exp()
+    }
+}
+
+/// Largest coefficient of friction that the search for the forces was shown to end with.
+const MOST_FRICTION: f64 = 8.0;
+const COEFFICIENT: Bounds = Bounds::between(0.0, MOST_FRICTION, "");
+const SPEED: Bounds = Bounds::positive("m/s").plausible(1e-6, 1e3);
+const RATIO: Bounds = Bounds::any("").plausible(1e-9, 10.0);
+
+keys! {
+    /// Friction between tread and road, over cells.
+    #[derive(Clone, Debug, PartialEq, Serialize)]
+    pub Friction {
+        /// Coefficient of friction; 0 leaves the forces of contact without friction. Or give a `law`.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        mu: Option<f64> = None => Optional(COEFFICIENT),
+        /// Law of a coefficient that is not constant, in place of `mu`.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        law: Option<FrictionLaw> = None => Optional(OneOf::new()),
+        /// Coefficient of slow slip, `law = "falling"`.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        mu_slow: Option<f64> = None => Optional(COEFFICIENT),
+        /// Coefficient of fast slip, likewise.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        mu_fast: Option<f64> = None => Optional(COEFFICIENT),
+        /// Speed of slip over which it falls by a factor e \[m/s\], likewise.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        speed_scale: Option<f64> = None => Optional(SPEED),
+        /// Length of slip over which it follows \[m\], likewise.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        memory_length: Option<f64> = None => Optional(Bounds::positive("m").plausible(1e-9, 1.0)),
+        /// Speed that stands for slip where there is none \[m/s\], likewise: a cell at rest heals by it.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        speed_floor: Option<f64> = None => Optional(SPEED),
+        /// Creep of the wheel against free rolling of a rigid one.
+        #[serde(skip_serializing_if = "is_default")]
+        creep: Creep = Creep::default() => CREEP,
+    }
+}
+
+keys! {
+    /// Creep: speed of the tread against the road, as parts of the rolling speed.
+    #[derive(Clone, Debug, PartialEq, Serialize)]
+    pub Creep {
+        /// Longitudinal creep; above 0 brakes, 1 is a locked wheel.
+        longitudinal: f64 = 0.0 => RATIO,
+        /// Lateral creep, the tangent of the slip angle; above 0 to the left.
+        lateral: f64 = 0.0 => RATIO,
+        /// Spin \[1/m\]: turning about the vertical over the rolling speed.
+        spin: f64 = 0.0 => Bounds::any("1/m").plausible(1e-9, 1e3),
+        /// Time from the run's start over which creep rises linearly from zero \[s\].
+        ramp: f64 = Creep::RAMP => Bounds::not_negative("s").plausible(1e-9, 1e6),
+    }
+}
+
+const CREEP: Nested<Creep> = Nested {
+    title: "the creep",
+    wanted: "{ longitudinal = ..., lateral = ..., spin = ..., ramp = ... }",
+    schema: Creep::schema,
+    read: Creep::read,
+};
+
+impl Creep {
+    /// Default time over which creep rises \[s\].
+    pub const RAMP: f64 = 0.02;
+}
+
+pub(in crate::scene) const FRICTION: Nested<Friction> =
+    Nested { title: "[friction]", wanted: "the table [friction] with mu", schema: Friction::schema, read: friction };
+
+/// Keys of the falling law.
+const OF_FALLING: [&str; 5] = ["mu_slow", "mu_fast", "speed_scale", "memory_length", "speed_floor"];
+
+fn friction(table: &mut Table<'_>) -> Option<Friction> {
+    if table.has("law") {
+        let right = "remove it: mu_slow and mu_fast say how large friction is";
+        table.refuse(&["mu"], "a law", right);
+    } else {
+        table.refuse(&OF_FALLING, "a constant coefficient", "remove it, or choose law = \"falling\"");
+    }
+    let read = Friction::read(table)?;
+    let missing = |key: &&&str| !table.has(key);
+    match (read.law, read.mu) {
+        (None, None) if table.has_unknown() => None,
+        (None, None) => table.complain("mu", Problem::missing("the coefficient of friction, such as 0.9, or a law")),
+        (None, Some(_)) => Some(read),
+        (Some(FrictionLaw::Falling), _) => {
+            let absent: Vec<_> = OF_FALLING.iter().filter(missing).collect();
+            for key in &absent {
+                table.complain::<()>(key, Problem::missing("its value: law = \"falling\" has no default for it"));
+            }
+            absent.is_empty().then_some(read)
+        }
+    }
+}
+
+impl Friction {
+    /// Returns the coefficient of friction.
+    pub fn coefficient(&self) -> Coefficient {
+        let falling = || {
+            Some(FallingFriction {
+                slow: self.mu_slow?,
+                fast: self.mu_fast?,
+                speed_scale: self.speed_scale?,
+                memory_length: self.memory_length?,
+                speed_floor: self.speed_floor?,
+            })
+        };
+        match self.law.and_then(|_| falling()) {
+            Some(falling) => Coefficient::Falling(falling),
+            None => Coefficient::Constant(self.mu.unwrap_or(0.0)),
+        }
+    }
+
+    /// Tells whether no tangential force can be: contact is then the one without friction.
+    pub fn is_frictionless(&self) -> bool {
+        match self.coefficient() {
+            Coefficient::Constant(mu) => mu <= 0.0,
+            Coefficient::Falling(FallingFriction { slow, fast, .. }) => slow.max(fast) <= 0.0,
+        }
+    }
+}
+
+keys! {
+    /// Adhesion between tread and road, over cells: a constant pull within a range (Dugdale).
+    #[derive(Clone, Debug, PartialEq, Serialize)]
+    pub Adhesion {
+        /// Pull per area of a bonded cell \[Pa\].
+        stress: f64 => Bounds::positive("Pa").plausible(1.0, 1e8),
+        /// Gap up to which a cell is bonded \[m\].
+        range: f64 => Bounds::positive("m").plausible(1e-10, 1e-2),
+    }
+}
+
+pub(in crate::scene) const ADHESION: Nested<Adhesion> = Nested {
+    title: "[adhesion]",
+    wanted: "the table [adhesion] with stress and range",
+    schema: Adhesion::schema,
+    read: Adhesion::read,
+};

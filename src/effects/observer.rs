@@ -2,6 +2,8 @@
 
 use std::any::Any;
 
+use ndarray::ArrayView2;
+
 use super::error::RunError;
 use crate::contact::footprint::Footprint;
 use crate::contact::geometry::Geometry;
@@ -9,6 +11,7 @@ use crate::counters::Meter;
 use crate::plan::Plan;
 use crate::response::SliceErrors;
 use crate::results::files::ResultFiles;
+use crate::results::plots::PatchMap;
 use crate::results::sound::SoundSummary;
 use crate::results::summary::Outcome;
 use crate::results::vibration::VibrationSummary;
@@ -60,6 +63,25 @@ pub(crate) struct End<'a> {
     pub geometry: &'a Geometry,
     /// The road under it.
     pub road: &'a RoadStrip,
+}
+
+impl End<'_> {
+    /// Draws values of the points of the patch, `across` to a column, of a size along and across \[m\].
+    ///
+    /// # Errors
+    /// [`RunError`] of the picture, or of writing it.
+    pub(crate) fn draw_points(
+        &self,
+        files: &dyn ResultFiles,
+        [file, name, quantity]: [&str; 3],
+        (values, across): (&[f64], usize),
+        size: [f64; 2],
+    ) -> Result<(), RunError> {
+        let Ok(values) = ArrayView2::from_shape((values.len() / across, across), values) else { return Ok(()) };
+        let title = format!("{name}: {}", self.loaded.title());
+        let map = PatchMap { title: &title, quantity, values, first_position: self.geometry.first_position(), size };
+        Ok(files.write_text(file, &map.to_svg()?)?)
+    }
 }
 
 /// Findings of a run's effects, as its summary tells them.

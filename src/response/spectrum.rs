@@ -20,12 +20,14 @@
 //!
 //! Cost: four real FFTs per segment length of signal; memory: some segments, whatever the length of the record.
 
+use std::f64::consts::TAU;
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::third_octave::ThirdOctaveBand;
+use crate::time_rule::TimeRule;
 
 /// Why there is no spectrum.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
@@ -100,6 +102,13 @@ impl PowerSpectrum {
             *power /= response(bin as f64 * self.resolution).powi(2);
         }
         self
+    }
+
+    /// Returns the spectrum of forces of which each step's mean by a rule was recorded: what the mean takes off is put
+    /// back.
+    #[must_use]
+    pub(crate) fn without_mean_of_steps(self, rule: TimeRule, time_step: f64) -> Self {
+        self.without(|frequency| rule.mean_response(TAU * frequency * time_step))
     }
 
     /// Returns the mean square of the signal less its mean: all the power there is \[unit^2\].

@@ -30,6 +30,9 @@ const SLICES: &str = "[outputs.vibration]\nbelt = true\nmap = true\npoints = [0.
 const CELLS: &str = "[contact]\nzone = \"cells\"\ncells_across = 3\n[outputs]\ncells_every = 0.1\n\
                      [[receiver]]\nstandard = \"hemisphere\"\nradius = 3.0\n[[receiver]]\nstandard = \"obsi\"\n\
                      [radiation]\nfmax = 200.0\nnodes_per_wavelength = 4.0\nfrequency_tolerance = \"1 dB\"";
+/// Those of friction and adhesion.
+const FRICTION: &str = "[contact]\nzone = \"cells\"\ncells_across = 3\n[outputs]\ncells_every = 0.1\n\
+                        [friction]\nmu = 0.5\n[adhesion]\nstress = 1e4\nrange = 1e-5";
 
 /// Paths of a JSON value; numbers of lists, and names that runs choose, are left out.
 fn paths(value: &Value, path: &str, found: &mut BTreeSet<String>) {
@@ -108,8 +111,10 @@ fn names_that_scripts_read_are_kept() {
     commands(folder.path(), &mut found);
     keys(&Scene::json_schema(), "", &mut found);
     let load = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 1.2\naxle = { load = 3000.0, tolerance = 0.9 }";
-    for (name, rolling, more) in [("slices", ROLLING, SLICES), ("cells", load, CELLS)] {
-        let text = scene_text(64, "kind = \"made\"", rolling, NUMERICS, more);
+    for (name, rolling, numerics, more) in
+        [("slices", ROLLING, NUMERICS, SLICES), ("cells", load, NUMERICS, CELLS), ("friction", load, "", FRICTION)]
+    {
+        let text = scene_text(64, "kind = \"made\"", rolling, numerics, more);
         fs::write(folder.path().join(format!("{name}.toml")), text).unwrap();
         results(folder.path(), name, &mut found);
     }

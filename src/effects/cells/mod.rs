@@ -1,8 +1,6 @@
 //! Contact over cells beside what every run gives: force by row across, area and pressure against time, pictures of the
 //! patch, and the cells themselves at chosen instants.
 
-use ndarray::{Array2, ArrayView2};
-
 use super::channel::{Channel, Read, RowShape, RowTimes};
 use super::effect::{Begin, Effect};
 use super::error::RunError;
@@ -13,7 +11,6 @@ use crate::counters::{Meter, Stage};
 use crate::numeric::{RunningMoments, largest_or_zero};
 use crate::plan::Plan;
 use crate::results::files::ResultFiles;
-use crate::results::plots::PatchMap;
 use crate::results::summary::CellsSummary;
 use crate::scene::Zone;
 use crate::storage::state::{StateError, StateReader, StateWriter, fill};
@@ -199,23 +196,16 @@ impl CellObserver {
             }
         }
         let counted = self.moments[0].count() as f64;
-        let field = |values: &[f64], scale: f64| -> Array2<f64> {
-            let shape = (values.len() / self.across, self.across);
-            ArrayView2::from_shape(shape, values)
-                .map_or_else(|_| Array2::zeros((0, 0)), |view| view.mapv(|v| scale * v))
-        };
+        let scaled = |values: &[f64], scale: f64| -> Vec<f64> { values.iter().map(|value| scale * value).collect() };
         let pressure = 1e-3 / (self.size[0] * self.size[1]);
-        let mean = field(&self.sum, pressure / counted.max(1.0));
-        let maps = [
-            ("cells_mean_pressure.svg", "Mean pressure", "Pressure [kPa]", mean),
-            ("cells_pressure.svg", "Pressure at the end", "Pressure [kPa]", field(end.footprint.mean(), pressure)),
-            ("cells_road.svg", "Road under the patch", "Height [mm]", field(&heights, 1e3)),
-        ];
-        for (file, what, quantity, values) in maps {
-            let title = format!("{what}: {}", end.loaded.title());
-            let first_position = geometry.first_position();
-            let map = PatchMap { title: &title, quantity, values: values.view(), first_position, size: self.size };
-            files.write_text(file, &map.to_svg()?)?;
+        let mean = scaled(&self.sum, pressure / counted.max(1.0));
+        let last = scaled(end.footprint.mean(), pressure);
+        for (named, values) in [
+            (["cells_mean_pressure.svg", "Mean pressure", "Pressure [kPa]"], mean),
+            (["cells_pressure.svg", "Pressure at the end", "Pressure [kPa]"], last),
+            (["cells_road.svg", "Road under the patch", "Height [mm]"], scaled(&heights, 1e3)),
+        ] {
+            end.draw_points(files, named, (&values, self.across), self.size)?;
         }
         Ok(())
     }

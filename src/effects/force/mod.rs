@@ -1,7 +1,6 @@
 //! Total force of every step, its spectrum, and the forces of the patch: what every run gives. Memory does not grow
 //! with the number of steps.
 
-use std::f64::consts::TAU;
 use std::ops::Range;
 
 use ndarray::ArrayView2;
@@ -251,7 +250,7 @@ impl ForceObserver {
     pub(crate) fn spectrum(&self) -> Option<PowerSpectrum> {
         let (rule, time_step) = self.recording;
         let spectrum = self.spectrum.clone().and_then(|spectrum| spectrum.finish().ok())?;
-        Some(spectrum.without(|frequency| rule.mean_response(TAU * frequency * time_step)))
+        Some(spectrum.without_mean_of_steps(rule, time_step))
     }
 
     /// Returns the third octaves of the force re 1 N, of a run that is long enough for a spectrum.

@@ -1,21 +1,41 @@
-//! Tangential side of a contact with friction: forces, moment and slip power against time, counts of cells that stick,
-//! slip and are pulled, and cells' forces and slip at chosen instants.
+//! Tangential side of a contact with friction: forces, moment and slip power against time, third octaves of the forces,
+//! counts of cells that stick, slip and are pulled, cells' forces and slip at chosen instants, pictures of the last one.
 
 use super::channel::{Channel, Read, RowShape, RowTimes};
 use super::effect::{Begin, Effect};
 use super::error::RunError;
 use super::observer::{EffectObserver, End, Found, Observer, Step};
-use super::section::Figure;
+use super::section::{Figure, LevelTable, ReportError, Section, levels, pictures};
 use super::stored::Stored;
 use crate::contact::footprint::TangentialPart;
 use crate::counters::Meter;
 use crate::numeric::RunningMoments;
-use crate::plan::Plan;
+use crate::plan::{Plan, SEGMENT};
+use crate::response::{BandLevel, LevelErrors, SpectrumAccumulator};
+use crate::results::files::ResultFiles;
+use crate::results::spectra::{LOWEST_FREQUENCY, force_levels_csv};
 use crate::results::summary::FrictionSummary;
-use crate::storage::state::{StateError, StateReader, StateWriter};
+use crate::scene::TimeRule;
+use crate::storage::state::{StateError, StateReader, StateWriter, restore_part};
 
 /// Contact with friction.
 pub(crate) struct FrictionEffect;
+
+/// Tables of third octaves of the total tangential forces, by component; no error of theirs is stated.
+static LEVELS: [LevelTable; 2] = [
+    LevelTable {
+        file: "longitudinal_spectra.csv",
+        quantity: "Longitudinal force level [dB re 1 N]",
+        column: "level_db_re_1n",
+        errors: |_| LevelErrors::default(),
+    },
+    LevelTable {
+        file: "lateral_spectra.csv",
+        quantity: "Lateral force level [dB re 1 N]",
+        column: "level_db_re_1n",
+        errors: |_| LevelErrors::default(),
+    },
+];
 
 /// Returns the number of the tangential part of a step; 0 without one.
 fn number(step: &Step<'_>, of: fn(&TangentialPart) -> f64) -> f64 {
@@ -166,9 +186,38 @@ impl Effect for FrictionEffect {
         figures.into_iter().flatten().collect()
     }
 
+    fn levels(&self) -> &'static [LevelTable] {
+        &LEVELS
+    }
+
+    fn sections(&self, stored: &Stored, _: &[Stored]) -> Result<Vec<Section>, ReportError> {
+        let named = [
+            ["friction_stress.svg", "Tangential stress of every cell at the last instant."],
+            ["friction_slip.svg", "Speed of slip of every cell at that instant; 0 where it sticks, or has no force."],
+        ];
+        let mut blocks = pictures(stored, &named)?;
+        for LevelTable { quantity, .. } in &LEVELS {
+            blocks.extend(levels(stored, quantity, quantity)?);
+        }
+        Ok(vec![Section { heading: "Friction", blocks }])
+    }
+
     fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
-        let observer = FrictionObserver { moments: Default::default(), speed: begin.plan.speed };
-        Ok(has_friction(begin.plan).then(|| Box::new(observer) as Box<dyn EffectObserver>))
+        let Begin { plan, contact, in_memory, .. } = *begin;
+        if !has_friction(plan) {
+            return Ok(None);
+        }
+        let counted = (plan.steps - plan.warm_up_steps) as usize;
+        let spectrum = in_memory || plan.scene.outputs.spectra;
+        let accumulator = || SpectrumAccumulator::new(counted, plan.time_step, Some(SEGMENT)).ok();
+        Ok(Some(Box::new(FrictionObserver {
+            moments: Default::default(),
+            speed: plan.speed,
+            spectra: [(); 2].map(|()| spectrum.then(accumulator).flatten()),
+            recording: (plan.scene.numerics.time_rule, plan.time_step),
+            across: contact.shape.across,
+            size: contact.point_size,
+        })))
     }
 }
 
@@ -178,6 +227,13 @@ pub(crate) struct FrictionObserver {
     moments: [RunningMoments; 6],
     /// Rolling speed \[m/s\].
     speed: f64,
+    /// Of both forces, where spectra are wanted and the run is long enough.
+    spectra: [Option<SpectrumAccumulator>; 2],
+    /// The rule whose mean force of a step is recorded, and the step \[s\].
+    recording: (TimeRule, f64),
+    across: usize,
+    /// Size of a cell \[m\].
+    size: [f64; 2],
 }
 
 impl Observer for FrictionObserver {
@@ -195,17 +251,27 @@ impl Observer for FrictionObserver {
             step.total_force,
         ];
         self.moments.iter_mut().zip(values).for_each(|(moments, value)| moments.push(value));
+        for (spectrum, force) in self.spectra.iter_mut().zip(values) {
+            if let Some(spectrum) = spectrum {
+                spectrum.push(force);
+            }
+        }
         Ok(())
     }
 }
 
 impl EffectObserver for FrictionObserver {
     fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
-        state.put(&self.moments)
+        state.put(&self.moments)?;
+        state.put(&self.spectra.each_ref().map(|spectrum| spectrum.as_ref().map(SpectrumAccumulator::save)))
     }
 
     fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
         self.moments = state.take()?;
+        let saved: [_; 2] = state.take()?;
+        for (here, saved) in self.spectra.iter_mut().zip(saved) {
+            restore_part(here, saved, SpectrumAccumulator::restore)?;
+        }
         Ok(())
     }
 
@@ -223,5 +289,37 @@ impl EffectObserver for FrictionObserver {
             slipping_share: slipping,
             slip_resistance: resistance,
         });
+    }
+    fn write(&self, end: &End<'_>, files: &dyn ResultFiles, _: &mut Found, _: &mut Meter) -> Result<(), RunError> {
+        let outputs = &end.loaded.scene.outputs;
+        if outputs.spectra {
+            for (table, spectrum) in LEVELS.iter().zip(&self.spectra) {
+                if let Some(levels) = self.third_octaves(spectrum.as_ref(), end.valid_to) {
+                    files.write_text(table.file, &force_levels_csv(&levels, &LevelErrors::default()))?;
+                }
+            }
+        }
+        if let Some(part) = end.footprint.tangential().filter(|_| outputs.plots) {
+            let sizes = |vectors: &[[f64; 2]], scale: f64| -> Vec<f64> {
+                vectors.iter().map(|[x, y]| scale * x.hypot(*y)).collect()
+            };
+            let stress = sizes(&part.forces, 1e-3 / (self.size[0] * self.size[1]));
+            for (named, values) in [
+                (["friction_stress.svg", "Tangential stress at the end", "Stress [kPa]"], stress),
+                (["friction_slip.svg", "Slip at the end", "Speed of slip [m/s]"], sizes(&part.slip, 1.0)),
+            ] {
+                end.draw_points(files, named, (&values, self.across), self.size)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl FrictionObserver {
+    /// Returns the third octaves of a force re 1 N, valid up to a frequency \[Hz\], of a run that is long enough.
+    fn third_octaves(&self, spectrum: Option<&SpectrumAccumulator>, valid_to: f64) -> Option<Vec<BandLevel>> {
+        let (rule, time_step) = self.recording;
+        let spectrum = spectrum?.clone().finish().ok()?.without_mean_of_steps(rule, time_step);
+        Some(spectrum.valid_to(valid_to).third_octaves(LOWEST_FREQUENCY, 1.0))
     }
 }

@@ -1,5 +1,6 @@
-//! Tangential side of a contact with friction: forces, moment and slip power against time, third octaves of the forces,
-//! counts of cells that stick, slip and are pulled, cells' forces and slip at chosen instants, pictures of the last one.
+//! Tangential side of a contact with friction: forces, moment and slip power against time, third octaves of the
+//! forces, counts of cells that stick, slip and are pulled, cells' forces and slip at chosen instants, pictures of the
+//! last one.
 
 use super::channel::{Channel, Read, RowShape, RowTimes};
 use super::effect::{Begin, Effect};
@@ -227,7 +228,7 @@ pub(crate) struct FrictionObserver {
     moments: [RunningMoments; 6],
     /// Rolling speed \[m/s\].
     speed: f64,
-    /// Of both forces, where spectra are wanted and the run is long enough.
+    /// Spectra of both forces, where they are wanted and the run is long enough.
     spectra: [Option<SpectrumAccumulator>; 2],
     /// The rule whose mean force of a step is recorded, and the step \[s\].
     recording: (TimeRule, f64),

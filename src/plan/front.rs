@@ -117,10 +117,12 @@ impl FrontRow {
     }
 
     /// Returns the error that is stated for a scene \[dB\]. `None`, too, beyond the first of [`STATED_TO`] where cells
-    /// belong to the law: elements get shorter than they are, and the law has no limit for short cells.
+    /// belong to the law: elements get shorter than they are, and the law has no limit for short cells. `None` with
+    /// friction, which chooses another rule and history than the row.
     pub(crate) fn error_for(&self, scene: &Scene, fmax: f64) -> Option<f64> {
         let has_limit = scene.contact.cell_of_law(&scene.road).is_none();
-        self.error(fmax).filter(|_| has_limit || fmax <= STATED_TO[0])
+        let error = self.error(fmax).filter(|_| has_limit || fmax <= STATED_TO[0]);
+        error.filter(|_| scene.friction.is_none())
     }
 
     /// Returns the table of a zone.

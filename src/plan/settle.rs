@@ -59,6 +59,10 @@ pub(crate) fn decide(loaded: &LoadedScene) -> Result<(Scene, Vec<Choice>), Scene
 /// Complains of an accuracy \[dB\] that no row of the table states.
 fn not_stated(loaded: &LoadedScene, scene: &Scene, accuracy: f64) -> Diagnostic {
     let (zone, fmax) = (scene.contact.zone, scene.numerics.fmax.unwrap_or_default());
+    if scene.friction.is_some() {
+        let right = "a preset, or settings of your own";
+        return loaded.complain("numerics.accuracy", "no error is stated with friction", right);
+    }
     let Some(finest) = FrontRow::finest_error(scene, fmax) else {
         let stated = STATED_TO.into_iter().rfind(|&to| FrontRow::finest_error(scene, to).is_some());
         let wrong = format!("no error is stated for fmax = {} Hz on this road", short(fmax));
@@ -100,7 +104,7 @@ impl Settling<'_> {
         let name = row.preset.name();
         let why = format!("preset \"{name}\"");
         let error = row.error_for(&self.scene, highest).map_or_else(
-            || "no error is stated for this fmax on this road,".to_owned(),
+            || "no error is stated for such a scene,".to_owned(),
             |error| format!("third octaves within {} dB up to fmax", short(error)),
         );
         let worth = format!("{error} at {} times the work of \"standard\"", short(row.cost));

@@ -54,7 +54,7 @@ impl FallingFriction {
     }
 }
 
-/// Largest coefficient of friction that the search for the forces was shown to end with.
+/// Largest coefficient of friction. The search for the forces was shown to end up to 4; it fails by name.
 const MOST_FRICTION: f64 = 8.0;
 const COEFFICIENT: Bounds = Bounds::between(0.0, MOST_FRICTION, "");
 const SPEED: Bounds = Bounds::positive("m/s").plausible(1e-6, 1e3);

@@ -2,14 +2,12 @@
 
 use super::measure::{HeardRun, Measured, StandingTyre};
 use super::missing::{Compared, Lacks};
-use super::published::{BANDS, PUBLISHED_SPEEDS, Published, bands, decades, energy_sum};
+use super::published::{BANDS, PUBLISHED_SPEEDS, Published, ROAD, bands, decades, energy_sum};
 use super::row::{Group, Row};
 use crate::numeric::straight_line::StraightLine;
 use crate::response::ThirdOctaveBand;
 use crate::scene::NamedTexture;
 
-/// Road of the comparison with fleets.
-const ROAD: NamedTexture = NamedTexture::DenseAsphalt11;
 /// Roads whose difference stands for hot rolled asphalt less stone mastic asphalt.
 const COARSE_LESS_FINE: [NamedTexture; 2] = [NamedTexture::ChipSeal, NamedTexture::StoneMastic8];
 /// Octaves by their name among the quantities, with their third octaves; that of 2 kHz as far as radiation is solved.
@@ -29,11 +27,6 @@ pub(crate) fn rows(measured: &Measured, published: &Published) -> Vec<Row> {
     rows.extend(table.roads());
     rows.extend(table.resistance());
     rows
-}
-
-/// Tells whether a row needs a road at a speed \[km/h\]: all but that of the fleets are compared at 80 km/h alone.
-pub(super) fn is_compared(texture: NamedTexture, speed: f64) -> bool {
-    texture == ROAD || (speed - PUBLISHED_SPEEDS[1]).abs() < 1e-9
 }
 
 struct Table<'a> {
@@ -199,6 +192,7 @@ mod tests {
     use std::collections::BTreeMap;
 
     use super::*;
+    use crate::study::validation::published::is_compared;
     use crate::study::validation::row::Verdict;
 
     /// Returns a run with levels that fall by 2 dB a band from 200 Hz on and grow by 30 dB a decade.

@@ -6,8 +6,8 @@ use std::sync::atomic::AtomicBool;
 use serde::Serialize;
 use thiserror::Error;
 
-use super::compare::is_compared;
 use super::missing::Lacks;
+use super::published::is_compared;
 use crate::contact::ContactError;
 use crate::counters::Progress;
 use crate::planning::settled;

@@ -12,6 +12,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::response::ThirdOctaveBand;
+use crate::scene::NamedTexture;
 
 /// Speeds of the published third octaves \[km/h\].
 pub(crate) const PUBLISHED_SPEEDS: [f64; 3] = [50.0, 80.0, 110.0];
@@ -20,9 +21,17 @@ const SPEED_NAMES: [&str; 3] = ["50", "80", "110"];
 /// Bands whose energies are summed, lowest and highest: 200 Hz to 2 kHz.
 pub(super) const BANDS: std::ops::RangeInclusive<i32> = -7..=3;
 
+/// Road of the comparison with fleets.
+pub(super) const ROAD: NamedTexture = NamedTexture::DenseAsphalt11;
+
 const CARS: &str = include_str!("data/car_rolling_noise_third_octaves.csv");
 const AUTOMOBILES: &str = include_str!("data/fhwa_tnm_autos_third_octaves.csv");
 const QUANTITIES: &str = include_str!("data/quantities.json");
+
+/// Tells whether a row needs a road at a speed \[km/h\]: all but that of the fleets are compared at 80 km/h alone.
+pub(super) fn is_compared(texture: NamedTexture, speed: f64) -> bool {
+    texture == ROAD || (speed - PUBLISHED_SPEEDS[1]).abs() < 1e-9
+}
 
 /// Kind of a range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]

@@ -40,10 +40,9 @@ impl CellLaw {
         }
     }
 
-    /// Returns the pull on a cell in the coming step \[Pa\]; `None` without adhesion.
-    pub(crate) fn pull(&self, cell: usize) -> Option<f64> {
-        let adhesion = self.adhesion.as_ref()?;
-        Some(if self.states.bonded[cell] { adhesion.stress } else { 0.0 })
+    /// Returns the pull on a cell in the coming step \[Pa\]; 0 without a bond.
+    pub(crate) fn pull(&self, cell: usize) -> f64 {
+        self.adhesion.as_ref().filter(|_| self.states.bonded[cell]).map_or(0.0, |adhesion| adhesion.stress)
     }
 
     /// Tells whether there is adhesion.

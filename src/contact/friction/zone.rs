@@ -194,8 +194,7 @@ impl FrictionZone {
         }
         let face = self.rolling.face;
         for cell in self.window() {
-            let pull = self.law.pull(self.place(cell)).unwrap_or(0.0);
-            self.all[cell][2] = -pull * face;
+            self.all[cell][2] = -self.law.pull(self.place(cell)) * face;
         }
         let mut by_pull = vec![[0.0; 3]; self.all.len()];
         self.search.displace(&self.all, &mut by_pull);
@@ -206,7 +205,7 @@ impl FrictionZone {
 
     /// Takes in what the forces have done: displacements, slips, coefficients and bonds, and tells the tangential part.
     fn follow(&mut self, step: u64, out: Option<&mut TangentialPart>) {
-        let (across, told) = (self.across(), self.told());
+        let (across, told, window) = (self.across(), self.told(), self.window().end);
         let rate = self.rolling.rule.backward_difference()[0] / self.rolling.time_step;
         let mut part = TangentialPart::default();
         self.last.swap(0, 1);
@@ -223,7 +222,7 @@ impl FrictionZone {
             let slip = [0, 1].map(|component| (own[component] + self.shift[cell][component]) * rate);
             let (speed, is_pressed) = (slip[0].hypot(slip[1]), force[2] > 0.0);
             let gap = own[2] - self.required[cell];
-            part.bonded += usize::from(self.all[cell][2] < 0.0);
+            part.bonded += usize::from(cell < window && self.law.pull(place) > 0.0);
             self.law.follow(place, is_pressed.then_some(speed), gap);
             if !is_pressed {
                 continue;
@@ -298,9 +297,6 @@ impl Zone for FrictionZone {
         self.normal.iter_mut().zip(&self.all).for_each(|(normal, all)| *normal = all[2]);
         self.past.push(first_element, &self.all);
         meter.lap(&mut laps, Stage::History);
-        for (all, force) in self.all.iter_mut().zip(&self.forces) {
-            all[2] -= force[2];
-        }
         self.follow(step, told.tangential.as_deref_mut());
         let (window, across) = (self.window(), self.across());
         let (old, u) = (&self.old, self.search.displacements());

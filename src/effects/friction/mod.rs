@@ -48,8 +48,9 @@ fn count(step: &Step<'_>, of: fn(&TangentialPart) -> usize) -> i64 {
     step.footprint.tangential().map_or(0, |part| of(part) as i64)
 }
 
-/// Writes a component of the cells' vectors.
-fn frame(out: &mut [f32], values: &[[f64; 2]], component: usize) {
+/// Writes a component of the cells' vectors of a step.
+fn frame(step: &Step<'_>, out: &mut [f32], of: fn(&TangentialPart) -> &[[f64; 2]], component: usize) {
+    let values = step.footprint.tangential().map_or(&[][..], of);
     out.iter_mut().zip(values).for_each(|(out, value)| *out = value[component] as f32);
 }
 
@@ -118,44 +119,28 @@ static CHANNELS: [Channel; 11] = [
         name: "cells_longitudinal",
         unit: "N",
         meaning: "longitudinal force of each cell in the window, at chosen instants",
-        read: Read::Single(|step, out| {
-            if let Some(part) = step.footprint.tangential() {
-                frame(out, &part.forces, 0);
-            }
-        }),
+        read: Read::Single(|step, out| frame(step, out, |part| &part.forces, 0)),
         ..FRAME
     },
     Channel {
         name: "cells_lateral",
         unit: "N",
         meaning: "lateral force of each cell in the window, at chosen instants",
-        read: Read::Single(|step, out| {
-            if let Some(part) = step.footprint.tangential() {
-                frame(out, &part.forces, 1);
-            }
-        }),
+        read: Read::Single(|step, out| frame(step, out, |part| &part.forces, 1)),
         ..FRAME
     },
     Channel {
         name: "cells_longitudinal_slip",
         unit: "m/s",
         meaning: "longitudinal slip of each pressed cell in the window, at chosen instants",
-        read: Read::Single(|step, out| {
-            if let Some(part) = step.footprint.tangential() {
-                frame(out, &part.slip, 0);
-            }
-        }),
+        read: Read::Single(|step, out| frame(step, out, |part| &part.slip, 0)),
         ..FRAME
     },
     Channel {
         name: "cells_lateral_slip",
         unit: "m/s",
         meaning: "lateral slip of each pressed cell in the window, at chosen instants",
-        read: Read::Single(|step, out| {
-            if let Some(part) = step.footprint.tangential() {
-                frame(out, &part.slip, 1);
-            }
-        }),
+        read: Read::Single(|step, out| frame(step, out, |part| &part.slip, 1)),
         ..FRAME
     },
 ];

@@ -17,7 +17,7 @@ use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::transform::{Transform, Wave, lanes, product, times, unit, waves};
+use super::transform::{Transform, Wave, add, lanes, product, sub, times, unit, waves};
 use crate::counters::Work;
 use crate::numeric::{Aligned, Element, transform_length, transform_multiply_adds};
 use crate::tyre::influence::CellInfluence;
@@ -68,8 +68,9 @@ impl<R: Element> CellProduct<R> {
 
     /// Returns T and H, and their parts that are odd along.
     fn with_odd(columns: usize, across: usize, [toeplitz, hankel]: [&[f64]; 2], odd: Option<[&[f64]; 2]>) -> Self {
-        let half_length = |cells: usize| transform_length(2 * cells) / 2;
-        let (p, q) = (half_length(columns), half_length(across));
+        let half_length = |cells: usize, reach: usize| transform_length(cells + reach.min(cells)) / 2;
+        let [reach_along, reach_across] = reach(across, [toeplitz, hankel], odd);
+        let (p, q) = (half_length(columns, reach_along), half_length(across, reach_across));
         let arch = Arch::new();
         let width = lanes::<R>(arch);
         let (p_padded, padded) = (p.next_multiple_of(MOST), across.next_multiple_of(MOST));
@@ -81,8 +82,8 @@ impl<R: Element> CellProduct<R> {
             arch,
             along: Transform::new(p),
             crosswise: Transform::new(q),
-            shift_along: (0..columns).map(|n| unit(n, 4 * p)).collect(),
-            shift_across: (0..across).map(|j| unit(j, 2 * q)).collect(),
+            shift_along: (0..p.min(columns)).map(|n| unit(n, 4 * p)).collect(),
+            shift_across: (0..q.min(across)).map(|j| unit(j, 2 * q)).collect(),
             toeplitz: room(whole_t),
             toeplitz_odd: odd.map(|_| room(whole_t)),
             hankel: room(whole_h),
@@ -178,6 +179,23 @@ impl<R: Element> CellProduct<R> {
         let arch = self.arch;
         arch.dispatch(Multiply { product: self, forces, out });
     }
+}
+
+/// Returns the largest distances along and across at which T is not 0; all of them count where there is H.
+fn reach(across: usize, [toeplitz, hankel]: [&[f64]; 2], odd: Option<[&[f64]; 2]>) -> [usize; 2] {
+    let is_some = |values: &[f64]| values.iter().any(|value| value.abs() > 0.0);
+    let parts = || [toeplitz].into_iter().chain(odd.map(|[toeplitz, _]| toeplitz));
+    if is_some(hankel) || odd.is_some_and(|[_, hankel]| is_some(hankel)) {
+        return [usize::MAX, usize::MAX];
+    }
+    let rows = parts().flat_map(|values| values.chunks_exact(across).enumerate());
+    let (mut along, mut crosswise) = (0, 0);
+    for (i, row) in rows {
+        if let Some(last) = row.iter().rposition(|value| value.abs() > 0.0) {
+            (along, crosswise) = (i.max(along), last.max(crosswise));
+        }
+    }
+    [along, crosswise]
 }
 
 /// Returns the values at distances 0, 1, ... along, so many to each, as waves at the frequencies pi (2 m + 1/2)/p;
@@ -297,11 +315,20 @@ impl<R: Element> WithSimd for Multiply<'_, R> {
             let (own, room) = (&mut spectrum[..2 * p * width], &mut first[..2 * p * width]);
             let [begin, end] = if this.along.ends_where_it_begins() { [own, room] } else { [room, own] };
             let from = waves::<R, S>(begin);
-            for ((row, &[re, im]), from) in forces.chunks_exact(across).zip(&this.shift_along).zip(&mut *from) {
+            let (near, far) = forces.split_at(forces.len().min(p * across));
+            for ((row, &[re, im]), from) in near.chunks_exact(across).zip(&this.shift_along).zip(&mut *from) {
                 let force = R::load(simd, &row[j..]);
                 *from = [R::mul(simd, R::splat(simd, re), force), R::mul(simd, R::splat(simd, im), force)];
             }
-            from[columns..p].fill([zero; 2]);
+            from[columns.min(p)..p].fill([zero; 2]);
+            for ((row, &[re, im]), from) in far.chunks_exact(across).zip(&this.shift_along).zip(&mut *from) {
+                // A quarter of a turn further on.
+                let force = R::load(simd, &row[j..]);
+                *from = [
+                    R::mul_add(simd, R::splat(simd, im), force, from[0]),
+                    R::mul_add(simd, R::neg(simd, R::splat(simd, re)), force, from[1]),
+                ];
+            }
             this.along.run(simd, begin, end);
         }
         let turned = this.turned.part(0, 2 * p_padded * padded);
@@ -325,25 +352,35 @@ impl<R: Element> WithSimd for Multiply<'_, R> {
             let cells = &mut waves::<R, S>(turned)[..across];
             // The odd frequencies first: the cells are still needed for the even ones.
             let from = waves::<R, S>(first);
-            for ((from, &cell), &shift) in from.iter_mut().zip(&*cells).zip(&this.shift_across) {
+            let (near, far) = cells.split_at_mut(across.min(q));
+            for ((from, &cell), &shift) in from.iter_mut().zip(&*near).zip(&this.shift_across) {
                 *from = times::<R, S>(simd, cell, shift);
             }
-            from[across..q].fill([zero; 2]);
+            from[near.len()..q].fill([zero; 2]);
+            for ((from, &cell), &shift) in from.iter_mut().zip(&*far).zip(&this.shift_across) {
+                *from = sub::<R, S>(simd, *from, times::<R, S>(simd, cell, shift));
+            }
             let [result, other] = this.crosswise.run(simd, first, second);
             respond::<R, S>(simd, &mut waves(result)[..q], symbol(q..2 * q), q - 1);
             let [result, other] = this.crosswise.run(simd, result, other);
             let (odd, even) = (waves::<R, S>(result), waves::<R, S>(other));
             // The even ones in the room that is left, the odd ones' result kept among the cells.
-            even[..across].copy_from_slice(cells);
-            for ((cell, &odd), &[re, im]) in cells.iter_mut().zip(&*odd).zip(&this.shift_across) {
+            even[..near.len()].copy_from_slice(near);
+            even[near.len()..q].fill([zero; 2]);
+            for (even, &cell) in even.iter_mut().zip(&*far) {
+                *even = add::<R, S>(simd, *even, cell);
+            }
+            for ((cell, &odd), &[re, im]) in near.iter_mut().zip(&*odd).zip(&this.shift_across) {
                 *cell = times::<R, S>(simd, swapped::<R, S>(odd), [re, R::rounded(-im.double())]);
             }
-            even[across..q].fill([zero; 2]);
             let [result, other] = this.crosswise.run(simd, other, result);
             respond::<R, S>(simd, &mut waves(result)[..q], symbol(0..q), q);
             let [even, _] = this.crosswise.run(simd, result, other);
-            for (cell, &even) in cells.iter_mut().zip(&*waves::<R, S>(even)) {
-                *cell = [R::add(simd, cell[0], even[1]), R::add(simd, cell[1], even[0])];
+            for ((cell, &odd), &[im, re]) in far.iter_mut().zip(&*near).zip(&*waves::<R, S>(even)) {
+                *cell = sub::<R, S>(simd, [re, im], odd);
+            }
+            for (cell, &[im, re]) in near.iter_mut().zip(&*waves::<R, S>(even)) {
+                *cell = add::<R, S>(simd, *cell, [re, im]);
             }
         }
         turn_by(width, turned, padded, spectrum, p_padded);
@@ -358,10 +395,18 @@ impl<R: Element> WithSimd for Multiply<'_, R> {
             }
             let [result, _] = this.along.run(simd, first, second);
             let result = &*waves::<R, S>(result);
-            for ((row, &[re, im]), &[sine, cosine]) in out.chunks_exact_mut(across).zip(&this.shift_along).zip(result) {
+            let (near, far) = out.split_at_mut(out.len().min(p * across));
+            for ((row, &[re, im]), &[sine, cosine]) in near.chunks_exact_mut(across).zip(&this.shift_along).zip(result)
+            {
                 // The real part of the wave times exp(+i pi n/(2 P)).
                 let cosine = R::mul(simd, R::splat(simd, re), cosine);
                 let u = R::mul_add(simd, R::splat(simd, im), sine, cosine);
+                R::store(simd, &mut row[j..], u);
+            }
+            for ((row, &[re, im]), &[sine, cosine]) in far.chunks_exact_mut(across).zip(&this.shift_along).zip(result) {
+                // Minus the imaginary part.
+                let sine = R::mul(simd, R::neg(simd, R::splat(simd, re)), sine);
+                let u = R::mul_add(simd, R::splat(simd, im), cosine, sine);
                 R::store(simd, &mut row[j..], u);
             }
         }

@@ -134,6 +134,11 @@ impl CellSearch {
         }
     }
 
+    /// Sets the tolerance of the next searches, relative to the largest d; on the same side of [`SINGLE`] as before.
+    pub(crate) fn set_tolerance(&mut self, tolerance: f64) {
+        self.tolerance = tolerance;
+    }
+
     /// Returns G.
     pub fn cells(&self) -> &InstantCells {
         &self.cells

@@ -1,7 +1,10 @@
 //! Sums and pasts of cells against what they are by definition.
 
 use num_complex::Complex64;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
+use super::CellProduct;
 use super::direct::DirectPast;
 use super::past::{RingParts, WavePast, first_influences};
 use super::resting::RestingCells;
@@ -334,5 +337,38 @@ fn direct_sums_are_a_calculation_in_the_frequency_domain() {
             assert!((found - weight).abs() < 1e-9 * largest, "{lag}: {found:e} {weight:e}");
         }
         direct.push(0, 0, &forces);
+    }
+}
+
+/// Checks products of influences that end within the window, whose transforms are shorter than twice the window.
+#[test]
+fn an_influence_of_short_reach_is_summed_over_what_it_reaches() {
+    let mut rng = ChaCha8Rng::seed_from_u64(4);
+    for ([columns, across], [along, crosswise]) in [
+        ([40, 20], [8, 5]),
+        ([41, 19], [0, 0]),
+        ([33, 24], [32, 3]),
+        ([24, 17], [5, 16]),
+        ([50, 1], [10, 0]),
+        ([9, 40], [3, 22]),
+    ] {
+        let mut toeplitz: Vec<f64> = (0..columns * across).map(|_| rng.random::<f64>() - 0.5).collect();
+        for (place, value) in toeplitz.iter_mut().enumerate() {
+            if place / across > along || place % across > crosswise {
+                *value = 0.0;
+            }
+        }
+        let hankel = vec![0.0; columns * (2 * across - 1)];
+        let forces: Vec<f64> = (0..columns * across).map(|_| rng.random::<f64>() - 0.5).collect();
+        let mut found = vec![0.0; forces.len()];
+        CellProduct::<f64>::new(columns, across, &toeplitz, &hankel).displacement(&forces, &mut found);
+        for (cell, found) in found.iter().enumerate() {
+            let entry = |other: usize| {
+                let distance = |size: fn(usize, usize) -> usize| size(cell, across).abs_diff(size(other, across));
+                toeplitz[distance(|cell, across| cell / across) * across + distance(|cell, across| cell % across)]
+            };
+            let expected: f64 = forces.iter().enumerate().map(|(other, force)| entry(other) * force).sum();
+            assert!((found - expected).abs() < 1e-13 * forces.len() as f64, "{columns} x {across}: {found} {expected}");
+        }
     }
 }

@@ -76,13 +76,15 @@ pub(super) fn product<R: Element, S: Simd>(simd: S, a: Wave<R, S>, b: Wave<R, S>
     [R::mul_add(simd, a[0], b[0], cross), R::mul_add(simd, a[0], b[1], R::mul(simd, a[1], b[0]))]
 }
 
+/// Returns a + b.
 #[inline(always)]
-fn add<R: Element, S: Simd>(simd: S, a: Wave<R, S>, b: Wave<R, S>) -> Wave<R, S> {
+pub(super) fn add<R: Element, S: Simd>(simd: S, a: Wave<R, S>, b: Wave<R, S>) -> Wave<R, S> {
     [R::add(simd, a[0], b[0]), R::add(simd, a[1], b[1])]
 }
 
+/// Returns a - b.
 #[inline(always)]
-fn sub<R: Element, S: Simd>(simd: S, a: Wave<R, S>, b: Wave<R, S>) -> Wave<R, S> {
+pub(super) fn sub<R: Element, S: Simd>(simd: S, a: Wave<R, S>, b: Wave<R, S>) -> Wave<R, S> {
     [R::sub(simd, a[0], b[0]), R::sub(simd, a[1], b[1])]
 }
 

@@ -14,6 +14,9 @@ use crate::tyre::influence::{CellGrid, CellInfluence, CellSums, CellTruncation};
 const RIGID: f64 = 1e9;
 /// Free tread on either side of the strip, and behind its end where its ring closes, in thicknesses.
 const BESIDE: f64 = 4.0;
+/// Distance of cells from which on they are taken not to feel each other, in thicknesses. With 6 instead, p changes by
+/// 2 um rms; with all distances, by 1 um.
+const REACH: f64 = 8.0;
 /// Relative tolerance of compliances.
 const TOLERANCE: f64 = 1e-6;
 
@@ -79,6 +82,14 @@ impl FlatTread {
         let truncation = CellTruncation { lateral_terms: None, aliases: None };
         let mut influence = CellSums::new(&tyre, grid, truncation, TOLERANCE, 1.0).kept_instant(0.0, rows);
         influence.hankel.fill(0.0);
+        let is_far = |distance: usize, length: f64| distance as f64 * length > REACH * self.tread.thickness;
+        for (along, row) in influence.toeplitz.chunks_exact_mut(lattice.columns).enumerate() {
+            for (across, value) in row.iter_mut().enumerate() {
+                if is_far(along, cell) || is_far(across, lattice.dy) {
+                    *value = 0.0;
+                }
+            }
+        }
         influence
     }
 }

@@ -9,7 +9,8 @@
 //!
 //! G_line the influence of lines ([`line_influence`]) by the same G.
 //!
-//! 1. The depth at which the mean pressure is [`TOP_PRESSURE`], by growing and halving it.
+//! 1. The depth at which the mean pressure is [`TOP_PRESSURE`] within [`NEAR`], by a power of the depth through the last
+//!    two loads, with searches of a low tolerance.
 //! 2. [`APPROACHES`] depths up to there, closer at first, each search from the forces of the one before.
 //! 3. The points of each slice as a concave curve ([`Yielding`]).
 
@@ -30,12 +31,12 @@ const CLOSER: f64 = 1.3;
 /// How far cells may be from where they are required to be, relative to the depth; a thirtieth of it changes no third
 /// octave by 0.1 dB.
 const TOLERANCE: f64 = 3e-4;
-/// First depth that is tried, in thicknesses of the tread, and its growth.
-const FIRST_DEPTH: f64 = 0.015;
-const GROWTH: f64 = 1.5;
-/// Growths and halvings of the depth.
-const GROWTHS: usize = 40;
-const HALVINGS: usize = 6;
+/// The same while the last depth is sought, and how near to its load it is found.
+const ROUGHLY: f64 = 1e-2;
+const NEAR: f64 = 0.05;
+/// First depth that is tried, in thicknesses of the tread, and the most depths.
+const FIRST_DEPTH: f64 = 0.15;
+const DEPTHS: usize = 20;
 
 /// A press for blocks of one size.
 pub(crate) struct Press {
@@ -133,20 +134,22 @@ impl Press {
     fn top_depth(&mut self) -> f64 {
         let there = self.relief.iter().filter(|relief| relief.is_finite()).count();
         let wanted = TOP_PRESSURE * there as f64 * self.lattice.cell() * self.lattice.dy;
-        let (mut low, mut high) = (0.0, self.first_depth);
+        self.search.set_tolerance(ROUGHLY);
         self.forces.fill(0.0);
-        for _ in 0..GROWTHS {
-            if self.at(high) >= wanted {
+        let (mut depth, mut last) = (self.first_depth, None::<[f64; 2]>);
+        for _ in 0..DEPTHS {
+            let load = self.at(depth);
+            let share = wanted / load;
+            if (share - 1.0).abs() < NEAR {
                 break;
             }
-            (low, high) = (high, GROWTH * high);
+            // Load grows with depth, by a power of about 2.
+            let power = last.map_or(2.0, |[d, l]| (load / l).ln() / (depth / d).ln());
+            last = Some([depth, load]);
+            depth *= share.powf(power.clamp(1.0, 4.0).recip()).clamp(0.2, 5.0);
         }
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (low + high);
-            self.forces.fill(0.0);
-            if self.at(middle) < wanted { low = middle } else { high = middle }
-        }
-        high
+        self.search.set_tolerance(TOLERANCE);
+        depth
     }
 
     /// Returns (G_line F) of a slice \[m\].

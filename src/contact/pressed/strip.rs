@@ -40,7 +40,7 @@ pub(crate) struct KeptBlock(Vec<Yielding>);
 
 impl Cached for KeptBlock {
     const KIND: Kind =
-        Kind { extension: "pressed", format: Format { magic: b"TWAVEPRS", version: 1, name: "a pressed road" } };
+        Kind { extension: "pressed", format: Format { magic: b"TWAVEPRS", version: 2, name: "a pressed road" } };
 
     fn is_sound(&self) -> bool {
         self.0.iter().all(Yielding::is_sound)

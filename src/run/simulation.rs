@@ -426,7 +426,9 @@ impl Simulation {
         };
         // Backward differences look two steps back.
         if let Some(power) = power.as_mut().filter(|_| number + 2 >= plan.warm_up_steps) {
-            step.power = Some(power.push(footprint.first_point(), footprint.forces(), footprint.displacements()));
+            let by_normal = power.push(footprint.first_point(), footprint.forces(), footprint.displacements());
+            let by_tangential = footprint.tangential().map(|part| part.power);
+            step.power = Some(by_tangential.map_or(by_normal, |by_tangential| by_normal + by_tangential));
         }
         if let Some(arrays) = arrays {
             meter.time_in_step(Stage::Output, || arrays.push(&step))?;

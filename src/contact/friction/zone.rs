@@ -228,13 +228,16 @@ impl FrictionZone {
                 continue;
             }
             let bound = self.friction[cell] * force[2];
+            let element = self.first_element + (cell / across) as i64;
+            let creep = self.rolling.creep(step, element, cell % across);
+            // Slip less creep is the surface's own motion.
+            part.power += (0..2).map(|axis| force[axis] * (slip[axis] - rate * creep[axis])).sum::<f64>();
             let is_slipping = force[0].hypot(force[1]) >= FULL * bound;
             part.slipping += usize::from(is_slipping);
             part.sticking += usize::from(!is_slipping);
             // Slip of a cell that sticks is rounding.
             let slip = if is_slipping { slip } else { [0.0; 2] };
             part.slip_power += if is_slipping { bound * speed } else { 0.0 };
-            let element = self.first_element + (cell / across) as i64;
             let (x, y) = (self.rolling.geometry.position(element, step), self.rolling.lateral[cell % across]);
             part.aligning_moment += x * force[1] - y * force[0];
             part.total[0] += force[0];

@@ -173,6 +173,9 @@ pub struct FrictionSummary {
     /// Rolling resistance by slip: its power over speed and mean force. With that by hysteresis,
     /// `rolling_resistance`, it is all of it.
     pub slip_resistance: f64,
+    /// Mean longitudinal creep.
+    #[serde(default)]
+    pub mean_creep: f64,
     /// Mean torque of the contact about the axle, that of a forward force above 0 \[N m\].
     #[serde(default)]
     pub mean_torque: f64,

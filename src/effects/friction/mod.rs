@@ -303,6 +303,7 @@ impl EffectObserver for FrictionObserver {
             mean_slip_power: power,
             slipping_share: slipping,
             slip_resistance: resistance,
+            mean_creep: creep,
             mean_torque: torque,
             free: self.sliding.map(|[friction, radius]| {
                 let relative_torque = torque / (friction * load * radius);

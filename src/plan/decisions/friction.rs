@@ -2,15 +2,20 @@
 
 use super::row::{Decided, Row, given};
 use super::values::Decisions;
-use crate::scene::{Coefficient, FallingFriction, LongitudinalCreep, Scene};
+use crate::scene::{Coefficient, FallingFriction, LongitudinalCreep, Scene, Switch};
 
 pub(super) const FRICTION: Row = Row {
     title: "friction",
     short: "friction",
     decide: friction,
-    // A coefficient that a scene does not give cannot be switched on.
-    switch: None,
-    of_cells: false,
+    // A scene that does not say how large it is refuses to have it.
+    switch: Some(|scene, on| {
+        scene.effects.friction = if on { Switch::On } else { Switch::Auto };
+        if !on {
+            (scene.friction, scene.adhesion) = (None, None);
+        }
+    }),
+    of_cells: true,
 };
 
 fn friction(scene: &Scene, _: &mut Decisions) -> Decided {

@@ -109,7 +109,7 @@ fn report(comparison: &Comparison) -> Report {
             Some(reference) => format!("{:+.1} {unit}", value * (of(found) - of(reference))),
             None => format!("{:.1} {unit}", value * of(found)),
         };
-        let resistance = |found: &Trial| found.results.rolling_resistance.map(|resistance| resistance.force);
+        let resistance = |found: &Trial| found.resistance().map(|resistance| resistance.force);
         let resisted = match (resistance(found), reference.map(resistance)) {
             (Some(now), Some(Some(before))) => format!("{:+.2} N", now - before),
             (Some(now), _) => format!("{now:.2} N"),
@@ -144,6 +144,9 @@ fn report(comparison: &Comparison) -> Report {
         report.text("local compliance: known within a factor of two; compared with all\n");
     }
     report.text("rolling resistance: none without tread coupling, where the displacements are not the tyre's own\n");
+    if comparison.all.results.friction.is_some() {
+        report.text("rolling resistance with friction: by hysteresis and by slip\n");
+    }
     for worth in &comparison.effects {
         if let Err(reason) = &worth.found {
             report.text(format!("{}: {reason}\n", worth.effect.title));

@@ -28,7 +28,8 @@ those of a tyre that turns once for each speed. \
 Beside the folders: sweep.csv and sweep.txt, third-octave levels of the contact force by speed and, per band, how \
 they grow (dB per decade of speed, least squares over the logarithm of the speed) with the rms of what that line \
 misses, and the rolling resistance; growth.svg and levels.svg; where the scene has receivers, sweep_sound.csv: levels \
-in dB(A) there and how they grow; sweep.json: the variants, for `tyrewave report`. A variant \
+in dB(A) there and how they grow; with friction sweep_friction.csv, and friction_by_creep.svg where creep is varied; \
+sweep.json: the variants, for `tyrewave report`. A variant \
 that missed its load by more than the axle's tolerance is marked with a star, and the exit code is 1.
 
 The same command again goes on where it left off: finished variants are not run again, interrupted ones go on from \

@@ -8,6 +8,7 @@ use crate::results::plots::ThirdOctavePlot;
 use crate::results::spectra::FORCE_LEVEL;
 use crate::results::table::Report;
 use crate::storage::PendingFile;
+use crate::study::sweep::friction_curves::{friction_csv, friction_plot};
 use crate::study::sweep::record::{RECORD_FILE, Recorded, SweepRecord};
 use crate::study::sweep::table::{MOST_SPECTRA, csv, growth_plot, side_by_side, sound_csv};
 use crate::study::sweep::{Done, Label, RepeatedTable, blocks};
@@ -19,6 +20,8 @@ use super::output_file::{Replaces, check};
 const TEXT: &str = "sweep.txt";
 const TABLE: &str = "sweep.csv";
 const SOUND: &str = "sweep_sound.csv";
+const FRICTION: &str = "sweep_friction.csv";
+const FRICTION_CURVES: &str = "friction_by_creep.svg";
 const GROWTH: &str = "growth.svg";
 const LEVELS: &str = "levels.svg";
 const DESIGN: &str = "design.csv";
@@ -26,7 +29,7 @@ const DESIGN_JSON: &str = "design.json";
 
 /// Refuses to put a sweep's tables in the place of its inputs.
 pub(super) fn check_tables(folder: &Path, inputs: &[&Path]) -> Result<(), CliError> {
-    let names = [TEXT, TABLE, SOUND, GROWTH, LEVELS, DESIGN, DESIGN_JSON, RECORD_FILE];
+    let names = [TEXT, TABLE, SOUND, FRICTION, FRICTION_CURVES, GROWTH, LEVELS, DESIGN, DESIGN_JSON, RECORD_FILE];
     names.iter().try_for_each(|name| check(&folder.join(name), Replaces::AllBut(inputs)))
 }
 
@@ -45,6 +48,9 @@ pub(super) fn write_tables(
     if let Some(sound) = sound_csv(&blocks) {
         write(SOUND, &sound)?;
     }
+    if let Some(friction) = friction_csv(runs) {
+        write(FRICTION, &friction)?;
+    }
     if let Some(repeated) = &repeated {
         write(DESIGN, &repeated.csv())?;
         write(DESIGN_JSON, &format!("{:#}\n", repeated.to_json()))?;
@@ -52,6 +58,9 @@ pub(super) fn write_tables(
         drawn.iter().try_for_each(|(name, svg)| write(name, svg))?;
     }
     if plots {
+        if let Some(svg) = friction_plot(runs, &format!("Tangential forces: {title}"))? {
+            write(FRICTION_CURVES, &svg)?;
+        }
         if let Some(svg) = growth_plot(&blocks, &format!("Growth with the speed: {title}"))? {
             write(GROWTH, &svg)?;
         }

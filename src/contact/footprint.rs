@@ -39,6 +39,12 @@ pub struct TangentialPart {
     pub aligning_moment: f64,
     /// Power that friction dissipates, the sum of mu F_z |v| \[W\].
     pub slip_power: f64,
+    /// Power that the forces put into the tyre, what its surface moves apart from rolling times them \[W\].
+    pub power: f64,
+    /// Torque about the axle, that of a forward force above 0 \[N m\].
+    pub torque: f64,
+    /// Longitudinal creep.
+    pub creep: f64,
     /// Points that stick.
     pub sticking: usize,
     /// Points that slip.

@@ -1,55 +1,124 @@
 //! Forces on the cells of a window, resolved into the tyre's lateral waves.
 
-use crate::tyre::influence::CellGrid;
+use crate::tyre::influence::{CellGrid, traction_shape};
 
 /// F_m = sum_j s_m(y_j) F_j of every column, for some lateral numbers m.
 #[derive(Clone, Debug)]
 pub(crate) struct LateralForces {
     across: usize,
     numbers: Vec<usize>,
-    /// s_m(y_j) by m, j up to the middle.
-    shapes: Vec<f64>,
-    /// True if a wave is even about mid-width, by m.
-    even: Vec<bool>,
+    /// Shapes of normal forces and of those along.
+    normal: Shapes,
+    /// Shapes of those across, where there are tangential forces.
+    lateral: Option<Shapes>,
     /// Sums and differences of opposite cells of a column.
     sides: [Vec<f64>; 2],
     /// By channel and column.
     components: Vec<f64>,
 }
 
+/// Shapes of some lateral numbers.
+#[derive(Clone, Debug)]
+struct Shapes {
+    /// s_m(y_j) by m, j up to the middle.
+    values: Vec<f64>,
+    /// True if a wave is even about mid-width, by m.
+    even: Vec<bool>,
+}
+
+impl Shapes {
+    fn of(
+        grid: &CellGrid,
+        numbers: &[usize],
+        shape: impl Fn(usize, usize) -> f64,
+        even: impl Fn(usize) -> bool,
+    ) -> Self {
+        let half = grid.across.div_ceil(2);
+        let shape = &shape;
+        let values = numbers.iter().flat_map(|&m| (0..half).map(move |j| shape(m, j))).collect();
+        Self { values, even: numbers.iter().map(|&m| even(m)).collect() }
+    }
+
+    /// Resolves the forces of a window's columns, cell by cell, into the numbers, column by column.
+    fn resolve(
+        &self,
+        forces: impl Fn(usize) -> f64,
+        across: usize,
+        [sums, differences]: &mut [Vec<f64>; 2],
+        components: &mut [f64],
+    ) {
+        let (half, columns) = (sums.len(), components.len() / self.even.len());
+        for column in 0..columns {
+            let cell = |j: usize| forces(column * across + j);
+            for j in 0..half {
+                // The middle one of an odd number of cells is there once.
+                let other = if 2 * j + 1 == across { 0.0 } else { cell(across - 1 - j) };
+                (sums[j], differences[j]) = (cell(j) + other, cell(j) - other);
+            }
+            for (index, (shape, &even)) in self.values.chunks_exact(half).zip(&self.even).enumerate() {
+                let side = if even { &*sums } else { &*differences };
+                components[index * columns + column] = shape.iter().zip(side).map(|(s, force)| s * force).sum();
+            }
+        }
+    }
+}
+
 impl LateralForces {
     /// Makes the resolution into these numbers.
     pub(crate) fn new(grid: &CellGrid, numbers: Vec<usize>) -> Self {
-        let half = grid.across.div_ceil(2);
+        let is_even = |m: usize| grid.waves().is_even(m);
         Self {
             across: grid.across,
-            shapes: numbers.iter().flat_map(|&m| (0..half).map(move |j| grid.shape(m, j))).collect(),
-            even: numbers.iter().map(|&m| grid.waves().is_even(m)).collect(),
-            sides: [(); 2].map(|()| vec![0.0; half]),
+            normal: Shapes::of(grid, &numbers, |m, j| grid.shape(m, j), is_even),
+            lateral: None,
+            sides: [(); 2].map(|()| vec![0.0; grid.across.div_ceil(2)]),
             components: Vec::new(),
             numbers,
         }
     }
 
+    /// Makes the resolution of all components of forces, if there are tangential ones.
+    pub(crate) fn with_tangential(self, grid: &CellGrid, are_there: bool) -> Self {
+        // A sine across is even about the middle where the cosine is odd; m = 0 moves nothing outwards.
+        let is_even = |m: usize| !grid.waves().is_even(m);
+        let shapes = || Shapes::of(grid, &self.numbers, |m, j| traction_shape(grid, 1, m, j), is_even);
+        Self { lateral: are_there.then(shapes), ..self }
+    }
+
+    /// Counts the numbers.
+    pub(crate) fn count(&self) -> usize {
+        self.numbers.len()
+    }
+
     /// Returns the components of a step's forces, stage after stage by cell, in windows of so many columns: stage after
     /// stage and m by m by column \[N\].
     pub(crate) fn of(&mut self, forces: &[f64], columns: usize) -> &[f64] {
-        let Self { across, numbers, shapes, even, sides: [sums, differences], components } = self;
-        let (across, half, count) = (*across, sums.len(), numbers.len());
-        components.resize(forces.len() / across * count, 0.0);
-        let stages = forces.chunks_exact(columns * across).zip(components.chunks_exact_mut(count * columns));
+        let Self { across, numbers, normal, sides, components, .. } = self;
+        let count = numbers.len();
+        components.resize(forces.len() / *across * count, 0.0);
+        let stages = forces.chunks_exact(columns * *across).zip(components.chunks_exact_mut(count * columns));
         for (forces, components) in stages {
-            for (column, cells) in forces.chunks_exact(across).enumerate() {
-                for j in 0..half {
-                    // The middle one of an odd number of cells is there once.
-                    let other = if 2 * j + 1 == across { 0.0 } else { cells[across - 1 - j] };
-                    (sums[j], differences[j]) = (cells[j] + other, cells[j] - other);
-                }
-                for (index, (shape, &even)) in shapes.chunks_exact(half).zip(&*even).enumerate() {
-                    let side = if even { &*sums } else { &*differences };
-                    components[index * columns + column] = shape.iter().zip(side).map(|(s, force)| s * force).sum();
-                }
-            }
+            normal.resolve(|cell| forces[cell], *across, sides, components);
+        }
+        components
+    }
+
+    /// Returns the components of an instant's forces with the tangential ones by cell, where there are such: those of
+    /// normal forces, of forces along and of forces across \[N\].
+    pub(crate) fn of_all(&mut self, forces: &[f64], tangential: Option<&[[f64; 2]]>, columns: usize) -> &[f64] {
+        if self.lateral.is_none() {
+            return self.of(forces, columns);
+        }
+        let Self { across, numbers, normal, lateral, sides, components } = self;
+        let of_component = numbers.len() * columns;
+        components.clear();
+        components.resize(3 * of_component, 0.0);
+        let (of_normal, of_tangential) = components.split_at_mut(of_component);
+        let (along, aside) = of_tangential.split_at_mut(of_component);
+        normal.resolve(|cell| forces[cell], *across, sides, of_normal);
+        if let Some((lateral, tangential)) = lateral.as_ref().zip(tangential) {
+            normal.resolve(|cell| tangential[cell][0], *across, sides, along);
+            lateral.resolve(|cell| tangential[cell][1], *across, sides, aside);
         }
         components
     }

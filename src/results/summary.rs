@@ -170,8 +170,42 @@ pub struct FrictionSummary {
     pub mean_slip_power: f64,
     /// Mean share of the pressed cells that slip.
     pub slipping_share: f64,
-    /// Rolling resistance by slip: its power over speed and mean force.
+    /// Rolling resistance by slip: its power over speed and mean force. With that by hysteresis,
+    /// `rolling_resistance`, it is all of it.
     pub slip_resistance: f64,
+    /// Mean longitudinal creep.
+    #[serde(default)]
+    pub mean_creep: f64,
+    /// Mean torque of the contact about the axle, that of a forward force above 0 \[N m\].
+    #[serde(default)]
+    pub mean_torque: f64,
+    /// Free rolling, where the scene asks for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub free: Option<FreeRolling>,
+}
+
+/// Free rolling of a wheel, after the warm-up.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+pub struct FreeRolling {
+    /// Mean longitudinal creep.
+    pub creep: f64,
+    /// Mean torque over that of sliding: coefficient of friction, mean force and radius.
+    pub relative_torque: f64,
+    /// Bound of its size.
+    pub tolerance: f64,
+    /// True if it was met.
+    pub met: bool,
+}
+
+impl fmt::Display for FreeRolling {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { relative_torque, tolerance, .. } = self;
+        write!(
+            formatter,
+            "the wheel does not roll freely: its mean torque is {relative_torque:+.1e} of that of sliding, bound \
+             {tolerance:.0e}; a longer rolling.duration brings it down"
+        )
+    }
 }
 
 /// Largest residuals of the three conditions of the contact problem over all steps, and the work of the search.

@@ -110,7 +110,8 @@ pub(crate) struct VibrationSummary {
     /// By field.
     pub fields: Vec<FieldSummary>,
     /// Power balance.
-    pub power: PowerSummary,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub power: Option<PowerSummary>,
     /// Error and truncation of the tangential transfer, relative to its largest value, where it was wanted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tangential_error: Option<[f64; 2]>,

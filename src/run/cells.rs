@@ -42,7 +42,7 @@ impl ZoneMaker for CellContact<'_> {
 
     fn make(&self, window: Window<'_>, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Made, RunError> {
         let plan = self.plan;
-        let Window { told, margin, columns, .. } = window;
+        let Window { told, margin, columns, at_rest, .. } = window;
         if matches!(plan.scene.rolling.axle, Axle::Mass { .. }) {
             let right = "an axle without a mass";
             let problem = self.loaded.complain("rolling.axle.mass", "no mass moves on cells yet", right);
@@ -51,7 +51,7 @@ impl ZoneMaker for CellContact<'_> {
         let numerics = &plan.scene.numerics;
         if let Some(friction) = plan.scene.friction.as_ref().filter(|_| plan.scene.has_tractions()) {
             return Ok(Made {
-                march: friction_march(plan, &self.sums, &self.crown, (told, margin), friction, meter)?,
+                march: friction_march(plan, &self.sums, &self.crown, at_rest, (told, margin), friction, meter)?,
                 form: SliceForm::Cells,
                 moving: None,
                 local_compliance: None,

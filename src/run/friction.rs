@@ -1,6 +1,7 @@
 //! Contact over cells with friction, made for a planned scene.
 
 use crate::contact::ContactError;
+use crate::contact::friction::free_creep::FreeCreep;
 use crate::contact::friction::law::CellLaw;
 use crate::contact::friction::past::TractionPast;
 use crate::contact::friction::search::FrictionSearch;
@@ -8,9 +9,10 @@ use crate::contact::friction::transform::TractionTransform;
 use crate::contact::friction::zone::{FrictionZone, Rolling};
 use crate::contact::geometry::Geometry;
 use crate::contact::march::March;
+use crate::contact::static_contact::StaticContact;
 use crate::counters::{Meter, Stage};
 use crate::plan::Plan;
-use crate::scene::Friction;
+use crate::scene::{Friction, LongitudinalCreep};
 use crate::tyre::influence::CellSums;
 
 /// Makes the march of cells with friction, over a window that is longer by `margin` columns at either end than what is
@@ -22,6 +24,7 @@ pub(super) fn friction_march(
     plan: &Plan,
     sums: &CellSums,
     crown: &[f64],
+    at_rest: StaticContact,
     (told, margin): (Geometry, usize),
     friction: &Friction,
     meter: &mut Meter,
@@ -29,6 +32,11 @@ pub(super) fn friction_march(
     let Plan { scene, time_step, .. } = plan;
     let (grid, rule) = (sums.grid(), scene.numerics.time_rule);
     let rate = rule.first_rate(*time_step).ok_or(ContactError::NoSuchField)?;
+    let revolution = scene.numerics.elements * scene.numerics.substeps;
+    let (given, free) = match friction.creep.longitudinal {
+        LongitudinalCreep::Given(creep) => (creep, None),
+        LongitudinalCreep::Free => (0.0, Some(FreeCreep::new(at_rest, plan.radius, revolution, plan.warm_up_steps))),
+    };
     let rolling = Rolling {
         geometry: told.clone(),
         margin,
@@ -36,6 +44,8 @@ pub(super) fn friction_march(
         crown: crown.to_vec(),
         face: grid.length() * grid.pitch(),
         speed: plan.speed,
+        longitudinal: free.as_ref().map_or(given, FreeCreep::creep),
+        free,
         creep: friction.creep.clone(),
         rule,
         time_step: *time_step,

@@ -23,7 +23,7 @@ use crate::response::vibration::ContactPower;
 use crate::results::ResultsError;
 use crate::results::arrays::{ArrayPlace, WrittenArrays};
 use crate::results::files::ResultFiles;
-use crate::results::summary::RollingResistance;
+use crate::results::summary::{FrictionSummary, RollingResistance};
 use crate::run::prepare::{Prepared, prepare};
 use crate::scene::LoadedScene;
 use crate::storage::state::{SavedState, StateError, StateWriter, restore_part};
@@ -88,6 +88,8 @@ pub struct Results {
     pub mean_contact_length: Option<f64>,
     /// Rolling resistance, where the tread law has one.
     pub rolling_resistance: Option<RollingResistance>,
+    /// Tangential forces, where the contact has friction.
+    pub friction: Option<FrictionSummary>,
     /// Averaged spectrum of the total force; `None` for a run that did not reach its end, or is too short for one.
     pub spectrum: Option<PowerSpectrum>,
     /// Work of the search for the forces.
@@ -265,6 +267,7 @@ impl Simulation {
             rms_force_variation: found.outcome.rms_force_variation,
             mean_contact_length: found.outcome.mean_contact_length,
             rolling_resistance: found.outcome.rolling_resistance,
+            friction: found.outcome.friction,
             spectrum,
             search: prepared.march.search_counts(),
             residuals: prepared.march.totals().relative_residuals(),
@@ -426,7 +429,9 @@ impl Simulation {
         };
         // Backward differences look two steps back.
         if let Some(power) = power.as_mut().filter(|_| number + 2 >= plan.warm_up_steps) {
-            step.power = Some(power.push(footprint.first_point(), footprint.forces(), footprint.displacements()));
+            let by_normal = power.push(footprint.first_point(), footprint.forces(), footprint.displacements());
+            let by_tangential = footprint.tangential().map(|part| part.power);
+            step.power = Some(by_tangential.map_or(by_normal, |by_tangential| by_normal + by_tangential));
         }
         if let Some(arrays) = arrays {
             meter.time_in_step(Stage::Output, || arrays.push(&step))?;

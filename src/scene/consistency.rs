@@ -150,13 +150,7 @@ fn friction(scene: &mut Scene, table: &Table<'_>) -> Option<()> {
         let wrong = "poles carry the past of normal forces alone yet";
         return complain("numerics.history", wrong, "\"direct\" with a memory, or remove [friction]");
     }
-    let asked = [(scene.outputs.vibration.is_some(), "outputs.vibration"), (!scene.receivers.is_empty(), "receiver")];
-    let mut sound = Some(());
-    for (_, key) in asked.into_iter().filter(|(asked, _)| *asked && scene.has_tractions()) {
-        let wrong = "vibration and sound do not take tangential forces in yet";
-        sound = complain(key, wrong, "remove it, or remove [friction]");
-    }
-    sound
+    Some(())
 }
 
 fn texture(scene: &Scene, table: &Table<'_>) -> Option<()> {

@@ -257,7 +257,7 @@ impl Comparison {
             let valid = valid.map_or(0.0, |band| band.band.nominal_frequency());
             let [force, length, memory] = [found.mean_force(), found.contact_length(), found.memory()];
             let mut cells = row([&name, &force, &length, &found.seconds, &memory, &valid]);
-            cells.extend(RollingResistance::cells(found.results.rolling_resistance));
+            cells.extend(RollingResistance::cells(found.resistance()));
             cells.extend(found.levels.iter().map(|band| band.level.to_string()));
             let heard = found.heard();
             // Empty in a silent run.

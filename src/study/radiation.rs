@@ -161,6 +161,7 @@ impl Radiator {
             layout: self.layout,
             waves: Arc::clone(&self.waves),
             scale: 1.0,
+            tangential: None,
             contact_width: self.contact_width,
             density: self.air.density,
             air: self.motion,

@@ -18,6 +18,7 @@ use crate::numeric::windowed_sinc::WindowedSinc;
 use crate::plan::Plan;
 use crate::response::{BandLevel, PowerSpectrum, ThirdOctaveBand};
 use crate::results::sound::{RatedLevel, ReceiverSpectrum};
+use crate::results::summary::RollingResistance;
 use crate::run::RunError;
 use crate::run::{Results, Setup, Simulation};
 use crate::scene::{Axle, LoadedScene, Radiation, Scene, Switch, TimeRule};
@@ -72,9 +73,21 @@ impl Trial {
         self.results.mean_contact_length.unwrap_or_default()
     }
 
-    /// Returns the rolling resistance after the warm-up \[N\]; 0 where the tread law has none.
+    /// Returns the rolling resistance after the warm-up \[N\], that by slip included; 0 where the tread law has none.
     pub(crate) fn rolling_resistance(&self) -> f64 {
-        self.results.rolling_resistance.map_or(0.0, |resistance| resistance.force)
+        self.resistance().map_or(0.0, |resistance| resistance.force)
+    }
+
+    /// Returns the rolling resistance by hysteresis and slip; `None` where the tread law has none.
+    pub(crate) fn resistance(&self) -> Option<RollingResistance> {
+        let by_hysteresis = self.results.rolling_resistance?;
+        let Some(friction) = self.results.friction else { return Some(by_hysteresis) };
+        let RollingResistance { coefficient, force, power } = by_hysteresis;
+        Some(RollingResistance {
+            coefficient: coefficient + friction.slip_resistance,
+            force: force + friction.slip_resistance * self.mean_force(),
+            power: power + friction.mean_slip_power,
+        })
     }
 
     /// Returns the A-weighted levels at the receivers, by which runs are compared, and third octaves.

@@ -7,10 +7,12 @@
 //! - [`sweeps`]: cell after cell, which ends where linear equations do not;
 //! - [`search`]: the forces of an instant;
 //! - `transform`: between cells and waves, [`past`]: displacements by past forces;
+//! - [`free_creep`]: creep of a wheel that rolls freely;
 //! - [`law`]: coefficients of friction and bonds from step to step;
 //! - [`zone`]: one step, from the past to the forces.
 
 pub(crate) mod conditions;
+pub(crate) mod free_creep;
 pub(crate) mod law;
 mod linear;
 pub(crate) mod past;

@@ -15,6 +15,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::conditions::Conditions;
+use super::free_creep::FreeCreep;
 use super::law::{CellLaw, CellStates};
 use super::past::{TractionPast, TractionPastState};
 use super::product::Vector;
@@ -50,8 +51,11 @@ pub(crate) struct Rolling {
     pub face: f64,
     /// Rolling speed \[m/s\].
     pub speed: f64,
-    /// Creep.
+    /// Creep, that along as it is now.
     pub creep: Creep,
+    pub longitudinal: f64,
+    /// Creep along that follows the torque, if the wheel rolls freely.
+    pub free: Option<FreeCreep>,
     /// Time rule.
     pub rule: TimeRule,
     /// Time step \[s\].
@@ -66,9 +70,9 @@ impl Rolling {
 
     /// Returns the slip of a step by creep \[m\], over c_0, at the number of an element and across.
     fn creep(&self, step: u64, element: i64, j: usize) -> [f64; 2] {
-        let Creep { longitudinal, lateral, spin, ramp } = self.creep;
+        let (Creep { lateral, spin, ramp, .. }, longitudinal) = (&self.creep, self.longitudinal);
         let time = step as f64 * self.time_step;
-        let risen = if time < ramp { time / ramp } else { 1.0 };
+        let risen = if time < *ramp { time / ramp } else { 1.0 };
         let way = risen * self.speed * self.time_step / self.rule.backward_difference()[0];
         let (x, y) = (self.geometry.position(element, step), self.lateral[j]);
         [way * (longitudinal - spin * y), way * (lateral + spin * x)]
@@ -105,6 +109,7 @@ struct FrictionZoneState {
     forces: Vec<Vector>,
     first_element: i64,
     last: [Vec<[f64; 2]>; 2],
+    free: Option<FreeCreep>,
 }
 
 impl FrictionZone {
@@ -228,17 +233,21 @@ impl FrictionZone {
                 continue;
             }
             let bound = self.friction[cell] * force[2];
+            let element = self.first_element + (cell / across) as i64;
+            let creep = self.rolling.creep(step, element, cell % across);
+            // Slip less creep is the surface's own motion.
+            part.power += (0..2).map(|axis| force[axis] * (slip[axis] - rate * creep[axis])).sum::<f64>();
             let is_slipping = force[0].hypot(force[1]) >= FULL * bound;
             part.slipping += usize::from(is_slipping);
             part.sticking += usize::from(!is_slipping);
             // Slip of a cell that sticks is rounding.
             let slip = if is_slipping { slip } else { [0.0; 2] };
             part.slip_power += if is_slipping { bound * speed } else { 0.0 };
-            let element = self.first_element + (cell / across) as i64;
             let (x, y) = (self.rolling.geometry.position(element, step), self.rolling.lateral[cell % across]);
             part.aligning_moment += x * force[1] - y * force[0];
             part.total[0] += force[0];
             part.total[1] += force[1];
+            part.torque += self.rolling.geometry.radius * force[0] + x * self.normal[cell];
             let Some(out) = &mut out else { continue };
             // Forces beyond the columns that are told go to the outermost of these.
             let place = match cell {
@@ -249,6 +258,11 @@ impl FrictionZone {
             out.forces[place][0] += force[0];
             out.forces[place][1] += force[1];
             out.slip[place] = slip;
+        }
+        part.creep = self.rolling.longitudinal;
+        if let Some(free) = &mut self.rolling.free {
+            free.follow(step, part.torque / self.rolling.geometry.radius);
+            self.rolling.longitudinal = free.creep();
         }
         if let Some(out) = out {
             let (forces, slip) = (std::mem::take(&mut out.forces), std::mem::take(&mut out.slip));
@@ -347,11 +361,16 @@ impl Zone for FrictionZone {
             forces: self.forces.clone(),
             first_element: self.first_element,
             last: self.last.clone(),
+            free: self.rolling.free.clone(),
         })
     }
 
     fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        let FrictionZoneState { past, counts, law, forces, first_element, last } = state.take()?;
+        let FrictionZoneState { past, counts, law, forces, first_element, last, free } = state.take()?;
+        if let Some(free) = &free {
+            self.rolling.longitudinal = free.creep();
+        }
+        self.rolling.free = free;
         self.past.restore(&past)?;
         self.search.set_counts(counts);
         fill(&mut self.forces, &forces)?;

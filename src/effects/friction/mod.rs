@@ -15,9 +15,12 @@ use crate::plan::{Plan, SEGMENT};
 use crate::response::{BandLevel, LevelErrors, SpectrumAccumulator};
 use crate::results::files::ResultFiles;
 use crate::results::spectra::{LOWEST_FREQUENCY, force_levels_csv};
-use crate::results::summary::FrictionSummary;
-use crate::scene::TimeRule;
+use crate::results::summary::{FreeRolling, FrictionSummary};
+use crate::scene::{Coefficient, LongitudinalCreep, TimeRule};
 use crate::storage::state::{StateError, StateReader, StateWriter, restore_part};
+
+/// Bound of the mean torque of a wheel that rolls freely over that of sliding.
+const FREE_TORQUE: f64 = 1e-3;
 
 /// Contact with friction.
 pub(crate) struct FrictionEffect;
@@ -201,22 +204,36 @@ impl Effect for FrictionEffect {
             speed: plan.speed,
             spectra: [(); 2].map(|()| spectrum.then(accumulator).flatten()),
             recording: (plan.scene.numerics.time_rule, plan.time_step),
+            sliding: sliding(plan),
             across: contact.shape.across,
             size: contact.point_size,
         })))
     }
 }
 
+/// Returns the coefficient of friction and the radius \[m\] of a wheel that rolls freely.
+fn sliding(plan: &Plan) -> Option<[f64; 2]> {
+    let friction = plan.scene.friction.as_ref()?;
+    let mu = match friction.coefficient() {
+        Coefficient::Constant(mu) => mu,
+        Coefficient::Falling(law) => law.slow,
+    };
+    (friction.creep.longitudinal == LongitudinalCreep::Free).then_some([mu, plan.radius])
+}
+
 /// Observer of the tangential forces.
 pub(crate) struct FrictionObserver {
-    /// After the warm-up: longitudinal and lateral force, moment, slip power, share of slipping cells, normal force.
-    moments: [RunningMoments; 6],
+    /// After the warm-up: longitudinal and lateral force, moment, slip power, share of slipping cells, normal force,
+    /// torque, creep.
+    moments: [RunningMoments; 8],
     /// Rolling speed \[m/s\].
     speed: f64,
     /// Spectra of both forces, where they are wanted and the run is long enough.
     spectra: [Option<SpectrumAccumulator>; 2],
     /// The rule whose mean force of a step is recorded, and the step \[s\].
     recording: (TimeRule, f64),
+    /// Coefficient of friction of slow slip and radius \[m\] of a wheel that rolls freely.
+    sliding: Option<[f64; 2]>,
     across: usize,
     /// Size of a cell \[m\].
     size: [f64; 2],
@@ -235,6 +252,8 @@ impl Observer for FrictionObserver {
             number(step, |part| part.slip_power),
             count(step, |part| part.slipping) as f64 / pressed,
             step.total_force,
+            number(step, |part| part.torque),
+            number(step, |part| part.creep),
         ];
         self.moments.iter_mut().zip(values).for_each(|(moments, value)| moments.push(value));
         for (spectrum, force) in self.spectra.iter_mut().zip(values) {
@@ -263,7 +282,17 @@ impl EffectObserver for FrictionObserver {
 
     fn tell(&self, _: &End<'_>, found: &mut Found) {
         let means = self.moments.each_ref().map(RunningMoments::mean);
-        let [Some(longitudinal), Some(lateral), Some(moment), Some(power), Some(slipping), Some(load)] = means else {
+        let [
+            Some(longitudinal),
+            Some(lateral),
+            Some(moment),
+            Some(power),
+            Some(slipping),
+            Some(load),
+            Some(torque),
+            Some(creep),
+        ] = means
+        else {
             return;
         };
         let resistance = if load > 0.0 { power / (self.speed * load) } else { 0.0 };
@@ -274,7 +303,16 @@ impl EffectObserver for FrictionObserver {
             mean_slip_power: power,
             slipping_share: slipping,
             slip_resistance: resistance,
+            mean_creep: creep,
+            mean_torque: torque,
+            free: self.sliding.map(|[friction, radius]| {
+                let relative_torque = torque / (friction * load * radius);
+                let met = relative_torque.abs() <= FREE_TORQUE;
+                FreeRolling { creep, relative_torque, tolerance: FREE_TORQUE, met }
+            }),
         });
+        let free = found.outcome.friction.and_then(|friction| friction.free).filter(|free| !free.met);
+        found.warnings.extend(free.map(|free| free.to_string()));
     }
     fn write(&self, end: &End<'_>, files: &dyn ResultFiles, _: &mut Found, _: &mut Meter) -> Result<(), RunError> {
         let outputs = &end.loaded.scene.outputs;

@@ -9,11 +9,13 @@ use crate::radiation::SetUpCost;
 use crate::response::SpectrumAccumulator;
 use crate::response::pressure::{PressureStream, PressureTransfers};
 use crate::response::vibration::SegmentLayout;
-use crate::tyre::influence::SurfaceWaves;
+use crate::tyre::influence::{SurfaceWaves, TractionWaves};
 
 /// Memory of the sound's transfers over that of their numbers: what the allocator keeps of the files or equations that
 /// they come from (measured).
 const TRANSFER_RESERVE: f64 = 1.3;
+/// Time of a wave's answer to all components of force over that to normal ones.
+const TRACTION_WAVE: f64 = 4.0;
 /// Memory of the sound's blocks over that of their arrays (measured).
 const SOUND_RESERVE: f64 = 1.15;
 
@@ -39,6 +41,13 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
     if sound.bead.is_some() {
         let flows = SurfaceWaves::flank_bytes(&plan.decisions.tyre, cells / 2, lateral, 0.5 / plan.time_step);
         amounts.hold("flow of the sidewalls", flows);
+    }
+    if plan.scene.has_tractions() {
+        let turns = plan.decisions.tyre.turns();
+        let tangential = TractionWaves::bytes(cells / 2, lateral, 0.5 / plan.time_step, turns);
+        amounts.hold("answers to tangential forces", tangential);
+        let ways = if turns { 2.0 } else { 1.0 };
+        amounts.add(Stage::Radiation, Unit::Evaluation, ways * TRACTION_WAVE * waves, Place::BeforeOnAll);
     }
     let layout = SegmentLayout { columns: columns as usize, ..sound.layout };
     let bins = (sound.radiation.fmax / layout.resolution()).ceil() as usize;

@@ -205,8 +205,10 @@ impl SoundObserver {
             .map(|_| SpectrumAccumulator::faded(samples as usize, plan.time_step, SOUND_SEGMENT, SOUND_FADE))
             .collect::<Result<_, _>>()?;
         let over_cells = plan.decisions.zone == Zone::Cells;
-        let lateral =
-            over_cells.then(|| LateralForces::new(&plan.cell_grid(), sound.lateral_numbers(&plan.decisions.tyre)));
+        let lateral = over_cells.then(|| {
+            let (grid, numbers) = (plan.cell_grid(), sound.lateral_numbers(&plan.decisions.tyre));
+            LateralForces::new(&grid, numbers).with_tangential(&grid, plan.scene.has_tractions())
+        });
         Ok(Some(Self {
             way,
             lateral,
@@ -221,13 +223,13 @@ impl SoundObserver {
     }
 
     /// Takes in the forces of a step that counts \[N\], stage by stage, point by point, as
-    /// [`Footprint::forces`](crate::contact::footprint::Footprint::forces) has them.
-    pub(crate) fn take(&mut self, forces: &[f64], meter: &mut Meter) {
+    /// [`Footprint::forces`](crate::contact::footprint::Footprint::forces) has them, and the tangential ones.
+    pub(crate) fn take(&mut self, forces: &[f64], tangential: Option<&[[f64; 2]]>, meter: &mut Meter) {
         let completes = self.stream.completes_next();
         let columns = self.stream.columns();
         let work = || match &mut self.lateral {
             None => self.stream.push(forces),
-            Some(lateral) => self.stream.push(lateral.of(forces, columns)),
+            Some(lateral) => self.stream.push(lateral.of_all(forces, tangential, columns)),
         };
         // A block's end is long and rare: no step stands for it, and it stands for no other.
         let complete = if completes { meter.time(Stage::Sound, work) } else { meter.time_in_step(Stage::Sound, work) };
@@ -269,7 +271,8 @@ impl SoundObserver {
 impl Observer for SoundObserver {
     fn observe(&mut self, step: &Step<'_>, meter: &mut Meter) -> Result<(), RunError> {
         if step.counts {
-            self.take(step.footprint.forces(), meter);
+            let tangential = step.footprint.tangential().map(|part| part.forces.as_slice());
+            self.take(step.footprint.forces(), tangential, meter);
         }
         Ok(())
     }

@@ -157,10 +157,11 @@ impl Sound {
     /// Returns the integrals of G for each wavenumber.
     pub(super) fn integrals(&self) -> usize {
         let rings = if self.bead.is_some() { SplitRule::POINTS } else { 0 };
-        PressureModel::integrals(
-            self.radiation.air,
-            PressureModel::shape_count(self.layout.across, self.lateral, rings),
-        )
+        let driven = match self.layout.across {
+            Across::Even => self.lateral,
+            Across::Resolved { components, .. } => components,
+        };
+        PressureModel::integrals(self.radiation.air, PressureModel::shape_count(self.layout.across, driven, rings))
     }
 
     /// Returns the lateral numbers that are followed.
@@ -341,8 +342,10 @@ impl Plan {
         match self.decisions.zone {
             Zone::Slices => (layout, lateral_waves),
             Zone::Cells => {
-                let components = lateral_waves.saturating_mul(2) - 1;
-                (SegmentLayout { across: Across::Resolved { components, kept: 0 }, ..layout }, components)
+                let lateral = lateral_waves.saturating_mul(2) - 1;
+                let forces = if self.scene.has_tractions() { 3 } else { 1 };
+                let components = lateral.saturating_mul(forces);
+                (SegmentLayout { across: Across::Resolved { components, kept: 0 }, ..layout }, lateral)
             }
         }
     }

@@ -20,7 +20,7 @@ use crate::results::sound::BodySummary;
 use crate::scene::{LoadedScene, RadiationQuality, SceneError};
 use crate::sound::Air;
 use crate::storage::Cache;
-use crate::tyre::influence::SurfaceWaves;
+use crate::tyre::influence::{SurfaceWaves, TractionWaves};
 
 /// Tolerance of the waves' compliances.
 pub(crate) const WAVES: f64 = 1e-4;
@@ -94,6 +94,8 @@ impl Seeking<'_> {
         let rule = sound.flank(&body).map(|flank| flank.rule);
         let around = Sound::GRID.around / 2;
         let wanted = [highest, WAVES];
+        let tangential =
+            plan.scene.has_tractions().then(|| Arc::new(TractionWaves::new(tyre, around, &lateral, wanted)));
         let (waves, known) = match Cache::open() {
             Ok(cache) => SurfaceWaves::fetch(&cache, tyre, around, lateral, wanted, rule.as_ref(), warnings),
             // The transfers' entries have warned of that.
@@ -105,6 +107,7 @@ impl Seeking<'_> {
         let model = PressureModel {
             layout,
             waves: Arc::new(waves),
+            tangential,
             scale: contact.scale,
             contact_width: tyre.contact_width,
             density: air.density,

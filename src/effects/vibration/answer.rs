@@ -7,7 +7,9 @@ use crate::effects::effect::Begin;
 use crate::effects::error::RunError;
 use crate::plan::Plan;
 use crate::plan::models::{count_evaluations, planned_model, refused};
-use crate::response::vibration::{DispersionBranch, TyreResponse, VibrationField, dispersion_branches};
+use crate::response::vibration::{
+    DispersionBranch, SegmentLayout, TangentialForces, TyreResponse, VibrationField, dispersion_branches,
+};
 use crate::scene::{LoadedScene, SceneError};
 use crate::storage::Cache;
 use crate::tyre::influence::Field;
@@ -25,6 +27,8 @@ pub(super) struct TyreAnswer {
     angular_velocity: f64,
     scale: f64,
     spring: f64,
+    /// How it answers tangential forces, where there are any.
+    tangential_forces: Option<TangentialForces>,
 }
 
 /// How it answers one component.
@@ -59,7 +63,13 @@ impl TyreAnswer {
                 vec![component(1.0, None, model)]
             }
         };
-        Ok(Self { components, angular_velocity: plan.decisions.tyre.angular_velocity, scale, spring })
+        Ok(Self {
+            components,
+            angular_velocity: plan.decisions.tyre.angular_velocity,
+            scale,
+            spring,
+            tangential_forces: None,
+        })
     }
 
     /// Adds the tangential motion up to an angular frequency \[rad/s\].
@@ -89,6 +99,20 @@ impl TyreAnswer {
         Ok(())
     }
 
+    /// Takes tangential forces in.
+    pub(super) fn take_tangential_forces(&mut self, plan: &Plan, layout: &SegmentLayout) {
+        let components = self.components.iter();
+        let numbers: Vec<(usize, f64)> =
+            components.filter_map(|component| Some((component.number?, component.share))).collect();
+        let tolerance = plan.scene.numerics.influence_tolerance;
+        self.tangential_forces = Some(TangentialForces::new(&plan.decisions.tyre, layout, &numbers, tolerance));
+    }
+
+    /// Returns how it answers tangential forces, where there are any.
+    pub(super) fn tangential_forces(&self) -> Option<&TangentialForces> {
+        self.tangential_forces.as_ref()
+    }
+
     /// Returns for each component what is observed of its velocities, and the response.
     pub(super) fn responses(&self) -> Vec<(f64, TyreResponse<'_>)> {
         let Self { scale, spring, .. } = *self;
@@ -98,9 +122,9 @@ impl TyreAnswer {
         responses.collect()
     }
 
-    /// Tells whether it is of a tyre that turns.
-    pub(super) fn turns(&self) -> bool {
-        self.components.iter().any(|component| component.model.turns())
+    /// Tells whether waves that run either way are kept apart: of a tyre that turns, and of tangential forces.
+    pub(super) fn has_both_ways(&self) -> bool {
+        self.tangential_forces.is_some() || self.components.iter().any(|component| component.model.turns())
     }
 
     /// Returns the worst error and truncation of the tangential transfers, where there are any.

@@ -23,7 +23,7 @@ use crate::response::vibration::{
     ElementVelocities, Heard, HeardVelocity, SegmentLayout, TransferKind, VelocityTable, VibrationAccumulator,
     VibrationField, VibrationState, point_bytes,
 };
-use crate::response::{LevelErrors, SliceErrors};
+use crate::response::{LateralForces, LevelErrors, SliceErrors};
 use crate::results::files::ResultFiles;
 use crate::results::vibration::{VELOCITY_LEVEL, VIBRATION_FILE};
 use crate::scene::{LoadedScene, Scene, SceneError, Vibration};
@@ -111,7 +111,9 @@ pub struct VibrationObserver {
     wanted: Vibration,
     accumulator: VibrationAccumulator,
     tyre: TyreAnswer,
-    /// Where the forces are those of cells.
+    /// Lateral waves that are heard of forces of cells.
+    heard: Option<LateralForces>,
+    /// Power that forces of cells put into the waves that the run carries; none with friction.
     resolved: Option<ResolvedForces>,
     fields: Vec<VibrationField>,
     /// Highest frequency that levels are vouched for \[Hz\].
@@ -205,20 +207,29 @@ impl VibrationObserver {
         if vibration.tangential {
             tyre.add_tangential(loaded, plan, layout.angular_frequency(layout.bins() - 1), meter)?;
         }
+        if plan.scene.has_tractions() {
+            meter.time(Stage::Influence, || tyre.take_tangential_forces(plan, &layout));
+        }
         let open = meter.open();
         let resolved = cells.and_then(|cells| ResolvedForces::new(plan, begin.models, cells, &layout, meter));
         let at_places = !(vibration.points.is_empty() && vibration.elements.is_empty());
-        let heard = cells.map(|_| heard(&layout, &tyre, &fields, at_places));
+        let known = cells.map(|_| known(&layout, &tyre, &fields, at_places));
         meter.close(open, Stage::Vibration);
-        let heard_here = heard.is_some();
-        let (accumulator, tables) = match heard {
+        let heard_here = known.is_some();
+        let (accumulator, tables) = match known {
             None => (VibrationAccumulator::new(layout), None),
             Some((velocities, kept)) => {
                 (VibrationAccumulator::resolved(layout, Heard::Velocities(velocities)), Some(kept))
             }
         };
         let (valid_to, errors) = (contact.force_valid_to(), level_errors(contact.slice_errors.as_ref()));
-        let mut observer = Self { wanted: vibration, accumulator, tyre, resolved, fields, valid_to, errors, steps };
+        let heard = cells.map(|cells| {
+            let grid = plan.cell_grid();
+            let numbers = LateralForces::new(&grid, cells.heard.clone());
+            numbers.with_tangential(&grid, plan.scene.has_tractions())
+        });
+        let mut observer =
+            Self { wanted: vibration, accumulator, tyre, heard, resolved, fields, valid_to, errors, steps };
         if at_places {
             meter.time(Stage::Vibration, || observer.add_points(first_element, tables));
         }
@@ -254,7 +265,7 @@ impl VibrationObserver {
     /// even and odd parts.
     fn evaluations(&self, fields: usize) -> u64 {
         let layout = self.accumulator.layout();
-        let parts = if self.tyre.turns() { 2 } else { 1 };
+        let parts = if self.tyre.has_both_ways() { 2 } else { 1 };
         (parts * fields * (layout.elements / 2 + 1) * layout.channels() * layout.bins()) as u64
     }
 
@@ -262,6 +273,7 @@ impl VibrationObserver {
     fn push(&mut self, step: &Step<'_>, power: f64, meter: &mut Meter) {
         let of_power = self.resolved.as_ref().is_some_and(ResolvedForces::completes_next);
         let completes = step.counts && (of_power || self.accumulator.completes_next());
+        let columns = self.accumulator.layout().columns;
         let work = || {
             let footprint = step.footprint;
             let (forces, displacements) = (footprint.forces(), footprint.displacements());
@@ -270,11 +282,13 @@ impl VibrationObserver {
             if !step.counts {
                 return [false; 2];
             }
-            match &mut self.resolved {
+            match &mut self.heard {
                 None => [self.accumulator.push(forces, power), false],
-                Some(resolved) => {
-                    let of_power = resolved.push(forces, of_waves);
-                    [self.accumulator.push(resolved.heard(forces), power), of_power]
+                Some(heard) => {
+                    let of_power = self.resolved.as_mut().is_some_and(|resolved| resolved.push(forces, of_waves));
+                    let tangential = footprint.tangential().map(|part| part.forces.as_slice());
+                    let components = heard.of_all(forces, tangential, columns);
+                    [self.accumulator.push(components, power), of_power]
                 }
             }
         };
@@ -299,12 +313,18 @@ impl VibrationObserver {
 /// Computes the velocities of all fields that the tyre has, one after the other.
 fn tables(layout: &SegmentLayout, tyre: &TyreAnswer, fields: &[VibrationField], take: &mut dyn FnMut(VelocityTable)) {
     let responses = tyre.responses();
-    let table = |&field| VelocityTable::resolved(layout, &responses, TransferKind::Rule, field);
+    let table = |&field| {
+        let table = VelocityTable::resolved(layout, &responses, TransferKind::Rule, field)?;
+        Some(match tyre.tangential_forces() {
+            Some(tangential) => table.with_tangential(tangential),
+            None => table,
+        })
+    };
     fields.iter().filter_map(table).for_each(take);
 }
 
 /// Returns the sums of forces on cells, and the tables that they are made from where they are kept.
-fn heard(
+fn known(
     layout: &SegmentLayout,
     tyre: &TyreAnswer,
     fields: &[VibrationField],
@@ -339,7 +359,7 @@ fn check_memory(
     let map = if vibration.map { 3.0 * 16.0 * 1024.0 * layout.wavenumbers() as f64 } else { 0.0 };
     // The powers are there a second time when they are looked at. What is there before is in the plan's sum.
     let at_the_end = map + 8.0 * (layout.bins() * layout.row()) as f64;
-    let needed = point_bytes(layout, fields, vibration, plan.decisions.tyre.turns()) + at_the_end;
+    let needed = point_bytes(layout, fields, vibration, planned::has_both_ways(plan)) + at_the_end;
     let limit = plan.scene.numerics.memory_limit;
     if at_the_end + planned_memory(plan) <= 1e9 * limit {
         return Ok(());

@@ -72,7 +72,8 @@ impl Plan {
         let heard = grid.heard_by_mean(tolerance, last);
         let carried = last + 1 - grid.waves().first_lateral_number();
         let resolved = |components: usize, kept: usize| Across::Resolved { components, kept };
-        let velocities = SegmentLayout { across: resolved(heard.len(), vibration.fields()), ..even };
+        let forces = if self.scene.has_tractions() { 3 } else { 1 };
+        let velocities = SegmentLayout { across: resolved(forces * heard.len(), vibration.fields()), ..even };
         let revolutions = revolutions.min(POWER_REVOLUTIONS);
         let power = SegmentLayout { revolutions, across: resolved(carried, 1), ..even };
         Some(VibrationSegments { velocities, cells: Some(CellSegments { heard, carried, power }) })
@@ -97,6 +98,12 @@ impl Plan {
     pub(crate) fn lateral_fit(&self) -> LateralFitOptions {
         LateralFitOptions { fit: self.fit, aliases: self.scene.numerics.wavenumber_aliases }
     }
+}
+
+/// Tells whether waves that run either way are kept apart: even and odd parts of the waves of a tyre that turns, and
+/// what tangential forces move, which is odd.
+pub(super) fn has_both_ways(plan: &Plan) -> bool {
+    plan.decisions.tyre.turns() || plan.scene.has_tractions()
 }
 
 /// Complains about elements whose vibration is wanted and that the tyre does not have.
@@ -131,7 +138,7 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
         multiply_adds += ElementVelocities::multiply_adds(&layout, wanted * vibration.elements.len());
     }
     amounts.add(Stage::Vibration, unit, count(&layout) * multiply_adds, Place::March);
-    if let Some(cells) = &segments.cells {
+    if let Some(cells) = segments.cells.as_ref().filter(|_| !plan.scene.has_tractions()) {
         let multiply_adds = count(&cells.power) * cells.power.multiply_adds();
         amounts.add(Stage::Vibration, unit, multiply_adds, Place::March);
     }
@@ -144,8 +151,7 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
         (None, true) => 2.0 * fields + 1.0,
         (None, false) => fields + 1.0,
     };
-    // Even and odd parts of the waves of a tyre that turns.
-    let turns = plan.decisions.tyre.turns();
+    let turns = has_both_ways(plan);
     let parts = if turns { 2.0 } else { 1.0 };
     let times = parts * times;
     let poles = match &segments.cells {
@@ -166,7 +172,10 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
     amounts.count(Counter::VibrationEvaluations, evaluations);
     let held = point_bytes(&layout, wanted, vibration, turns);
     amounts.hold("forces and spectra of segments", VIBRATION_RESERVE * held);
-    if let Some(CellSegments { power, .. }) = &segments.cells {
+    if plan.scene.has_tractions() {
+        let tables = fields * (HeardVelocity::bytes(&layout, turns) + VelocityTable::bytes(&layout, turns));
+        amounts.hold("transfers of tangential forces", tables);
+    } else if let Some(CellSegments { power, .. }) = &segments.cells {
         let [waves, ..] = plan.expected_waves(amounts.expected.columns);
         let of_stages = (power.stages() * power.stages() * power.bins()) as f64;
         amounts.add(Stage::Vibration, Unit::VibrationPole, parts * 0.5 * amounts.poles * of_stages, Place::Before);

@@ -1,4 +1,4 @@
-//! Forces of cells, resolved into the lateral waves that are heard of them, and the power that all of them put in.
+//! Power that forces of cells put into all waves that a run carries.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,8 +16,6 @@ use crate::storage::StateError;
 
 /// Parts of a recorder of cells beside that of slices.
 pub(super) struct ResolvedForces {
-    /// Lateral waves of the velocities.
-    heard: LateralForces,
     /// All that the run carries.
     carried: LateralForces,
     power: VibrationAccumulator,
@@ -59,7 +57,6 @@ impl ResolvedForces {
         let cells = beyond.columns * beyond.across;
         let beyond = CellProduct::whole(beyond.columns, &beyond);
         Some(Self {
-            heard: LateralForces::new(&grid, segments.heard.clone()),
             carried: LateralForces::new(&grid, numbers),
             power: VibrationAccumulator::resolved(layout, Heard::Power(power)),
             displacements: vec![0.0; layout.stages() * cells],
@@ -67,11 +64,6 @@ impl ResolvedForces {
             beyond,
             columns,
         })
-    }
-
-    /// Returns the components that the velocities hear of a step's forces, cell by cell \[N\].
-    pub(super) fn heard(&mut self, forces: &[f64]) -> &[f64] {
-        self.heard.of(forces, self.columns)
     }
 
     /// Returns the power that a step's forces \[N\] put into the waves, with the displacements \[m\], cell by cell from

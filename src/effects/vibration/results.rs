@@ -7,7 +7,7 @@ use crate::response::vibration::{
     Dissipation, FieldSpectra, PatchSpectra, SpectraRequest, TransferKind, VibrationField, element_spectrum,
     field_spectra, heard_spectra, point_spectrum,
 };
-use crate::response::{BandLevel, LevelErrors, PowerSpectrum};
+use crate::response::{BandLevel, LateralForces, LevelErrors, PowerSpectrum};
 use crate::results::files::ResultFiles;
 use crate::results::npy::{Row, array_file};
 use crate::results::plots::{ThirdOctavePlot, WavenumberPlot};
@@ -37,10 +37,16 @@ struct Heard {
     spectra: Vec<FieldSpectra>,
     /// By the tyre's own transfer, where that is known.
     of_tyre: Vec<FieldSpectra>,
-    /// Power put into the waves that the run carries \[W\], where those are not all.
+    /// The power's balance; none with friction.
+    balance: Option<Balance>,
+}
+
+/// Power that is dissipated \[W\].
+struct Balance {
+    /// Put into the waves that the run carries, where those are not all.
     put_into_waves: Option<f64>,
     dissipated: Dissipation,
-    dissipated_by_tyre: Option<f64>,
+    by_tyre: Option<f64>,
 }
 
 impl VibrationObserver {
@@ -79,29 +85,31 @@ impl VibrationObserver {
         fields.extend(self.fields.iter().filter(|field| **field != VibrationField::Tread));
         let rule = self.accumulator.layout().rule;
         let request = SpectraRequest { fields: &fields, kind: TransferKind::Rule, maps };
-        let Heard { spectra, of_tyre, put_into_waves, dissipated, dissipated_by_tyre } =
-            self.heard(&patch, &request, meter)?;
+        let Heard { spectra, of_tyre, balance } = self.heard(&patch, &request, meter)?;
 
         let layout = &patch.layout;
         let taken = (patch.segments + 1) * layout.hop() as u64;
-        let put_in = put_into_waves.unwrap_or(patch.mean_power);
-        let difference = put_in - dissipated.total();
+        let power = balance.map(|Balance { put_into_waves, dissipated, by_tyre }| {
+            let put_in = put_into_waves.unwrap_or(patch.mean_power);
+            let difference = put_in - dissipated.total();
+            PowerSummary {
+                put_in: patch.mean_power,
+                put_into_waves,
+                dissipated_by_mean_pattern: dissipated.mean_pattern,
+                dissipated_by_vibration: dissipated.vibration,
+                relative_difference: difference / put_in,
+                dissipated_by_tyre: by_tyre,
+            }
+        });
         let summary = VibrationSummary {
             segments: patch.segments,
             segment_seconds: layout.length() as f64 * layout.time_step,
             revolutions: layout.revolutions,
             resolution: layout.resolution(),
             seconds_left_out: self.steps.saturating_sub(taken) as f64 * layout.time_step,
-            waves_across: self.resolved.as_ref().map(|_| layout.components()),
+            waves_across: self.heard.as_ref().map(LateralForces::count),
             fields: spectra.iter().map(|field| summary_of(field, &of_tyre, rule)).collect(),
-            power: PowerSummary {
-                put_in: patch.mean_power,
-                put_into_waves,
-                dissipated_by_mean_pattern: dissipated.mean_pattern,
-                dissipated_by_vibration: dissipated.vibration,
-                relative_difference: difference / put_in,
-                dissipated_by_tyre,
-            },
+            power,
             tangential_error: self.tyre.tangential_error(),
         };
         Some((HeardVibration { spectra: self.named(&self.wanted, &patch, &spectra), summary }, spectra))
@@ -109,12 +117,17 @@ impl VibrationObserver {
 
     /// Returns the velocities and the power's balance.
     fn heard(&self, patch: &PatchSpectra, request: &SpectraRequest<'_>, meter: &mut Meter) -> Option<Heard> {
-        if let Some(resolved) = &self.resolved {
+        if self.heard.is_some() {
             // By the tyre's own transfer every segment would have to be looked at once more.
-            let (put_in, dissipated) = resolved.power()?;
+            let balance = match &self.resolved {
+                Some(resolved) => {
+                    let (put_in, dissipated) = resolved.power()?;
+                    Some(Balance { put_into_waves: Some(put_in), dissipated, by_tyre: None })
+                }
+                None => None,
+            };
             let spectra = heard_spectra(patch, &self.fields, request.maps);
-            let (of_tyre, put_into_waves) = (Vec::new(), Some(put_in));
-            return Some(Heard { spectra, of_tyre, put_into_waves, dissipated, dissipated_by_tyre: None });
+            return Some(Heard { spectra, of_tyre: Vec::new(), balance });
         }
         let exact = SpectraRequest { kind: TransferKind::Exact, maps: false, ..request.clone() };
         let (_, response) = self.tyre.responses().into_iter().next()?;
@@ -123,8 +136,8 @@ impl VibrationObserver {
         meter.count(Counter::VibrationEvaluations, 2 * self.evaluations(request.fields.len()));
         let ((mut spectra, dissipated), (of_tyre, by_tyre)) = (by_rule, by_tyre);
         spectra.retain(|field| self.fields.contains(&field.field));
-        let dissipated_by_tyre = Some(by_tyre.total());
-        Some(Heard { spectra, of_tyre, put_into_waves: None, dissipated, dissipated_by_tyre })
+        let balance = Balance { put_into_waves: None, dissipated, by_tyre: Some(by_tyre.total()) };
+        Some(Heard { spectra, of_tyre, balance: Some(balance) })
     }
 
     /// Returns all spectra that are written, in order.

@@ -2,15 +2,20 @@
 
 use super::row::{Decided, Row, given};
 use super::values::Decisions;
-use crate::scene::{Coefficient, FallingFriction, Scene};
+use crate::scene::{Coefficient, FallingFriction, LongitudinalCreep, Scene, Switch};
 
 pub(super) const FRICTION: Row = Row {
     title: "friction",
     short: "friction",
     decide: friction,
-    // A coefficient that a scene does not give cannot be switched on.
-    switch: None,
-    of_cells: false,
+    // A scene that does not say how large it is refuses to have it.
+    switch: Some(|scene, on| {
+        scene.effects.friction = if on { Switch::On } else { Switch::Auto };
+        if !on {
+            (scene.friction, scene.adhesion) = (None, None);
+        }
+    }),
+    of_cells: true,
 };
 
 fn friction(scene: &Scene, _: &mut Decisions) -> Decided {
@@ -23,6 +28,11 @@ fn friction(scene: &Scene, _: &mut Decisions) -> Decided {
         Coefficient::Constant(mu) => format!("mu = {mu}"),
         Coefficient::Falling(FallingFriction { slow, fast, .. }) => format!("mu from {slow} down to {fast}"),
     };
+    let rolling = match friction.creep.longitudinal {
+        LongitudinalCreep::Given(_) => "",
+        LongitudinalCreep::Free => ", rolls freely",
+    };
+    let law = format!("{law}{rolling}");
     let form = scene.adhesion.as_ref().map_or(law.clone(), |pull| format!("{law}, a pull of {} Pa", pull.stress));
     let reason = reason.unwrap_or_else(|| "the scene has [friction]".to_owned());
     Decided { on: scene.has_tractions(), form, reason }

@@ -52,6 +52,7 @@ fn models(layout: SegmentLayout) -> [PressureModel; 3] {
         layout,
         waves: Arc::clone(&waves),
         scale: 1.0,
+        tangential: None,
         contact_width: tyre.contact_width,
         density: 1.2,
         air,

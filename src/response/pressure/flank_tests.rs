@@ -39,6 +39,7 @@ fn model(tyre: &Tyre, lateral: Vec<usize>, across: Across, air: AirMotion) -> Pr
         layout,
         waves: Arc::new(waves),
         scale: 1.0,
+        tangential: None,
         contact_width: tyre.contact_width,
         density: 1.2,
         air,

@@ -9,7 +9,7 @@ use super::surface::Shape;
 use crate::numeric::sinc;
 use crate::response::vibration::{Across, SegmentLayout, TransferKind};
 use crate::scene::AirMotion;
-use crate::tyre::influence::SurfaceWaves;
+use crate::tyre::influence::{SurfaceWaves, TractionWaves};
 
 /// Part of the highest frequency over which the transfers fall to zero, so that they ring for a short time only.
 const TAPER: f64 = 0.05;
@@ -21,6 +21,8 @@ pub(crate) struct PressureModel {
     pub layout: SegmentLayout,
     /// The tyre.
     pub waves: Arc<SurfaceWaves>,
+    /// The tyre under tangential forces, where there are any.
+    pub tangential: Option<Arc<TractionWaves>>,
     /// Factor of all compliances; 1 unless a bedding's carcass is scaled.
     pub scale: f64,
     /// Width b of the contact strip \[m\].
@@ -49,6 +51,7 @@ impl PressureModel {
 
     /// Returns (e_m/B) a_m of each wave's part in the strip's force; of forces that are resolved across, which have
     /// their shares already, what the wave is to cos(ky_m y) or sin(ky_m y) instead of a_m.
+    /// The parts are listed for each component of the forces.
     pub(super) fn strip(&self) -> Vec<f64> {
         let (tyre, across) = (self.waves.waves, self.layout.across);
         let part = |&m: &usize| {
@@ -58,7 +61,17 @@ impl PressureModel {
             };
             tyre.lateral_norm(m) * share
         };
-        self.waves.lateral.iter().map(part).collect()
+        (0..self.forces()).flat_map(|_| self.waves.lateral.iter().map(part)).collect()
+    }
+
+    /// Counts the components of a force that are heard: all three, or the normal one.
+    fn forces(&self) -> usize {
+        if self.tangential.is_some() { 3 } else { 1 }
+    }
+
+    /// Counts the waves across that all components of the forces drive.
+    fn driven(&self) -> usize {
+        self.forces() * self.waves.lateral.len()
     }
 
     /// Returns the shapes that so many lateral waves have with so many rings on a flank that moves: the rings sum over
@@ -84,7 +97,7 @@ impl PressureModel {
                     let rings = (0..rings).map(move |number| Shape::Ring { number, odd });
                     std::iter::once(Shape::Tread(m)).chain(rings)
                 };
-                lateral.flat_map(of).collect()
+                (0..self.forces()).flat_map(|_| lateral.clone().flat_map(of)).collect()
             }
         }
     }
@@ -99,8 +112,8 @@ impl PressureModel {
 
     /// Returns the integrals of this model.
     pub(crate) fn integrals_of_wave(&self) -> usize {
-        let (lateral, rings) = (self.waves.lateral.len(), self.waves.pieces());
-        Self::integrals(self.air, Self::shape_count(self.layout.across, lateral, rings))
+        let rings = self.waves.pieces();
+        Self::integrals(self.air, Self::shape_count(self.layout.across, self.driven(), rings))
     }
 
     /// Returns the number of [`super::surface::WEIGHTS`] that the air's motion asks for.
@@ -132,7 +145,7 @@ impl PressureModel {
 
     /// Returns the room for the flows of all lateral waves; none without a flank that moves.
     pub(super) fn room_for_flows(&self) -> Vec<Complex64> {
-        vec![Complex64::ZERO; self.waves.lateral.len() * self.waves.pieces()]
+        vec![Complex64::ZERO; self.driven() * self.waves.pieces()]
     }
 
     /// Finds the factors from the integrals of G to the pressure at a bin, shape by shape, weight by weight, for unit
@@ -199,8 +212,8 @@ impl PressureModel {
         self.delays[receivers].iter().map(move |delay| Complex64::from_polar(1.0, -angular * delay))
     }
 
-    /// Computes C_nm at a frequency of the material, as the run's rule sees it, and the flows of the sidewalls with
-    /// them, if they are heard.
+    /// Computes C_nm at a frequency of the material, as the run's rule sees it, for each component of the forces, and
+    /// the flows of the sidewalls with them, if they are heard.
     fn compliances(&self, n: i64, frequency: f64, out: &mut [Complex64], flows: &mut [Complex64]) {
         let SegmentLayout { rule, time_step, .. } = self.layout;
         // The waves are known on the imaginary axis, where a multistep rule's s is nearly.
@@ -209,9 +222,25 @@ impl PressureModel {
         } else {
             frequency
         };
-        self.waves.at(n, seen, out);
+        let (lateral, pieces) = (self.waves.lateral.len(), self.waves.pieces());
+        let (by_normal, by_tangential) = out.split_at_mut(lateral);
+        self.waves.at(n, seen, by_normal);
+        let (flows, more_flows) = flows.split_at_mut(lateral * pieces);
         if !flows.is_empty() {
-            self.waves.flows_at(n, seen, out, flows);
+            self.waves.flows_at(n, seen, by_normal, flows);
+        }
+        let Some(waves) = &self.tangential else { return };
+        let (along, aside) = by_tangential.split_at_mut(lateral);
+        for (index, own) in by_normal.iter().enumerate() {
+            let answers = waves.at(n, seen, index);
+            (along[index], aside[index]) = (answers[0], answers[1]);
+            // The sides follow the surface as they do under normal forces.
+            for (force, answer) in answers.into_iter().enumerate() {
+                let out = &mut more_flows[(force * lateral + index) * pieces..][..pieces];
+                let known = &flows[index * pieces..][..pieces];
+                let ratio = if own.norm_sqr() > 0.0 { answer / own } else { Complex64::ZERO };
+                out.iter_mut().zip(known).for_each(|(out, flow)| *out = ratio * flow);
+            }
         }
     }
 

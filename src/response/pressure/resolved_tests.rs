@@ -46,6 +46,7 @@ fn model(tyre: &Tyre, air: AirMotion) -> PressureModel {
         layout: layout(),
         waves: Arc::new(waves),
         scale: 1.0,
+        tangential: None,
         contact_width: tyre.contact_width,
         density: 1.2,
         air,

@@ -44,7 +44,17 @@ fn model(
     delays: Vec<f64>,
 ) -> PressureModel {
     let (waves, contact_width) = (Arc::clone(waves), tyre.contact_width);
-    PressureModel { layout, waves, scale: 1.1, contact_width, density: 1.2, air, highest: 150.0, delays }
+    PressureModel {
+        layout,
+        waves,
+        tangential: None,
+        scale: 1.1,
+        contact_width,
+        density: 1.2,
+        air,
+        highest: 150.0,
+        delays,
+    }
 }
 
 /// The pressure of unit force at each place, by bin and place.
@@ -273,6 +283,7 @@ fn radiates_what_vibrates(tyre: Tyre) {
         layout,
         waves,
         scale: 1.0,
+        tangential: None,
         contact_width: tyre.contact_width,
         density: 1.2,
         air: AirMotion::WithTread,

@@ -25,6 +25,7 @@
 //! - [`transfer`]: the velocity for unit force; `stage_transfer`: for the forces of a Runge-Kutta rule's stages;
 //!   `both_ways`: of waves that run either way round;
 //! - [`velocity_table`]: the same of all wavenumbers, and for points beside the axle, coherent over n;
+//! - [`tangential_forces`]: velocities by tangential forces;
 //! - [`elements`]: velocities of points that turn with the tyre;
 //! - [`heard`]: what forces that are resolved across the strip move;
 //! - `share`: a part of the bins with its sums, for a thread; [`accumulator`]: forces, step by step, to mean powers
@@ -49,6 +50,7 @@ mod products;
 mod share;
 pub(crate) mod spectra;
 mod stage_transfer;
+pub(crate) mod tangential_forces;
 #[cfg(test)]
 mod tests;
 pub(crate) mod transfer;
@@ -66,6 +68,7 @@ pub(crate) use spectra::{
     Dissipation, FieldSpectra, SpectraRequest, WavenumberMap, element_spectrum, field_spectra, heard_dissipation,
     heard_spectra, point_spectrum,
 };
+pub(crate) use tangential_forces::TangentialForces;
 pub use transfer::{TransferKind, TyreResponse, VibrationField};
 pub(crate) use velocity_table::VelocityTable;
 

@@ -21,6 +21,7 @@ use rustfft::FftPlanner;
 
 use super::both_ways::BothWays;
 use super::layout::SegmentLayout;
+use super::tangential_forces::TangentialForces;
 use super::transfer::{Part, TransferKind, Transfers, TyreResponse, VibrationField};
 
 /// s H_n(s) by wavenumber |n| = 0..=N/2, channel of a step and bin of the material frame.
@@ -55,14 +56,14 @@ impl VelocityTable {
             let mut values = vec![Complex64::ZERO; (layout.elements / 2 + 1) * width];
             let rows = values.par_chunks_mut(width).enumerate();
             let of_wavenumber = |(n, row): (usize, &mut [Complex64])| {
-                if let [(1.0, response)] = responses {
+                if let ([(1.0, response)], 1) = (responses, layout.components()) {
                     return transfers.velocities(response, n, field, part, row);
                 }
                 let mut unit = vec![Complex64::ZERO; stages * bins];
                 responses.iter().enumerate().all(|(component, (share, response))| {
                     let there = transfers.velocities(response, n, field, part, &mut unit);
                     for (stage, unit) in unit.chunks_exact(bins).enumerate() {
-                        let first = (stage * responses.len() + component) * bins;
+                        let first = (stage * layout.components() + component) * bins;
                         row[first..first + bins].iter_mut().zip(unit).for_each(|(value, unit)| *value = share * unit);
                     }
                     there
@@ -75,6 +76,16 @@ impl VelocityTable {
         let turns = responses.iter().any(|(_, response)| response.turns());
         let odd = if turns { Some(of_part(Part::Odd)?) } else { None };
         Some(Self { field, layout: *layout, values: BothWays::of_parts(even, odd) })
+    }
+
+    /// Adds tangential forces, whose components follow those of the normal ones, of a rule of one stage.
+    pub(crate) fn with_tangential(mut self, tangential: &TangentialForces) -> Self {
+        let Self { field, layout, values: BothWays { forwards, backwards } } = &mut self;
+        let width = layout.channels() * layout.bins();
+        let backwards = backwards.get_or_insert_with(|| forwards.clone());
+        let rows = forwards.par_chunks_mut(width).zip(backwards.par_chunks_mut(width)).enumerate();
+        rows.for_each(|(n, (forwards, backwards))| tangential.put(layout, *field, n, [forwards, backwards]));
+        self
     }
 
     /// Returns its field.

@@ -1,11 +1,12 @@
 //! `[friction]` and `[adhesion]`: tangential forces and pull on contact cells.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
+use serde_json::{Value as Json, json};
 
 use crate::scene::Problem;
 use crate::scene::keys::{is_default, keys};
 use crate::scene::kind::{Bounds, OneOf, Optional};
-use crate::scene::table::{Nested, Table};
+use crate::scene::table::{Kind, Nested, Table, Value};
 
 /// Law of the coefficient of friction, where it is not constant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
@@ -91,12 +92,59 @@ keys! {
     }
 }
 
+/// Creep along.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LongitudinalCreep {
+    /// The same all the time.
+    Given(f64),
+    /// That of a wheel without a torque.
+    Free,
+}
+
+impl LongitudinalCreep {
+    /// Word for free rolling.
+    const FREE: &str = "free";
+}
+
+impl Serialize for LongitudinalCreep {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Given(creep) => creep.serialize(serializer),
+            Self::Free => Self::FREE.serialize(serializer),
+        }
+    }
+}
+
+/// Kind of a [`LongitudinalCreep`].
+struct LongitudinalKind;
+
+impl Kind for LongitudinalKind {
+    type Output = LongitudinalCreep;
+
+    fn wanted(&self) -> String {
+        format!("{}, or \"{}\"", RATIO.wanted(), LongitudinalCreep::FREE)
+    }
+
+    fn read(&self, value: &Value<'_>) -> Option<LongitudinalCreep> {
+        match value.get().as_str() {
+            Some(LongitudinalCreep::FREE) => Some(LongitudinalCreep::Free),
+            Some(_) => value.wrong_type(self),
+            None => RATIO.read(value).map(LongitudinalCreep::Given),
+        }
+    }
+
+    fn schema(&self) -> Json {
+        json!({ "anyOf": [RATIO.schema(), { "type": "string", "enum": [LongitudinalCreep::FREE] }] })
+    }
+}
+
 keys! {
     /// Creep: speed of the tread against the road, as parts of the rolling speed.
     #[derive(Clone, Debug, PartialEq, Serialize)]
     pub Creep {
-        /// Longitudinal creep; above 0 brakes, 1 is a locked wheel.
-        longitudinal: f64 = 0.0 => RATIO,
+        /// Longitudinal creep; above 0 brakes, 1 is a locked wheel. `"free"`: the wheel rolls freely, its creep follows
+        /// the torque about the axle.
+        longitudinal: LongitudinalCreep = LongitudinalCreep::Given(0.0) => LongitudinalKind,
         /// Lateral creep, the tangent of the slip angle; above 0 to the left.
         lateral: f64 = 0.0 => RATIO,
         /// Spin \[1/m\]: turning about the vertical over the rolling speed.

@@ -203,7 +203,7 @@ impl<'a, 'b> Rolled<'a, 'b> {
         })?;
         let Some(mut recorder) = begun else { return Ok(None) };
         for forces in self.forces.chunks_exact(self.width) {
-            recorder.take(forces, &mut meter);
+            recorder.take(forces, None, &mut meter);
         }
         let heard = recorder.heard()?;
         let differences = reference.map_or(Vec::new(), |reference| differences(&heard, reference));

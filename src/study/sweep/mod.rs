@@ -4,11 +4,13 @@
 //! 2. [`mod@variants`]: the scenes, checked before anything runs;
 //! 3. [`mod@run`]: what is finished is left alone, what was interrupted goes on, the rest is run, several at a time;
 //! 4. [`table`]: levels side by side, and how they grow with the speed; [`repeated`]: means over seeds, with their
-//!    confidence, and pictures of what they depend on; [`record`] and [`stored`]: what finds the variants again;
+//!    confidence, and pictures of what they depend on; [`friction_curves`]: tangential forces; [`record`] and
+//!    [`stored`]: what finds the variants again;
 //! 5. [`tasks`]: the same as tasks in a folder, for batch systems.
 
 pub(crate) mod design;
 pub(crate) mod factor;
+pub(crate) mod friction_curves;
 pub(crate) mod full_scale;
 pub(crate) mod record;
 pub(crate) mod repeated;

@@ -18,7 +18,7 @@ use crate::response::BandLevel;
 use crate::results::folder::ResultsFolder;
 use crate::results::sound::{RatedLevel, ReceiverSummary};
 use crate::results::spectra::{SPECTRA_FILE, read_force_levels};
-use crate::results::summary::{LoadResult, RollingResistance, SUMMARY_FILE};
+use crate::results::summary::{FrictionSummary, LoadResult, RollingResistance, SUMMARY_FILE};
 use crate::results::unfinished::{forget_abandoned, unfinished};
 use crate::run::checkpoint::Checkpoint;
 use crate::run::{self, Progress, RunError, RunOptions};
@@ -48,6 +48,9 @@ pub(crate) struct Done {
     pub levels: Vec<BandLevel>,
     /// Rolling resistance, where the tread law has one.
     pub rolling_resistance: Option<RollingResistance>,
+    /// Tangential forces, where the contact has friction.
+    #[serde(default)]
+    pub friction: Option<FrictionSummary>,
     /// The load and how well it was met.
     pub load: Option<LoadResult>,
     /// A-weighted level at each receiver \[dB(A)\]: the maximum of the pass-by where the tyre passes, else the mean.
@@ -78,6 +81,7 @@ impl Done {
             found,
             levels,
             rolling_resistance: serde_json::from_value(outcome["rolling_resistance"].clone()).ok(),
+            friction: serde_json::from_value(outcome["friction"].clone()).ok(),
             load: serde_json::from_value(outcome["load"].clone()).ok(),
             sound: rated.iter().filter_map(|rated| Some((rated.name.clone(), rated.level?))).collect(),
             passed: rated.into_iter().filter(|rated| rated.passed).map(|rated| rated.name).collect(),

@@ -7,6 +7,7 @@ use crate::results::plots::{Axis, LinePlot, PlotError, Series};
 use crate::results::summary::RollingResistance;
 use crate::results::table::{self, Report, aligned, numbers};
 use crate::sound::SpeedCoefficient;
+use crate::study::sweep::friction_curves::friction_rows;
 use crate::study::sweep::run::Done;
 use crate::study::sweep::variants::Label;
 
@@ -141,6 +142,10 @@ impl SweepBlock {
             ];
             report.text("\n");
             report.table(aligned(header("rolling resistance"), rows));
+        }
+        if self.found.iter().any(|done| done.friction.is_some()) {
+            report.text("\n");
+            report.table(aligned(header("friction"), friction_rows(&self.found)));
         }
         let heard = self.receivers();
         if !heard.is_empty() {

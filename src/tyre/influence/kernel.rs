@@ -163,11 +163,18 @@ impl KernelAt {
 
     /// Returns C of a wave for all tractions \[m/Pa\]; order circumferential, lateral, outward.
     pub(crate) fn full(&self, n: i64, m: usize) -> Matrix3 {
-        match self.curved(n, m) {
-            Some((wave, at)) if n < 0 => wave.full_backwards(at).0,
-            Some((wave, at)) => wave.full(at).0,
-            None => self.stack.full(self.waves.kx(n), self.waves.ky(m)).0,
-        }
+        let [surface, _] = self.full_of_faces(n, m);
+        surface
+    }
+
+    /// Returns C and D of a wave for all tractions \[m/Pa\], in that order.
+    pub(super) fn full_of_faces(&self, n: i64, m: usize) -> [Matrix3; 2] {
+        let (surface, bottom) = match self.curved(n, m) {
+            Some((wave, at)) if n < 0 => wave.full_backwards(at),
+            Some((wave, at)) => wave.full(at),
+            None => self.stack.full(self.waves.kx(n), self.waves.ky(m)),
+        };
+        [surface, bottom]
     }
 }
 

@@ -13,7 +13,8 @@
 //! - [`mobility`]: the driving-point mobility of patches;
 //! - [`CellGrid`], [`CellSums`]: the same between cells of the contact strip, wave by wave and for an instant, and
 //!   [`CellInfluence`], their table;
-//! - `traction_sums`: the same of all components of traction and displacement, and `traction_influence`, their table;
+//! - `traction_sums`: the same of all components of traction and displacement, `traction_influence`, their table,
+//!   and `traction_waves`, single waves over frequency;
 //! - [`SurfaceWaves`]: the surface wave by wave, not summed; `flank_waves`: what the sidewalls sweep with it.
 
 mod bounded_sum;
@@ -39,6 +40,7 @@ mod surface_waves;
 mod tail_sum;
 mod traction_influence;
 mod traction_sums;
+mod traction_waves;
 pub(crate) mod wave_compliance;
 mod waves;
 
@@ -58,4 +60,5 @@ pub(crate) use traction_influence::{COMPONENTS, TractionInfluence};
 #[cfg(test)]
 pub(crate) use traction_influence::{PairTables, UniformTables};
 pub(crate) use traction_sums::{PAIRS, TractionParts, traction_shape};
+pub(crate) use traction_waves::{TractionLines, TractionWaves};
 pub(crate) use waves::Waves;

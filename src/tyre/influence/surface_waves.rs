@@ -73,9 +73,7 @@ impl SurfaceWaves {
         [highest, tolerance]: [f64; 2],
         rule: Option<&SplitRule>,
     ) -> Self {
-        // Two points more than the highest frequency needs: the cubics' outer ones.
-        let points = (coordinate(highest) / STEP).ceil() as usize + 3;
-        let frequency = |point: usize| LINEAR_BELOW * (point as f64 * STEP).sinh();
+        let points = frequencies(highest).len();
         let angular = |point: usize| std::f64::consts::TAU * frequency(point);
         let kernel = Kernel::new(tyre, angular(points), tolerance);
         let waves = Waves::new(tyre);
@@ -169,9 +167,8 @@ impl SurfaceWaves {
     /// Returns |n|, the first of the four frequencies about one, and their weights; `None` beyond the table.
     fn place(&self, n: i64, frequency: f64) -> Option<(usize, usize, [f64; 4])> {
         let n = n.unsigned_abs() as usize;
-        let place = coordinate(frequency.abs()) / STEP;
-        let first = (place as usize).saturating_sub(1);
-        (n < self.around && first + 4 <= self.points).then(|| (n, first, uniform_cubic(place - first as f64)))
+        let (first, weights) = neighbours(frequency.abs());
+        (n < self.around && first + 4 <= self.points).then_some((n, first, weights))
     }
 
     /// Computes the flow of each piece of a sidewall, per radian and traction on the tread \[m^3/Pa\], of the lateral
@@ -203,6 +200,23 @@ impl Cached for SurfaceWaves {
             && values.into_iter().all(|value| !value.is_nan())
             && self.flank.as_ref().is_none_or(FlankWaves::is_sound)
     }
+}
+
+/// Returns the frequency of a point \[Hz\].
+fn frequency(point: usize) -> f64 {
+    LINEAR_BELOW * (point as f64 * STEP).sinh()
+}
+
+/// Lists the frequencies up to a highest one, and two more: the cubics' outer ones \[Hz\].
+pub(super) fn frequencies(highest: f64) -> impl ExactSizeIterator<Item = f64> {
+    (0..(coordinate(highest) / STEP).ceil() as usize + 3).map(frequency)
+}
+
+/// Returns the first of the four frequencies about one that is not negative \[Hz\], and their weights.
+pub(super) fn neighbours(frequency: f64) -> (usize, [f64; 4]) {
+    let place = coordinate(frequency) / STEP;
+    let first = (place as usize).saturating_sub(1);
+    (first, uniform_cubic(place - first as f64))
 }
 
 /// Returns asinh of a frequency that is not negative: the library's is as exact for the smallest ones, too, and takes

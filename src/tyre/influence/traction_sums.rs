@@ -118,7 +118,7 @@ impl TractionParts {
 }
 
 /// Finds the compliance between shapes from that of waves exp(i (kx x + ky y)), z inwards.
-fn in_shapes(full: &Matrix3, sides: Sides) -> [Complex64; PAIRS] {
+pub(super) fn in_shapes(full: &Matrix3, sides: Sides) -> [Complex64; PAIRS] {
     let turn = if sides == Sides::Supported { Complex64::i() } else { -Complex64::i() };
     let (left, right) = ([Complex64::ONE, -turn, -Complex64::ONE], [Complex64::ONE, turn, -Complex64::ONE]);
     std::array::from_fn(|pair| {

@@ -477,7 +477,7 @@ fn product<const N: usize>(a: &[[Complex64; N]; N], b: &[[Complex64; N]; N]) -> 
 }
 
 /// Returns a^-1 by cofactors; a singular `a` gives non-finite entries.
-fn inverse(a: Matrix3) -> Matrix3 {
+pub(crate) fn inverse(a: Matrix3) -> Matrix3 {
     let minor = |i: usize, j: usize| {
         let [r, s] = [(i + 1) % 3, (i + 2) % 3];
         let [p, q] = [(j + 1) % 3, (j + 2) % 3];

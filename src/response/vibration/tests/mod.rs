@@ -1,6 +1,7 @@
 //! The frequency domain against the time domain, step by step and element by element.
 
 mod resolved;
+mod tangential;
 mod time_domain;
 mod turning;
 

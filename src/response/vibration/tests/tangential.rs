@@ -1,0 +1,111 @@
+//! Velocities by tangential forces against the steps of the contact's own past and instant.
+
+use super::*;
+use crate::contact::friction::past::TractionPast;
+use crate::contact::friction::transform::TractionTransform;
+use crate::response::vibration::TangentialForces;
+use crate::scene::{DEFAULT, Sides};
+use crate::tyre::influence::{CellGrid, CellSums, CellTruncation, traction_shape};
+
+const COLUMNS_HERE: usize = 6;
+const ACROSS_HERE: usize = 3;
+const NUMBERS: [usize; 3] = [1, 2, 3];
+/// Column and cell across of the force, and the column that is observed.
+const DRIVEN: (usize, usize) = (1, 0);
+const SEEN: usize = 4;
+
+/// Returns velocities outwards of the cells of a column and along, in the last revolution of a harmonic force along or
+/// across on one cell, as the contact finds them, and its time step's number at each.
+fn stepped(tyre: &Tyre, layout: &SegmentLayout, component: usize, bin: usize) -> Vec<(usize, [f64; 2])> {
+    let grid = CellGrid::new(tyre, layout.elements, ACROSS_HERE);
+    let truncation = CellTruncation { lateral_terms: Some(NUMBERS.len()), aliases: Some(1) };
+    let sums = CellSums::new(tyre, grid.clone(), truncation, 1e-9, 10.0 / layout.time_step);
+    let rows = sums.traction_rows();
+    let transform = TractionTransform::new(&grid, COLUMNS_HERE, &rows);
+    let lags = 4000;
+    let mut past = TractionPast::new(&sums, &rows, transform, layout.rule, layout.time_step, lags);
+    let instant = sums.traction_instant(layout.rule.first_rate(layout.time_step).unwrap(), COLUMNS_HERE);
+    let (steps, cells) = (lags + layout.length(), COLUMNS_HERE * ACROSS_HERE);
+    let driven = DRIVEN.0 * ACROSS_HERE + DRIVEN.1;
+    let (mut means, mut found): (Vec<[f64; 2]>, Vec<_>) = Default::default();
+    for step in 0..steps {
+        let mut forces = vec![[0.0; 3]; cells];
+        forces[driven][component] = (2.0 * PI * (bin * step) as f64 / layout.length() as f64).cos();
+        let mut moved = vec![[0.0; 3]; cells];
+        past.add_displacement(0, &mut moved);
+        past.push(0, &forces);
+        let mean = |axis: usize| {
+            let of = |j: usize| {
+                let cell = SEEN * ACROSS_HERE + j;
+                moved[cell][axis] + instant.block(cell, driven)[axis][component] * forces[driven][component]
+            };
+            (0..ACROSS_HERE).map(of).sum::<f64>() / ACROSS_HERE as f64
+        };
+        means.push([mean(2), mean(0)]);
+        if step + layout.length() >= steps {
+            let at = |ago: usize, axis: usize| means[step - ago][axis];
+            let [now, one, two] = layout.rule.backward_difference();
+            let rate =
+                [0, 1].map(|axis| (now * at(0, axis) + one * at(1, axis) + two * at(2, axis)) / layout.time_step);
+            found.push((step, rate));
+        }
+    }
+    found
+}
+
+#[test]
+fn tangential_forces_move_the_tread_as_the_steps_of_the_contact_do() {
+    let plate = Scene::from_str(PLATE, "plate").unwrap().scene.tyre;
+    let default = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
+    let guided = Tyre { sides: Sides::Guided, ..plate.clone() };
+    let turning = Tyre { angular_velocity: -100.0, ..default };
+    for (name, tyre) in [("supported", plate), ("guided", guided), ("turning", turning)] {
+        let layout = SegmentLayout {
+            rule: TimeRule::Bdf2,
+            time_step: 2e-4,
+            across: Across::Resolved { components: 3 * NUMBERS.len(), kept: 1 },
+            circumference: tyre.circumference,
+            ..layout(16, 1, 4, 0)
+        };
+        let (elements, count) = (layout.elements, NUMBERS.len());
+        let grid = CellGrid::new(&tyre, elements, ACROSS_HERE);
+        let shares = NUMBERS.map(|m| (m, grid.mean_shape(m)));
+        let forces = TangentialForces::new(&tyre, &layout, &shares, 1e-9);
+        let bin = 5;
+        let width = layout.channels() * layout.bins();
+        for component in [0, 1] {
+            let steps = stepped(&tyre, &layout, component, bin);
+            for (axis, field) in [VibrationField::Tread, VibrationField::Tangential].into_iter().enumerate() {
+                // Amplitude of the velocity at the column that is seen.
+                let mut amplitude = Complex64::ZERO;
+                for n in 0..=elements / 2 {
+                    let mut ways = [(); 2].map(|()| vec![Complex64::ZERO; width]);
+                    let [forwards, backwards] = &mut ways;
+                    forces.put(&layout, field, n, [forwards, backwards]);
+                    let both = if n == 0 || 2 * n == elements { &[0][..] } else { &[0, 1] };
+                    for &way in both {
+                        let sign = if way == 0 { 1.0 } else { -1.0 };
+                        let along = if axis == 1 { Complex64::new(0.0, sign) } else { Complex64::ONE };
+                        let distance = SEEN as f64 - DRIVEN.0 as f64;
+                        let turn = Complex64::from_polar(1.0, sign * 2.0 * PI * n as f64 * distance / elements as f64);
+                        for (index, &m) in NUMBERS.iter().enumerate() {
+                            let channel = (1 + component) * count + index;
+                            let shape = traction_shape(&grid, component, m, DRIVEN.1);
+                            amplitude += along * turn * shape * ways[way][channel * layout.bins() + bin];
+                        }
+                    }
+                }
+                let mut worst = 0.0_f64;
+                for (step, found) in &steps {
+                    let phase = 2.0 * PI * (bin * step) as f64 / layout.length() as f64;
+                    let expected = (amplitude * Complex64::from_polar(1.0, phase)).re;
+                    worst = worst.max((found[axis] - expected).abs() / amplitude.norm());
+                }
+                println!("{name}, force {component}, {field:?}: {:.2e} m/s, off by {worst:.1e}", amplitude.norm());
+                // Guided waves have no uniform motion along beside these numbers.
+                let is_complete = tyre.sides == Sides::Supported || axis == 0;
+                assert!(!is_complete || worst < 2e-3, "{name}, force {component}, {field:?}: {worst:e}");
+            }
+        }
+    }
+}

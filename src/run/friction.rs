@@ -8,6 +8,7 @@ use crate::contact::friction::transform::TractionTransform;
 use crate::contact::friction::zone::{FrictionZone, Rolling};
 use crate::contact::geometry::Geometry;
 use crate::contact::march::March;
+use crate::contact::tread::TreadSurface;
 use crate::counters::{Meter, Stage};
 use crate::plan::Plan;
 use crate::scene::Friction;
@@ -21,7 +22,7 @@ use crate::tyre::influence::CellSums;
 pub(super) fn friction_march(
     plan: &Plan,
     sums: &CellSums,
-    crown: &[f64],
+    tread: &TreadSurface,
     (told, margin): (Geometry, usize),
     friction: &Friction,
     meter: &mut Meter,
@@ -33,7 +34,7 @@ pub(super) fn friction_march(
         geometry: told.clone(),
         margin,
         lateral: (0..grid.across).map(|j| grid.from_middle(j)).collect(),
-        crown: crown.to_vec(),
+        tread: tread.clone(),
         face: grid.length() * grid.pitch(),
         speed: plan.speed,
         creep: friction.creep.clone(),

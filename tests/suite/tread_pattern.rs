@@ -38,7 +38,7 @@ fn laterals(pitches: usize, offset: f64, more: &str) -> String {
     let width = AROUND / ELEMENTS as f64;
     format!(
         "[tread_pattern]\npitches = {pitches}\n\
-         laterals = [{{ from = -0.0545, to = 0.0, width = {width:?}, depth = 0.008, offset = {offset:?} }}]\n{more}"
+         laterals = [{{ from = -0.06, to = 0.0, width = {width:?}, depth = 0.008, offset = {offset:?} }}]\n{more}"
     )
 }
 
@@ -98,7 +98,7 @@ fn a_pattern_that_is_moved_by_cells_moves_the_forces() {
 
 #[test]
 fn a_level_pattern_and_one_that_is_off_change_no_bit() {
-    let level = "[tread_pattern]\ngrooves = [{ position = 0.0, width = 0.0545, depth = 0.0 }]";
+    let level = "[tread_pattern]\ngrooves = [{ position = 0.0, width = 0.06, depth = 0.0 }]";
     let off = format!("[effects]\ntread_pattern = \"off\"\n{}", laterals(32, MIDDLE, ""));
     for contact in [CELLS, "slices = \"winkler\""] {
         let of = |more: &str| forces(&scene(&rolled(0.6, MADE, contact, more)));
@@ -145,7 +145,7 @@ fn what_a_pattern_cannot_be_is_refused_with_its_place() {
     };
     let lateral = |keys: &str| format!("[tread_pattern]\npitches = 32\nlaterals = [{{ {keys} }}]");
     let pitches = |keys: &str| format!("[tread_pattern]\npitches = {keys}");
-    let half = "from = -0.0545, to = 0.0";
+    let half = "from = -0.06, to = 0.0";
     let cases = [
         (pitches("{ lengths = [0.03], sequence = \"random\", count = 50 }"), "tread_pattern.pitches", "1.5000 m long"),
         (pitches("{ lengths = [0.06], sequence = \"ABA\" }"), "tread_pattern.pitches.sequence", "pitch B"),
@@ -153,10 +153,10 @@ fn what_a_pattern_cannot_be_is_refused_with_its_place() {
         (pitches("{ lengths = [0.06], sequence = \"AA\", seed = 2 }"), "tread_pattern.pitches.seed", "letters"),
         (pitches("33"), "tread_pattern.pitches", "33 pitches on 128"),
         (groove(0.05, 0.0273, 0.008), "tread_pattern.grooves[0].position", "reaches"),
-        (groove(0.0, 0.0545, 0.0125), "tread_pattern.grooves[0].depth", "too deep"),
-        (groove(0.0, 0.0545, 0.03), "tread_pattern.grooves[0].depth", "0.03 is out of range"),
-        (groove(0.0, 0.0545, -0.001), "tread_pattern.grooves[0].depth", "out of range"),
-        (groove(0.0, 0.0545, f64::NAN), "tread_pattern.grooves[0].depth", "NaN"),
+        (groove(0.0, 0.06, 0.0125), "tread_pattern.grooves[0].depth", "too deep"),
+        (groove(0.0, 0.06, 0.03), "tread_pattern.grooves[0].depth", "0.03 is out of range"),
+        (groove(0.0, 0.06, -0.001), "tread_pattern.grooves[0].depth", "out of range"),
+        (groove(0.0, 0.06, f64::NAN), "tread_pattern.grooves[0].depth", "NaN"),
         (groove(0.0, 0.02, 0.008), "tread_pattern.grooves[0].width", "narrower than a cell"),
         (groove(0.0, 0.045, 0.008), "tread_pattern.grooves", "% are void, on cells"),
         (
@@ -168,15 +168,15 @@ fn what_a_pattern_cannot_be_is_refused_with_its_place() {
         ),
         (lateral(&format!("{half}, width = 0.004, depth = 0.008")), "tread_pattern.laterals[0].width", "sipes"),
         (lateral(&format!("{half}, width = 0.016, depth = 0.008, angle = 85.0")), "laterals[0].angle", "85"),
-        (lateral("from = -0.06, to = 0.0, width = 0.016, depth = 0.008"), "laterals[0].from", "outside"),
+        (lateral("from = -0.07, to = 0.0, width = 0.016, depth = 0.008"), "laterals[0].from", "outside"),
         (lateral("from = 0.01, to = 0.0, width = 0.016, depth = 0.008"), "laterals[0].from", "not below"),
         (
-            lateral("from = -0.0545, to = 0.0545, width = 0.015234375, depth = 0.008, offset = 0.375"),
+            lateral("from = -0.06, to = 0.06, width = 0.015234375, depth = 0.008, offset = 0.375"),
             "tread_pattern.laterals",
             "is solid",
         ),
         (
-            "[tread_pattern]\nlaterals = [{ from = -0.0545, to = 0.0, width = 0.016, depth = 0.008 }]".to_owned(),
+            "[tread_pattern]\nlaterals = [{ from = -0.06, to = 0.0, width = 0.016, depth = 0.008 }]".to_owned(),
             "tread_pattern.pitches",
             "missing",
         ),
@@ -202,7 +202,7 @@ fn what_a_pattern_cannot_be_is_refused_with_its_place() {
     assert!(told.contains("effects.tread_pattern") && told.contains("winkler"), "{told}");
     // What is given in these ways is taken.
     for good in [
-        groove(0.0, 0.0545, 0.008),
+        groove(0.0, 0.06, 0.008),
         lateral(&format!("{half}, width = 0.015234375, depth = 0.008, offset = 0.375")),
         format!("{}\n[friction]\nmu = 0.9", laterals(32, MIDDLE, "blocks = \"continuum\"")),
     ] {
@@ -217,7 +217,7 @@ fn rasters_are_the_grooves_that_they_show() {
         let text = rolled(0.6, SMOOTH, CELLS, pattern);
         forces(&Scene::from_str(&text, "raster").unwrap())
     };
-    let grooves = of(&laterals(32, MIDDLE, ""));
+    let grooves = of(&laterals(32, MIDDLE, "blocks = \"continuum\""));
     // The second of four cells along, the two to the right of the middle.
     let is_void = |i: usize, j: usize| i % 4 == 1 && j < 2;
     let mut bytes = Vec::new();
@@ -232,29 +232,30 @@ fn rasters_are_the_grooves_that_they_show() {
     }
     let array = folder.path().join("map.npy");
     std::fs::write(&array, bytes).unwrap();
-    let by_array = of(&format!("[tread_pattern]\nfile = '{}'", array.display()));
-    assert_eq!(bits(&by_array).len(), bits(&grooves).len());
-    let off = |other: &[f64]| grooves.iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    // Blocks of a raster have the same straight sides.
-    assert!(off(&by_array) < 1e-9, "{:e}", off(&by_array));
-    // One pitch as a picture, of square points: 61 mm by 109 mm at 15.23 mm make 4 x 7.
-    let (rows, columns) = (4_usize, 7_usize);
+    let by_array = of(&format!("[tread_pattern]\nfile = '{}'\nblocks = \"continuum\"", array.display()));
+    assert_eq!(bits(&by_array), bits(&grooves));
+    // One pitch as a picture, of square points: 61 mm by 120 mm at 15.2 mm make 4 x 8, of which 1 x 4 are black.
+    let (rows, columns) = (4_usize, 8_usize);
     let mut picture = Vec::new();
     {
         let mut encoder = png::Encoder::new(&mut picture, columns as u32, rows as u32);
         encoder.set_color(png::ColorType::Grayscale);
-        let pixels: Vec<u8> =
-            (0..rows * columns).map(|p| if p / columns == 1 && p % columns < 3 { 0 } else { 255 }).collect();
+        let is_black = |point: usize| point / columns == 1 && point % columns < 4;
+        let pixels: Vec<u8> = (0..rows * columns).map(|point| if is_black(point) { 0 } else { 255 }).collect();
         encoder.write_header().unwrap().write_image_data(&pixels).unwrap();
     }
     let file = folder.path().join("pitch.png");
     std::fs::write(&file, picture).unwrap();
-    let told = format!("[tread_pattern]\nfile = '{}'\ndepth = 0.008\nperiod = \"pitch\"\npitches = 32", file.display());
-    let text = rolled(0.6, SMOOTH, CELLS, &told);
-    let planned = Scene::from_str(&text, "raster").and_then(|loaded| Plan::of(&loaded));
-    // 3 of 28 points are void, and 2 of 16 cells: too far off.
-    let error = planned.unwrap_err().render(false);
-    assert!(error.contains("10.7 % are void, on cells 12.5 %"), "{error}");
+    let told = |depth: &str, keys: &str| {
+        let file = file.display();
+        format!("[tread_pattern]\nfile = '{file}'\ndepth = {depth}\nblocks = \"continuum\"\n{keys}")
+    };
+    let by_picture = of(&told("0.008", "period = \"pitch\"\npitches = 32"));
+    assert_eq!(bits(&by_picture), bits(&grooves));
+    // Once round the tyre its points would be half a metre large.
+    let text = rolled(0.6, SMOOTH, CELLS, &told("0.008", ""));
+    let error = Scene::from_str(&text, "raster").and_then(|loaded| Plan::of(&loaded)).unwrap_err().render(false);
+    assert!(error.contains("tread_pattern.file") && error.contains("square points"), "{error}");
 }
 
 /// Cells of the default tyre at rest.

@@ -8,9 +8,8 @@ use super::observer::{EffectObserver, End, Found, Observer, Step};
 use super::section::{ReportError, Section, pictures};
 use super::stored::Stored;
 use crate::counters::Meter;
-use crate::plan::Decisions;
-use crate::plan::Plan;
 use crate::plan::decisions::{takes_depths, tread_map};
+use crate::plan::{Amounts, Decisions, Plan};
 use crate::results::files::ResultFiles;
 use crate::results::tread_pattern::{pattern_csv, pitch_spectrum, tread_picture};
 use crate::scene::{BlockModel, LoadedScene, Scene, SceneError, Switch, Zone};
@@ -44,6 +43,14 @@ impl Effect for TreadPatternEffect {
         match tread_map(scene, &Decisions::new(scene)) {
             Some(Err(fault)) => refuse(&format!("tread_pattern.{}", fault.key), &fault.wrong, &fault.right),
             _ => Ok(()),
+        }
+    }
+
+    fn add_amounts(&self, plan: &Plan, amounts: &mut Amounts) {
+        if plan.scene.pattern().is_some_and(|_| takes_depths(&plan.scene)) {
+            // Depths, crowns with depths, blocks and cuts of every cell.
+            let cells = plan.scene.numerics.elements * plan.decisions.cells_across.unwrap_or(1);
+            amounts.hold("depths of the tread", 40.0 * cells as f64);
         }
     }
 

@@ -15,7 +15,7 @@
 use std::collections::BTreeMap;
 use std::collections::VecDeque;
 
-use super::map::{Cut, TreadMap, UNNUMBERED};
+use super::map::{Cut, TreadMap};
 use crate::scene::{BlockModel, Scene, TreadPattern};
 use crate::tyre::layers::material;
 
@@ -65,10 +65,12 @@ impl Piece {
         self.depth[1] += length;
     }
 
-    /// Returns the length of all sides \[m\]: a straight cut is a staircase on cells.
-    fn perimeter(&self) -> f64 {
+    /// Returns the length of all sides \[m\], given the cuts. A slanted one is a staircase on cells, whose steps along
+    /// are its extent across times its slope; what is more is an end.
+    fn perimeter(&self, cuts: &[[f64; 2]]) -> f64 {
         let of = |(&cut, &[along, across]): (&Cut, &[f64; 2])| {
-            if cut == UNNUMBERED { along + across } else { along.hypot(across) }
+            let slope = cuts.get(cut as usize).map_or(0.0, |[_, slope]| slope.abs());
+            across * slope.hypot(1.0) + (along - across * slope).max(0.0)
         };
         self.sides.iter().map(of).sum()
     }
@@ -96,7 +98,7 @@ impl Blocks {
         let (across, [dx, dy]) = (map.across, map.size);
         let mut blocks = Self { of_cell: vec![NO_BLOCK; map.depths.len()], compliance: Vec::new(), cells: Vec::new() };
         for piece in pieces(map, DEEP * thickness) {
-            let perimeter = piece.perimeter();
+            let perimeter = piece.perimeter(&map.cuts);
             if perimeter <= 0.0 {
                 continue;
             }
@@ -141,7 +143,7 @@ impl Blocks {
 
 /// Returns the parts of the tread between cuts that are deeper than so much \[m\], in the order of their first cells.
 fn pieces(map: &TreadMap, deep: f64) -> Vec<Piece> {
-    let TreadMap { columns, across, size: [dx, dy], depths, groove_of, sipes, cut_depths, .. } = map;
+    let TreadMap { columns, across, size: [dx, dy], depths, groove_of, sipes, cuts, .. } = map;
     let (columns, across) = (*columns, *across);
     let mut reached: Vec<Option<i64>> = vec![None; depths.len()];
     let (mut pieces, mut queue) = (Vec::new(), VecDeque::new());
@@ -166,7 +168,7 @@ fn pieces(map: &TreadMap, deep: f64) -> Vec<Piece> {
             for (next, sipe, extent) in beside {
                 // The edge of the strip is no cut: the tread goes on.
                 let Some((next, its_column)) = next else { continue };
-                let sipe_depth = cut_depths[sipe as usize];
+                let [sipe_depth, _] = cuts[sipe as usize];
                 if depths[next] > deep {
                     piece.side(groove_of[next], depths[next], extent);
                 } else if sipe_depth > deep {

@@ -37,7 +37,7 @@ fn ribs_are_as_soft_as_finite_elements_say() {
             depths,
             groove_of,
             sipes: [none(), none()],
-            cut_depths: vec![0.0, depth],
+            cuts: vec![[0.0; 2], [depth, 0.0]],
             train: None,
             exact_void: 0.0,
         };
@@ -101,7 +101,11 @@ fn a_slanted_cut_is_as_long_as_its_line() {
     assert_eq!(pieces.len(), 32);
     let expected = 2.0 * 0.109 / 30.0_f64.to_radians().cos();
     for piece in pieces {
-        assert!((piece.perimeter() / expected - 1.0).abs() < 0.01, "{} and {expected}", piece.perimeter());
+        assert!(
+            (piece.perimeter(&cut.cuts) / expected - 1.0).abs() < 0.01,
+            "{} and {expected}",
+            piece.perimeter(&cut.cuts)
+        );
     }
 }
 

@@ -17,7 +17,7 @@ const VOID_OFF: f64 = 0.05;
 /// Cut between two cells that are no void, or none: 0.
 pub(crate) type Cut = u32;
 /// Cuts of a raster have no number of their own.
-pub(crate) const UNNUMBERED: Cut = u32::MAX;
+const UNNUMBERED: Cut = u32::MAX;
 
 /// Depths of a tread by cell.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,8 +34,8 @@ pub(crate) struct TreadMap {
     pub groove_of: Vec<Cut>,
     /// Sipe between a cell and the next along, and between a cell and the next across.
     pub sipes: [Vec<Cut>; 2],
-    /// Depths of the cuts by number \[m\].
-    pub cut_depths: Vec<f64>,
+    /// Depths of the cuts by number \[m\], and tangents of their angles to the direction across.
+    pub cuts: Vec<[f64; 2]>,
     /// Pitches, where the pattern has some.
     pub train: Option<PitchTrain>,
     /// Share of void of the grooves as they are given, beside that of the cells.
@@ -72,7 +72,7 @@ impl TreadMap {
             depths: vec![0.0; columns * across],
             groove_of: vec![0; columns * across],
             sipes: [vec![0; columns * across], vec![0; columns * across]],
-            cut_depths: vec![0.0],
+            cuts: vec![[0.0; 2]],
             train,
             exact_void: 0.0,
         };
@@ -110,7 +110,7 @@ impl TreadMap {
         let pitches = self.train.iter().flat_map(|train| train.starts.iter().zip(&train.lengths));
         pitches.flat_map(move |(start, length)| {
             of.iter().enumerate().map(move |(number, groove)| {
-                let place = groove.offset.mul_add(*length, *start);
+                let place = groove.offset.mul_add(*length, *start).rem_euclid(self.size[0] * self.columns as f64);
                 (number, Band::new(place, groove.width, groove.angle, [groove.from, groove.to]))
             })
         })
@@ -162,10 +162,10 @@ impl TreadMap {
         Ok(())
     }
 
-    /// Numbers a cut of a depth.
-    fn number(&mut self, depth: f64) -> Cut {
-        self.cut_depths.push(depth);
-        (self.cut_depths.len() - 1) as Cut
+    /// Numbers a cut of a depth and a slope.
+    fn number(&mut self, depth: f64, slope: f64) -> Cut {
+        self.cuts.push([depth, slope]);
+        (self.cuts.len() - 1) as Cut
     }
 
     /// Deepens a cell to a groove's depth.
@@ -203,7 +203,8 @@ impl TreadMap {
             }
         }
         for &Groove { position, width, depth } in grooves {
-            let number = self.number(depth);
+            // Its sides run along: no part of them goes across.
+            let number = self.number(depth, 0.0);
             let rows: Vec<usize> = (0..self.across).filter(|&j| (self.y(j) - position).abs() < 0.5 * width).collect();
             for j in rows {
                 for i in 0..self.columns {
@@ -214,7 +215,7 @@ impl TreadMap {
         let bands: Vec<(usize, Band)> = self.bands(laterals).collect();
         for (of, band) in &bands {
             let depth = laterals[*of].depth;
-            let number = self.number(depth);
+            let number = self.number(depth, band.slope);
             for j in 0..self.across {
                 if !band.reaches(self.y(j)) {
                     continue;
@@ -231,7 +232,7 @@ impl TreadMap {
         }
         let cuts: Vec<(usize, Band)> = self.bands(sipes).collect();
         for (of, band) in cuts {
-            let number = self.number(sipes[of].depth);
+            let number = self.number(sipes[of].depth, band.slope);
             self.divide(&band, number);
         }
         let (along, half) = (dx * self.columns as f64, 0.5 * dy * self.across as f64);

@@ -50,25 +50,25 @@ pub(crate) fn covered(
 ) -> f64 {
     let mut cuts = vec![y0, y1];
     cuts.extend(grooves.iter().chain(bands.iter().map(|band| &band.ends)).flatten());
-    let edges: Vec<(f64, f64)> = bands
-        .iter()
-        .flat_map(|band| [(band.place - band.half, band.slope), (band.place + band.half, band.slope)])
-        .collect();
+    let edges: Vec<(f64, &Band)> =
+        bands.iter().flat_map(|band| [(band.place - band.half, band), (band.place + band.half, band)]).collect();
     let length = x1 - x0;
     let crossing = |place: f64, slope: f64, cuts: &mut Vec<f64>| {
         // Images of a closed strip cross, too.
         let turns = if closed { (slope.abs() * (y1 - y0) / length).ceil() as i64 + 1 } else { 0 };
         cuts.extend((-turns..=turns).map(|turn| (turn as f64).mul_add(length, -place) / slope));
     };
-    for (number, &(place, slope)) in edges.iter().enumerate() {
+    for (number, &(place, band)) in edges.iter().enumerate() {
+        let slope = band.slope;
         for border in [x0, x1] {
             if slope.abs() > 0.0 {
                 crossing(place - border, slope, &mut cuts);
             }
         }
-        for &(other, other_slope) in &edges[..number] {
-            if (slope - other_slope).abs() > 0.0 {
-                crossing(place - other, slope - other_slope, &mut cuts);
+        for &(other, beside) in &edges[..number] {
+            let meet = band.ends[0].max(beside.ends[0]) < band.ends[1].min(beside.ends[1]);
+            if meet && (slope - beside.slope).abs() > 0.0 {
+                crossing(place - other, slope - beside.slope, &mut cuts);
             }
         }
     }

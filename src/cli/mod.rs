@@ -44,6 +44,7 @@ mod sweep;
 mod sweep_tables;
 mod sweep_tasks;
 mod tyre;
+mod tyre_pattern;
 mod tyre_rolling;
 mod tyre_views;
 mod validate;

@@ -4,7 +4,9 @@ use crate::counters::{Counter, Stage};
 use crate::report::mobility::{LEVEL, plot as mobility_plot};
 use crate::report::tyre::{UnderLoad, tyre_record};
 use crate::results::table::Report;
+use crate::results::tread_pattern::{pattern_csv, pitch_spectrum, tread_picture};
 use crate::run::{Progress, RunError};
+use crate::scene::SceneError;
 use crate::study::loads::{Standing, rolling};
 use crate::study::rolling_waves::rolling_waves;
 use crate::tyre::influence::mobility::{driving_point, frequencies};
@@ -17,7 +19,7 @@ use super::error::CliError;
 use super::mobility::to_csv as mobility_csv;
 use super::options::positive;
 use super::side::Place;
-use super::{tyre_rolling, tyre_views as views};
+use super::{tyre_pattern, tyre_rolling, tyre_views as views};
 
 const EXAMPLES: &str = "\
 Modes: how waves of n periods round the tyre and of the lateral number m ring freely, by frequency, damping (of the \
@@ -33,6 +35,8 @@ length at the scene's speed, from a short run for each load. Lengths are those o
 two at a time: numerics.elements refines them. A load is in kg (its weight counts, with 9.81 m/s2), or in newtons \
 where an N follows.
 
+Tread pattern: where there is one, its depths, its shares of void and the spectrum of its pitches.
+
 Mobility: velocity of a square patch of the tread for a unit force on it; the smaller the patch the higher its level.
 
 Of the scene its tyre, its elements and, with --rolling, its speed and numerics count. In its place the file of a tyre \
@@ -41,11 +45,13 @@ may be named, on which the default scene rolls.
 Results: tyre.json (all numbers, SI units), modes.csv, loads.csv, mobility.csv; dispersion.svg (modes over n), \
 compliance.svg (radial compliance over n and frequency, modes in grey), load_deflection.svg, patch_length.svg, \
 mobility.svg, mobility_phase.svg; tyre.html, a page of all; with --rolling rolling_waves.csv and \
-rolling_waves.svg: a wave against the rotation that lies on its line n V/L stands beside the axle.
+rolling_waves.svg: a wave against the rotation that lies on its line n V/L stands beside the axle; of a tread with \
+a pattern pattern.csv, tread_pattern.svg and pitch_spectrum.svg.
 
 Examples:
   tyrewave tyre scenes/default.toml
   tyrewave tyre scenes/tyres/wide.toml
+  tyrewave tyre scenes/tyres/summer.toml
   tyrewave tyre scenes/default.toml --rolling --loads 300,350,400
   tyrewave tyre scenes/default.toml --loads 3400N,4000N --waves 20 --highest 800 --out tyre
   tyrewave tyre scenes/default.toml --json -q";
@@ -73,6 +79,10 @@ const TURNING: [[&str; 2]; 1] = [[
 const LOADS: [[&str; 2]; 2] = [
     ["load_deflection.svg", "Load in N over the deflection in mm, the tyre standing on a smooth road."],
     ["patch_length.svg", "Length of the contact patch in mm over the load in N, in steps of whole elements."],
+];
+const PATTERN: [[&str; 2]; 2] = [
+    ["tread_pattern.svg", "Depth of the tread in mm, a part of it unrolled."],
+    ["pitch_spectrum.svg", "Amplitude of one unit pulse to each pitch, at the frequencies of the scene's speed in Hz."],
 ];
 const MOBILITIES: [[&str; 2]; 2] = [
     ["mobility.svg", "Velocity of square patches of the tread for a unit force, dB re 1 m/(N s), by their side."],
@@ -194,6 +204,18 @@ impl TyreArguments {
             side.picture("rolling_waves.svg", picture.to_svg())?;
             side.file("rolling_waves.csv", tyre_rolling::to_csv(turning));
         }
+        let pattern = tyre_pattern::map(&scene).transpose().map_err(|fault| {
+            let key = format!("tread_pattern.{}", fault.key);
+            SceneError::from(side.loaded.complain(&key, fault.wrong, fault.right))
+        })?;
+        let speed = scene.rolling.speed();
+        if let Some(map) = &pattern {
+            side.picture("tread_pattern.svg", tread_picture(map, &title))?;
+            if let Some(train) = &map.train {
+                side.picture("pitch_spectrum.svg", pitch_spectrum(train, speed, &title))?;
+            }
+            side.file("pattern.csv", pattern_csv(map, speed));
+        }
         side.file("modes.csv", views::modes_csv(&found));
         side.file("loads.csv", views::loads_csv(&under));
         side.file("mobility.csv", mobility_csv(&mobility, &patch));
@@ -201,6 +223,9 @@ impl TyreArguments {
         let mut answer = tyre_record(&title, element, &found, &under, &mobility);
         if let Some(turning) = &turning {
             answer["rolling"] = tyre_rolling::to_json(turning);
+        }
+        if let Some(map) = &pattern {
+            answer["tread_pattern"] = tyre_pattern::to_json(map);
         }
         side.json("tyre.json", &answer);
         side.settings = json!({
@@ -222,6 +247,8 @@ impl TyreArguments {
         let mut sections = vec![("Modes", &MODES[..], &of_modes)];
         sections.extend(turning.as_ref().map(|report| ("As it turns", &TURNING[..], report)));
         sections.extend([("Under a load", &LOADS[..], &of_loads), ("Mobility", &MOBILITIES[..], &of_mobility)]);
+        let of_pattern = pattern.as_ref().map(|map| tyre_pattern::report(map, speed));
+        sections.extend(of_pattern.as_ref().map(|report| ("Tread pattern", &PATTERN[..], report)));
         let lead = format!("A tyre of {:.3} m round and {:.0} mm across.", tyre.circumference, 1e3 * tyre.width);
         side.page("tyre.html", [&title, &lead], &sections);
         let mut report = Report::default();

@@ -10,6 +10,7 @@
 //! - [`pressed`]: curves of slices from pressing the road in three dimensions;
 //! - [`static_contact`]: contact at rest on a smooth road;
 //! - [`axle`]: the axle's height, fixed, held to a load or moving;
+//! - [`tread`]: the undeformed tread, crown and pattern;
 //! - [`march`]: one time step after the other, [`footprint`] what each of them gives;
 //! - [`stability`]: whether a time rule's inverse is stable for a tyre, before the run.
 
@@ -28,6 +29,7 @@ pub(crate) mod pressed;
 mod slices;
 pub(crate) mod stability;
 pub(crate) mod static_contact;
+pub(crate) mod tread;
 pub(crate) mod windows;
 mod zone;
 

@@ -9,6 +9,7 @@
 //! - [`resistance`]: rolling resistance by the power put in;
 //! - [`cells`]: area, pressure and force across of a contact of cells;
 //! - [`friction`]: tangential forces, moment and slip of a contact with friction;
+//! - [`tread_pattern`]: map of the tread's depths, and force by order of the revolution;
 //! - [`vibration`]: velocities of belt and tread;
 //! - [`sound`]: pressures at the receivers, levels and files to listen to.
 
@@ -23,6 +24,7 @@ pub(crate) mod resistance;
 pub(crate) mod section;
 pub(crate) mod sound;
 pub(crate) mod stored;
+pub(crate) mod tread_pattern;
 pub(crate) mod vibration;
 
 pub(crate) use channel::{Arrays, Channel, KeptArray};
@@ -32,11 +34,12 @@ pub(crate) use observer::{EffectObserver, End, Found, Observer, Step};
 pub(crate) use section::{Block, Figure, GREY, LevelTable, ReportError, Section};
 
 /// All effects, in the order of their work.
-pub(crate) static EFFECTS: [&dyn Effect; 6] = [
+pub(crate) static EFFECTS: [&dyn Effect; 7] = [
     &force::ForceEffect,
     &resistance::ResistanceEffect,
     &cells::CellsEffect,
     &friction::FrictionEffect,
+    &tread_pattern::TreadPatternEffect,
     &vibration::VibrationEffect,
     &sound::SoundEffect,
 ];

@@ -27,6 +27,7 @@ mod slice_error;
 mod smooth_contact;
 #[cfg(test)]
 mod tests;
+mod tread;
 mod unit;
 pub(crate) mod unit_record;
 

@@ -5,7 +5,7 @@
 //! goes on, `arrays` checks them when it goes on again; `summary`, `spectra`, `vibration` and `plots` are
 //! written at its end, into the folder or, by `files`, into memory; `profile_table` is for the terminal,
 //! `table` says how tables look, `read_table` reads those of a folder again, `trace` is the timeline of a
-//! run. `cost` says what it took.
+//! run, `tread_pattern` shows a tread. `cost` says what it took.
 
 pub(crate) mod arrays;
 pub(crate) mod checkpoint;
@@ -24,6 +24,7 @@ pub(crate) mod spectra;
 pub(crate) mod summary;
 pub(crate) mod table;
 pub(crate) mod trace;
+pub(crate) mod tread_pattern;
 pub(crate) mod unfinished;
 pub(crate) mod vibration;
 

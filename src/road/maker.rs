@@ -56,6 +56,8 @@ struct Bench {
 pub enum SliceForm {
     /// A curve.
     Curves(SliceBuilder),
+    /// A curve of heights less the depths of a tread, cells of all elements round the tyre \[m\].
+    Voids(SliceBuilder, Vec<f64>),
     /// A curve that takes more of the road than the slice itself.
     Strips(Box<dyn StripCurves>),
     /// They stay as they are.
@@ -198,6 +200,13 @@ impl Bench {
     fn slices(&mut self, rows: Range<i64>) -> Result<Vec<RoadSlice>, MakingError> {
         let curves = match &mut self.form {
             SliceForm::Curves(builder) => builder.build_rows(&self.heights)?,
+            SliceForm::Voids(builder, depths) => {
+                let around = (depths.len() / builder.cells()) as i64;
+                let first = rows.start.rem_euclid(around) as usize * builder.cells();
+                let heights = self.heights.iter_mut().zip(depths.iter().cycle().skip(first));
+                heights.for_each(|(height, depth)| *height -= depth);
+                builder.build_rows(&self.heights)?
+            }
             SliceForm::Strips(strips) => strips.curves(&mut self.surface, rows)?,
             SliceForm::Cells => {
                 let rows = self.heights.chunks_exact(self.surface.lattice().cells());

@@ -3,13 +3,15 @@
 use std::sync::atomic::AtomicBool;
 
 use crate::contact::ContactError;
+use crate::contact::cells::blocks::BlockTerm;
 use crate::contact::cells::direct::DirectPast;
 use crate::contact::cells::past::{RingParts, WavePast, first_influences};
 use crate::contact::cells::resting::RestingCells;
 use crate::contact::cells::wave_transform::{WaveNumber, WaveTransform};
-use crate::contact::cells::{CellPast, CellZone};
+use crate::contact::cells::{CellPast, CellZone, InstantCells};
 use crate::contact::march::March;
 use crate::contact::static_contact::StaticContact;
+use crate::contact::tread::TreadSurface;
 use crate::counters::{Counter, Meter, Stage};
 use crate::effects::RunError;
 use crate::effects::TyreModels;
@@ -24,13 +26,15 @@ use crate::storage::Cache;
 use crate::storage::cache::key;
 use crate::tyre::influence::{CellGrid, CellInfluence, CellRow, CellSums, WaveBand, WaveValues};
 use crate::tyre::poles::cells::{CellModel, fit_cells};
+use crate::tyre::tread_pattern::blocks::Blocks;
 
 /// Ingredients of contact over cells.
 pub(super) struct CellContact<'a> {
     loaded: &'a LoadedScene,
     plan: &'a Plan,
     sums: CellSums,
-    crown: Vec<f64>,
+    tread: TreadSurface,
+    blocks: Option<Blocks>,
     resting: RestingCells,
     stop: &'a AtomicBool,
 }
@@ -51,7 +55,7 @@ impl ZoneMaker for CellContact<'_> {
         let numerics = &plan.scene.numerics;
         if let Some(friction) = plan.scene.friction.as_ref().filter(|_| plan.scene.has_tractions()) {
             return Ok(Made {
-                march: friction_march(plan, &self.sums, &self.crown, at_rest, (told, margin), friction, meter)?,
+                march: friction_march(plan, &self.sums, &self.tread, at_rest, (told, margin), friction, meter)?,
                 form: SliceForm::Cells,
                 moving: None,
                 local_compliance: None,
@@ -86,8 +90,12 @@ impl<'a> CellContact<'a> {
         let grid = plan.cell_grid();
         let crown: Vec<f64> = (0..grid.across).map(|j| plan.crown(grid.from_middle(j))).collect();
         let sums = Self::sums_of(plan, &plan.decisions.tyre);
-        let resting = RestingCells::new(sums.clone(), crown.clone());
-        Self { loaded, plan, sums, crown, resting, stop }
+        let (tread, blocks) = match plan.tread() {
+            Some((map, blocks)) => (TreadSurface::with_pattern(crown, &map), blocks),
+            None => (crown.into(), None),
+        };
+        let resting = RestingCells::new(sums.clone(), tread.clone(), blocks.clone());
+        Self { loaded, plan, sums, tread, blocks, resting, stop }
     }
 
     /// Sums the influence between the cells of a window of so many columns within an instant.
@@ -112,7 +120,11 @@ impl<'a> CellContact<'a> {
             History::Modal => CellPast::Modal(Box::new(self.rings(instant.columns, carried, meter))),
         };
         let tolerance = self.plan.cell_tolerance();
-        CellZone::new(instant, self.crown.clone(), past, tolerance, margin)
+        let (grid, cells) = (self.sums.grid(), instant.columns * instant.across);
+        let face = grid.length() * grid.pitch();
+        let blocks = self.blocks.as_ref().map(|blocks| BlockTerm::new(blocks, face, grid.across, cells));
+        let instant = InstantCells::new(instant).with_blocks(blocks);
+        CellZone::new(instant, self.tread.clone(), past, tolerance, margin)
     }
 
     /// Returns the sums over a tyre's waves.

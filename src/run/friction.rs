@@ -10,6 +10,7 @@ use crate::contact::friction::zone::{FrictionZone, Rolling};
 use crate::contact::geometry::Geometry;
 use crate::contact::march::March;
 use crate::contact::static_contact::StaticContact;
+use crate::contact::tread::TreadSurface;
 use crate::counters::{Meter, Stage};
 use crate::plan::Plan;
 use crate::scene::{Friction, LongitudinalCreep};
@@ -23,7 +24,7 @@ use crate::tyre::influence::CellSums;
 pub(super) fn friction_march(
     plan: &Plan,
     sums: &CellSums,
-    crown: &[f64],
+    tread: &TreadSurface,
     at_rest: StaticContact,
     (told, margin): (Geometry, usize),
     friction: &Friction,
@@ -41,7 +42,7 @@ pub(super) fn friction_march(
         geometry: told.clone(),
         margin,
         lateral: (0..grid.across).map(|j| grid.from_middle(j)).collect(),
-        crown: crown.to_vec(),
+        tread: tread.clone(),
         face: grid.length() * grid.pitch(),
         speed: plan.speed,
         longitudinal: free.as_ref().map_or(given, FreeCreep::creep),

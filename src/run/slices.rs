@@ -64,7 +64,11 @@ impl ZoneMaker for SliceContact<'_> {
             Some(pressed) => SliceForm::Strips(Box::new(pressed)),
             None => {
                 let builder = slice_builder(plan.decisions.slices, surface.lattice())?;
-                SliceForm::Curves(builder.with_tolerance(scene.contact.slice_tolerance)?)
+                let builder = builder.with_tolerance(scene.contact.slice_tolerance)?;
+                match plan.tread() {
+                    Some((map, _)) => SliceForm::Voids(builder, map.depths),
+                    None => SliceForm::Curves(builder),
+                }
             }
         };
         let local_compliance = match plan.decisions.slice_coupling {

@@ -2,6 +2,7 @@
 
 use super::problem::Problem;
 use super::table::Table;
+use super::tread_pattern;
 use super::{
     Axle, History, Lateral, ProfileRoad, Radiation, RadiationQuality, Receiver, ReceiverPlace, Road, Scene,
     StandardReceiver, Switch, TimeRule, Tread, Vehicle, Vibration, Zone,
@@ -14,6 +15,7 @@ pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
     load(&scene, table)?;
     cells(&scene, table)?;
     friction(&mut scene, table)?;
+    tread_pattern::check(&scene, table)?;
     let effects = [texture(&scene, table), rotation(&scene, table), vibration_effects(&scene, table)];
     effects.into_iter().collect::<Option<()>>()?;
     vibration(&scene, table)?;

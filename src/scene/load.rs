@@ -33,6 +33,8 @@ const IMPLAUSIBLE: f64 = 1e3;
 
 /// Keys that a tyre's file has and a scene has not.
 const TYRE_KEYS: [&str; 2] = ["circumference", "layers"];
+/// Table of a tyre's file that is the scene's.
+const PATTERN: &str = "tread_pattern";
 const NO_TYRE_FILE: &str = "name a tyre file, relative to the scene, or give the table [tyre]";
 const NO_FILE: &str = "give the table [tyre], as a run writes it";
 const NO_ARRAY_FILE: &str = "name a file with the columns name,x,y,z, relative to the scene";
@@ -66,8 +68,9 @@ pub struct LoadedScene {
     pub path: PathBuf,
     /// Folder that the paths in the scene are relative to; empty for a scene that was not read from a file.
     pub folder: PathBuf,
-    /// The road's file as written.
+    /// Files of the road and of the tread's pattern as written.
     road_file: Option<PathBuf>,
+    pattern_file: Option<PathBuf>,
     /// True if all settings are decided, as if they were all given.
     settled: bool,
     document: Arc<Document>,
@@ -229,6 +232,9 @@ impl LoadedScene {
         if let (Some(file), Some(written)) = (scene.road.file_mut(), &self.road_file) {
             file.clone_from(written);
         }
+        if let (Some(file), Some(written)) = (pattern_file(&mut scene), &self.pattern_file) {
+            file.clone_from(written);
+        }
         scene
     }
 
@@ -312,8 +318,16 @@ impl LoadedScene {
             _ => (None, None),
         };
         if let Some(tyre_source) = &tyre_source {
-            let tyre = parse(tyre_source)?;
+            let mut tyre = parse(tyre_source)?;
+            let pattern = tyre.get_mut().remove_entry(PATTERN);
             document.include(tyre_source, tyre.get_ref(), "tyre");
+            // The pattern of a tyre's file is the scene's, which may have one of its own in its place.
+            if let Some((key, value)) = pattern.filter(|_| !root.get_ref().contains_key(PATTERN)) {
+                if let DeValue::Table(table) = value.get_ref() {
+                    document.include(tyre_source, table, PATTERN);
+                }
+                root.get_mut().insert(key, value);
+            }
             if let Some(entry) = root.get_mut().get_mut("tyre") {
                 *entry.get_mut() = DeValue::Table(tyre.into_inner());
             }
@@ -342,17 +356,27 @@ impl LoadedScene {
             _ => return Err(SceneError::invalid(diagnostics, more)),
         };
         let road_file = scene.road.file().map(Path::to_owned);
-        if let Some(problem) = road_file.as_ref().and_then(|file| outside(&folder, file, reach)) {
-            return Err(document.diagnose("road.file", problem).into());
+        let pattern_file = pattern_file(&mut scene).cloned();
+        for (key, file) in [("road.file", &road_file), ("tread_pattern.file", &pattern_file)] {
+            if let Some(problem) = file.as_ref().and_then(|file| outside(&folder, file, reach)) {
+                return Err(document.diagnose(key, problem).into());
+            }
         }
-        if let Some(file) = scene.road.file_mut()
-            && !folder.as_os_str().is_empty()
-        {
-            let joined = folder.join(&*file);
-            *file = std::path::absolute(&joined).map_err(|source| SceneError::reading(&joined, source))?;
+        if !folder.as_os_str().is_empty() {
+            let Scene { road, tread_pattern, .. } = &mut scene;
+            let of_pattern = tread_pattern.as_mut().and_then(|pattern| pattern.file.as_mut());
+            for file in road.file_mut().into_iter().chain(of_pattern) {
+                let joined = folder.join(&*file);
+                *file = std::path::absolute(&joined).map_err(|source| SceneError::reading(&joined, source))?;
+            }
         }
-        Ok(Self { scene, path, folder, road_file, settled: false, document: Arc::new(document) })
+        Ok(Self { scene, path, folder, road_file, pattern_file, settled: false, document: Arc::new(document) })
     }
+}
+
+/// Returns the file of the tread's pattern, where it has one.
+fn pattern_file(scene: &mut Scene) -> Option<&mut PathBuf> {
+    scene.tread_pattern.as_mut()?.file.as_mut()
 }
 
 /// Returns the fault of a file outside the scene's folder, links followed. A file that is not there has none: that is

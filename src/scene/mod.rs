@@ -18,6 +18,7 @@ mod setting;
 mod table;
 #[cfg(test)]
 pub(crate) mod tests;
+mod tread_pattern;
 
 pub use diagnostic::Diagnostic;
 pub use error::SceneError;

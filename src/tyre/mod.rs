@@ -7,6 +7,7 @@
 //!   on the elements;
 //! - `poles`: from influence functions to rational models, poles and residues for each n: what a run takes;
 //! - `views`: what there is to see of both;
+//! - `tread_pattern`: depths of the tread's cells, and the blocks between its cuts;
 //! - `modes`: resonances of single waves, poles of C; `slowest_wave`: up to which speed a tyre rolls steadily;
 //!   `critical_speed`: up to which it is stable, and the speed of its tread's waves.
 
@@ -16,6 +17,7 @@ pub(crate) mod layers;
 pub(crate) mod modes;
 pub(crate) mod poles;
 pub(crate) mod slowest_wave;
+pub(crate) mod tread_pattern;
 pub(crate) mod views;
 
 pub use influence::lane_sum::FaceValues;

@@ -30,6 +30,9 @@ const SLICES: &str = "[outputs.vibration]\nbelt = true\nmap = true\npoints = [0.
 const CELLS: &str = "[contact]\nzone = \"cells\"\ncells_across = 3\n[outputs]\ncells_every = 0.1\n\
                      [[receiver]]\nstandard = \"hemisphere\"\nradius = 3.0\n[[receiver]]\nstandard = \"obsi\"\n\
                      [radiation]\nfmax = 200.0\nnodes_per_wavelength = 4.0\nfrequency_tolerance = \"1 dB\"";
+/// Those of a tread's pattern.
+const PATTERN: &str = "[contact]\nzone = \"cells\"\ncells_across = 4\n[tread_pattern]\npitches = 16\n\
+                       laterals = [{ from = -0.06, to = 0.0, width = 0.03046875, depth = 0.008, offset = 0.375 }]";
 /// Those of friction and adhesion.
 const FRICTION: &str = "[contact]\nzone = \"cells\"\ncells_across = 3\n[outputs]\ncells_every = 0.1\n\
                         [friction]\nmu = 0.5\n[adhesion]\nstress = 1e4\nrange = 1e-5";
@@ -111,9 +114,12 @@ fn names_that_scripts_read_are_kept() {
     commands(folder.path(), &mut found);
     keys(&Scene::json_schema(), "", &mut found);
     let load = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 1.2\naxle = { load = 3000.0, tolerance = 0.9 }";
-    for (name, rolling, numerics, more) in
-        [("slices", ROLLING, NUMERICS, SLICES), ("cells", load, NUMERICS, CELLS), ("friction", load, "", FRICTION)]
-    {
+    for (name, rolling, numerics, more) in [
+        ("slices", ROLLING, NUMERICS, SLICES),
+        ("cells", load, NUMERICS, CELLS),
+        ("friction", load, "", FRICTION),
+        ("pattern", load, NUMERICS, PATTERN),
+    ] {
         let text = scene_text(64, "kind = \"made\"", rolling, numerics, more);
         fs::write(folder.path().join(format!("{name}.toml")), text).unwrap();
         results(folder.path(), name, &mut found);

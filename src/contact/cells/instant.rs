@@ -9,6 +9,7 @@ use std::borrow::Cow;
 
 use pulp::{Arch, Simd, WithSimd};
 
+use super::blocks::BlockTerm;
 use super::product::CellProduct;
 use crate::counters::Work;
 use crate::numeric::{Element, transform_length};
@@ -22,6 +23,8 @@ pub struct InstantCells {
     product: CellProduct<f64>,
     /// Products with the symmetric part; `None` at rest, where it is all.
     symmetric: Option<Box<CellProduct<f64>>>,
+    /// Blocks of the tread that yield by themselves, where it has some.
+    blocks: Option<Box<BlockTerm>>,
     /// Products in single precision, of windows as long as this one and of shorter ones, the longest first.
     single: Vec<CellProduct<f32>>,
     /// Work of all products so far.
@@ -92,11 +95,33 @@ impl InstantCells {
             arch: Arch::new(),
             product: CellProduct::whole(*columns, &influence),
             symmetric: odd.is_some().then(symmetric),
+            blocks: None,
             single: lengths(*columns).map(|part| CellProduct::whole(part, &influence)).collect(),
             work: Work::default(),
             lowered: lowered(&influence),
             tables: signs.iter().map(|sign| SingleTables::new(&influence, *sign)).collect(),
             influence,
+        }
+    }
+
+    /// Adds blocks that yield by themselves.
+    #[must_use]
+    pub fn with_blocks(mut self, blocks: Option<BlockTerm>) -> Self {
+        self.blocks = blocks.map(Box::new);
+        self
+    }
+
+    /// Goes to the window that begins with an element of the tyre: its blocks are material.
+    pub fn place(&mut self, first_element: i64) {
+        if let Some(blocks) = &mut self.blocks {
+            blocks.place(first_element);
+        }
+    }
+
+    /// Looks at a part of the window that begins with a cell: products in single precision are those there.
+    pub(super) fn look_at(&mut self, start: usize) {
+        if let Some(blocks) = &mut self.blocks {
+            blocks.look_at(start);
         }
     }
 
@@ -127,7 +152,8 @@ impl InstantCells {
         let (ja, jb) = (a % across, b % across);
         let [free, image] = [along * across + ja.abs_diff(jb), along * (2 * across - 1) + ja + jb];
         let CellInfluence { toeplitz, hankel, odd, .. } = &self.influence;
-        let even = toeplitz[free] + hankel[image];
+        let of_block = self.blocks.as_ref().map_or(0.0, |blocks| blocks.entry(a, b));
+        let even = toeplitz[free] + hankel[image] + of_block;
         let Some(odd) = odd else { return even };
         let sign = if a / across < b / across { -1.0 } else { 1.0 };
         even + sign * (odd.toeplitz[free] + odd.hankel[image])
@@ -142,6 +168,15 @@ impl InstantCells {
     pub fn displacement(&mut self, forces: &[f64], out: &mut [f64]) {
         self.work += self.product.work();
         self.product.displacement(forces, out);
+        self.yield_in_blocks(forces, out);
+    }
+
+    /// Adds what blocks yield by themselves.
+    fn yield_in_blocks<R: Element>(&mut self, forces: &[R], out: &mut [R]) {
+        if let Some(blocks) = &mut self.blocks {
+            self.work += BlockTerm::work(forces.len());
+            blocks.add(forces, out);
+        }
     }
 
     /// Computes u = G F with the symmetric part of G.
@@ -149,6 +184,7 @@ impl InstantCells {
         let product = self.symmetric.as_deref_mut().unwrap_or(&mut self.product);
         self.work += product.work();
         product.displacement(forces, out);
+        self.yield_in_blocks(forces, out);
     }
 
     /// Returns the least length of a part of the window that products in single precision are taken for, at least this.
@@ -163,6 +199,7 @@ impl InstantCells {
             self.work += product.work();
             product.displacement(forces, out);
         }
+        self.yield_in_blocks(forces, out);
     }
 
     /// Returns the most that forces of so much by column lower a cell of a column.
@@ -175,7 +212,10 @@ impl InstantCells {
         let cells = out.len() as u64;
         // Both tables, and what is added to.
         self.work += Work { multiply_adds: cells, bytes: 16 * cells };
-        self.arch.dispatch(OneForce { cells: self, cell, force, out });
+        self.arch.dispatch(OneForce { cells: self, cell, force, out: &mut *out });
+        if let Some(blocks) = &self.blocks {
+            blocks.add_one(cell, force, out);
+        }
     }
 
     /// Returns the work of all products so far.
@@ -190,7 +230,7 @@ impl InstantCells {
 
     /// Returns a bound of the norm of the symmetric part of G.
     pub fn norm_bound(&self) -> f64 {
-        self.product.norm_bound()
+        self.product.norm_bound() + self.blocks.as_ref().map_or(0.0, |blocks| blocks.norm())
     }
 
     /// Returns the middle of the inverse of T, (radius + 1) x (radius + 1) by distance along and across.

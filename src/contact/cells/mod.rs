@@ -1,6 +1,7 @@
 //! Contact over the whole zone in three dimensions: cells (i, j) of a window, i along, j across.
 //!
 //! - [`instant`]: what the forces on the cells displace at the same instant;
+//! - [`blocks`]: what blocks of the tread yield by themselves;
 //! - [`search`]: which cells touch, and with which forces.
 //!
 //! - [`wave_transform`]: between cells and waves;
@@ -11,12 +12,12 @@
 //!
 //! Values of cells are row-major, cell (i, j) at i x across + j; the window's move by whole columns is the caller's.
 //!
-//! A void in the tread is a cell whose crown is infinitely high: its required displacement is -infinity, and it never
-//! touches. Tangential tractions stand beside the normal ones as arrays of the same shape: waves are lists of (n, m)
+//! A void in the tread is a cell that lies deeper than the others, and has all that they have. Tangential tractions stand beside the normal ones as arrays of the same shape: waves are lists of (n, m)
 //! and weight whatever component of C they are asked for, a [`WavePast`](past::WavePast) is a component's, and poles
 //! shared by several have one more list of residues, as those of slices have.
 
 mod along_ring;
+pub(crate) mod blocks;
 pub(crate) mod direct;
 mod fewer_poles;
 mod gradients;

@@ -1,12 +1,15 @@
 //! Contact of cells at rest on a smooth road (s -> 0): where an axle stands.
 
+use super::blocks::BlockTerm;
 use super::instant::InstantCells;
 use super::search::CellSearch;
 use crate::contact::error::ContactError;
 use crate::contact::geometry::Geometry;
 use crate::contact::static_contact::{StaticContact, carrying};
+use crate::contact::tread::TreadSurface;
 use crate::scene::Axle;
 use crate::tyre::influence::CellSums;
+use crate::tyre::tread_pattern::blocks::Blocks;
 
 /// How exactly a load is met.
 const LOAD_TOLERANCE: f64 = 1e-6;
@@ -19,8 +22,9 @@ const FIRST_DEPTH: f64 = 0.08;
 /// Cells at rest, in a window that grows with their indentation.
 pub(crate) struct RestingCells {
     sums: CellSums,
-    /// Height of the tread above its middle by cell across \[m\].
-    crown: Vec<f64>,
+    /// The undeformed tread, its first element under the axle, and its blocks.
+    tread: TreadSurface,
+    blocks: Option<Blocks>,
     window: Window,
 }
 
@@ -35,9 +39,9 @@ struct Window {
 
 impl RestingCells {
     /// Makes the resting contact of a tyre's cells.
-    pub(crate) fn new(sums: CellSums, crown: Vec<f64>) -> Self {
-        let window = Window::new(&sums, FIRST_DEPTH * radius(&sums));
-        Self { sums, crown, window }
+    pub(crate) fn new(sums: CellSums, tread: TreadSurface, blocks: Option<Blocks>) -> Self {
+        let window = Window::new(&sums, blocks.as_ref(), FIRST_DEPTH * radius(&sums));
+        Self { sums, tread, blocks, window }
     }
 
     /// Returns the contact that an axle has on a smooth road.
@@ -56,15 +60,15 @@ impl RestingCells {
 
     /// Returns the contact, and the forces by cell, column by column, at an indentation \[m\].
     pub(crate) fn pressed(&mut self, indentation: f64) -> (StaticContact, &[f64]) {
-        let Self { sums, crown, window } = self;
+        let Self { sums, tread, blocks, window } = self;
         if indentation > window.deepest {
-            *window = Window::new(sums, 2.0 * indentation);
+            *window = Window::new(sums, blocks.as_ref(), 2.0 * indentation);
         }
         let difference = 1e-4 * indentation;
-        let below: f64 = window.forces(crown, indentation - difference).iter().sum();
-        let forces = window.forces(crown, indentation);
+        let below: f64 = window.forces(tread, indentation - difference).iter().sum();
+        let forces = window.forces(tread, indentation);
         let force: f64 = forces.iter().sum();
-        let touched = forces.chunks(crown.len()).filter(|cells| cells.iter().any(|&force| force > 0.0)).count();
+        let touched = forces.chunks(tread.across()).filter(|cells| cells.iter().any(|&force| force > 0.0)).count();
         let length = touched as f64 * sums.grid().length();
         (StaticContact { indentation, force, stiffness: (force - below) / difference, length }, forces)
     }
@@ -75,24 +79,27 @@ fn radius(sums: &CellSums) -> f64 {
 }
 
 impl Window {
-    fn new(sums: &CellSums, deepest: f64) -> Self {
+    fn new(sums: &CellSums, blocks: Option<&Blocks>, deepest: f64) -> Self {
         let grid = sums.grid();
         let reach = Geometry::half_chord(radius(sums), deepest) + 2.0 * grid.length();
         let geometry = Geometry::new(grid.waves().circumference, grid.elements(), 1, 0.0, reach);
         let influence = sums.kept_instant(0.0, geometry.columns);
         let cells = geometry.columns * grid.across;
-        let search = CellSearch::new(InstantCells::new(influence), TOLERANCE);
+        let face = grid.length() * grid.pitch();
+        let term = blocks.map(|blocks| BlockTerm::new(blocks, face, grid.across, cells));
+        let search = CellSearch::new(InstantCells::new(influence).with_blocks(term), TOLERANCE);
         Self { deepest, geometry, search, forces: vec![0.0; cells], required: vec![0.0; cells] }
     }
 
-    fn forces(&mut self, crown: &[f64], indentation: f64) -> &[f64] {
+    fn forces(&mut self, tread: &TreadSurface, indentation: f64) -> &[f64] {
         let first = self.geometry.first_element(0);
-        for (element, required) in (first..).zip(self.required.chunks_exact_mut(crown.len())) {
+        for (element, required) in (first..).zip(self.required.chunks_exact_mut(tread.across())) {
             let rise = self.geometry.rise(self.geometry.position(element, 0));
-            for (required, crown) in required.iter_mut().zip(crown) {
+            for (required, crown) in required.iter_mut().zip(tread.row(element)) {
                 *required = indentation - rise - crown;
             }
         }
+        self.search.cells_mut().place(first);
         self.search.solve(&self.required, &mut self.forces);
         &self.forces
     }

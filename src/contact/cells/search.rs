@@ -262,6 +262,7 @@ impl CellSearch {
         let needed = self.columns_of(|cell| forces[cell] > 0.0 || d[cell] > 0.0, margin);
         let is_held = self.is_single() && self.holds(&known, &needed);
         let mut part = if is_held { known.clone() } else { self.part(&needed) };
+        self.cells.look_at(part.start);
         if is_kept && known.start <= part.start && part.end <= known.end {
             self.gradients.go_on(&self.required[part.clone()], &self.displacement[part.clone()], true);
         } else {
@@ -292,6 +293,7 @@ impl CellSearch {
             if !is_same {
                 let across = self.cells.across();
                 part = self.part(&(needed.start.min(part.start / across)..needed.end.max(part.end / across)));
+                self.cells.look_at(part.start);
             }
             let is_slow = left > 0.5 * missing;
             if is_same && is_slow && is_fresh || left.is_nan() {

@@ -264,8 +264,8 @@ fn a_void_carries_nothing_and_its_neighbours_more() {
     let grid = CellGrid::new(&tyre, 128, across);
     let rows = |void: Option<usize>| {
         let sums = CellSums::new(&tyre, grid.clone(), CellTruncation::default(), 1e-8, 1.0);
-        let crown = (0..across).map(|j| if Some(j) == void { f64::INFINITY } else { 0.0 }).collect();
-        let mut resting = RestingCells::new(sums, crown);
+        let crown: Vec<f64> = (0..across).map(|j| if Some(j) == void { f64::INFINITY } else { 0.0 }).collect();
+        let mut resting = RestingCells::new(sums, crown.into(), None);
         let (_, forces) = resting.pressed(8e-3);
         (0..across).map(|j| forces.iter().skip(j).step_by(across).sum::<f64>()).collect::<Vec<f64>>()
     };
@@ -288,7 +288,7 @@ fn a_crowned_tyre_with_a_deep_tread_presses_like_hertzs_sphere() {
     let crown: Vec<f64> = (0..across).map(|j| grid.from_middle(j).powi(2) / (2.0 * radius)).collect();
     let sums = CellSums::new(&tyre, grid, CellTruncation::default(), 1e-8, 1.0);
     let depth = 4e-4;
-    let mut resting = RestingCells::new(sums, crown);
+    let mut resting = RestingCells::new(sums, crown.into(), None);
     let (found, forces) = resting.pressed(depth);
     // The contact's radius, sqrt(R depth) = 11 mm, is twelve cells, and three hundredths of the depth of the tread,
     // which is bonded and all but incompressible (Dimitriadis et al. 2002, Biophys. J. 82, 2798).

@@ -11,12 +11,12 @@ use super::search::{CellCounts, CellSearch};
 use crate::contact::complementarity::{Residuals, SearchCounts};
 use crate::contact::error::ContactError;
 use crate::contact::footprint::StageMut;
+use crate::contact::tread::TreadSurface;
 use crate::contact::zone::{Instant, Solved, Zone};
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::largest_or_zero;
 use crate::road::strip::RoadStrip;
 use crate::storage::state::{StateError, StateReader, StateWriter, fill};
-use crate::tyre::influence::CellInfluence;
 
 /// How cells carry the past along.
 pub enum CellPast {
@@ -90,8 +90,8 @@ pub struct CellZone {
     across: usize,
     /// Columns of the window beyond either end of what is told.
     margin: usize,
-    /// Height of the tread above its middle by cell across \[m\]: the crown; infinite where there is a void.
-    crown: Vec<f64>,
+    /// The undeformed tread.
+    tread: TreadSurface,
     past: CellPast,
     search: CellSearch,
     /// Forces of the last instant, then of this one \[N\], and the element that they begin with.
@@ -103,18 +103,23 @@ pub struct CellZone {
 }
 
 impl CellZone {
-    /// Makes a zone at rest. `crown`: height of the tread above its middle by cell across \[m\]; `tolerance` is how far
-    /// a cell may be from where it is required to be, relative to the largest required displacement. The window is
-    /// longer by `margin` columns at either end than what is told.
-    pub fn new(influence: CellInfluence, crown: Vec<f64>, past: CellPast, tolerance: f64, margin: usize) -> Self {
-        let across = influence.across;
-        let cells = influence.columns * across;
+    /// Makes a zone at rest, of cells as they feel each other at an instant. `tolerance` is how far a cell may be from
+    /// where it is required to be, relative to the largest required displacement. The window is longer by `margin`
+    /// columns at either end than what is told.
+    pub(crate) fn new(
+        instant: InstantCells,
+        tread: TreadSurface,
+        past: CellPast,
+        tolerance: f64,
+        margin: usize,
+    ) -> Self {
+        let (across, cells) = (instant.across(), instant.cells());
         Self {
             across,
             margin,
-            crown,
+            tread,
             past,
-            search: CellSearch::new(InstantCells::new(influence), tolerance),
+            search: CellSearch::new(instant, tolerance),
             forces: vec![0.0; cells],
             first_element: i64::MIN,
             required: vec![0.0; cells],
@@ -151,7 +156,7 @@ impl Zone for CellZone {
         for ((element, (required, old)), rise) in (first_element..).zip(required).zip(rises) {
             match road.heights(element) {
                 Some(heights) => {
-                    let cells = required.iter_mut().zip(old).zip(heights).zip(&self.crown);
+                    let cells = required.iter_mut().zip(old).zip(heights).zip(self.tread.row(element));
                     for (((required, old), height), crown) in cells {
                         *required = indentation - rise - crown + height - old;
                     }
@@ -172,6 +177,7 @@ impl Zone for CellZone {
             self.forces[cells - moved..].fill(0.0);
         }
         self.first_element = first_element;
+        self.search.cells_mut().place(first_element);
         let relative = self.search.solve(&self.required, &mut self.forces);
         if self.search.is_unsettled() {
             let points = self.forces.iter().filter(|force| **force > 0.0).count();

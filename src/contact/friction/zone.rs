@@ -24,6 +24,7 @@ use crate::contact::complementarity::{Residuals, SearchCounts};
 use crate::contact::error::ContactError;
 use crate::contact::footprint::{StageMut, TangentialPart};
 use crate::contact::geometry::Geometry;
+use crate::contact::tread::TreadSurface;
 use crate::contact::zone::{Instant, Solved, Zone};
 use crate::counters::{Meter, Stage, Work};
 use crate::numeric::largest_or_zero;
@@ -45,8 +46,8 @@ pub(crate) struct Rolling {
     pub margin: usize,
     /// Distance of the cells across from the middle, to the left \[m\].
     pub lateral: Vec<f64>,
-    /// Height of the tread above its middle by cell across \[m\].
-    pub crown: Vec<f64>,
+    /// The undeformed tread.
+    pub tread: TreadSurface,
     /// Size of a cell \[m^2\].
     pub face: f64,
     /// Rolling speed \[m/s\].
@@ -179,7 +180,7 @@ impl FrictionZone {
             let element = at.first_element + column as i64;
             let height = road.heights(element).map(|heights| heights[j]).filter(|_| cell < window);
             self.required[cell] = height.map_or(f64::NEG_INFINITY, |height| {
-                at.indentation - at.rises[column] - self.rolling.crown[j] + height - self.old[cell][2]
+                at.indentation - at.rises[column] - self.rolling.tread.row(element)[j] + height - self.old[cell][2]
             });
             let creep = self.rolling.creep(at.step, element, j);
             let last = [0, 1].map(|ago: usize| self.last[ago][place]);

@@ -1,6 +1,7 @@
 //! Zone of the contact, texture, and how points in contact feel each other.
 
 use super::row::{Decided, Row, given};
+use super::tread_pattern::takes_depths;
 use super::values::Decisions;
 use crate::road::Lattice;
 use crate::scene::{Road, Scene, SliceCoupling, Slices, Switch, Tread, Tyre, Zone};
@@ -98,6 +99,14 @@ fn texture(scene: &Scene, decisions: &mut Decisions) -> Decided {
         let reason = "contact.zone = \"cells\"".to_owned();
         (decisions.slices, decisions.cells_across) = (Slices::None, Some(cells_across(scene)));
         return Decided { on: true, form: "heights of cells".to_owned(), reason };
+    }
+    if scene.pattern().is_some() && takes_depths(scene) {
+        let across = scene.contact.cells_across.unwrap_or_else(|| square_cells(&scene.tyre, scene.numerics.elements));
+        (decisions.slices, decisions.cells_across) = (Slices::Winkler, Some(across));
+        let along = decisions.cells_along.or(scene.contact.cells_along).unwrap_or(1);
+        decisions.cells_along = Some(along);
+        let reason = "the tread has a pattern".to_owned();
+        return Decided { on: true, form: "springs all over each slice".to_owned(), reason };
     }
     let varies = scene.road.varies_across();
     // A road that is level across is not flat along an element, unless that is one cell.

@@ -8,11 +8,13 @@ mod contact;
 mod friction;
 mod rotation;
 mod row;
+mod tread_pattern;
 mod values;
 
 use crate::scene::{History, Road, Scene, Zone};
 pub(crate) use contact::{cells_across, square_cells};
 pub(crate) use row::{Decided, Row, given};
+pub(crate) use tread_pattern::{takes_depths, tread_blocks, tread_map};
 pub(crate) use values::{Decision, Decisions};
 
 /// Choices of the physics, in the order of the data's way.
@@ -27,7 +29,7 @@ pub(crate) static PHYSICS: [Row; 7] = [
 ];
 
 /// Choices of the physics that are told after the effects.
-pub(crate) static LATE: [Row; 1] = [friction::FRICTION];
+pub(crate) static LATE: [Row; 3] = [friction::FRICTION, tread_pattern::TREAD_PATTERN, tread_pattern::BLOCKS];
 
 impl Decisions {
     /// Decides on a scene by rows, one after the other; `takes_models`: an effect takes the models of the tyre.

@@ -18,6 +18,7 @@ mod rolling;
 mod scene;
 mod sidewall;
 mod sound;
+mod tread_pattern;
 mod tyre;
 mod vibration;
 
@@ -38,5 +39,6 @@ pub use rolling::*;
 pub use scene::*;
 pub use sidewall::*;
 pub use sound::{AirMotion, Radiation, RadiationQuality, Receiver, ReceiverPlace, StandardReceiver, Vehicle};
+pub use tread_pattern::*;
 pub use tyre::*;
 pub use vibration::*;

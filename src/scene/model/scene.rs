@@ -3,12 +3,13 @@
 use serde::Serialize;
 
 use super::contact::{CONTACT, Contact, of_zone};
-use super::effects::{EFFECTS, Effects};
+use super::effects::{EFFECTS, Effects, Switch};
 use super::friction::{ADHESION, Adhesion, FRICTION, Friction};
 use super::numerics::{NUMERICS, Numerics, OUTPUTS, Outputs};
 use super::road::{ROAD, Road};
 use super::rolling::{ROLLING, Rolling};
 use super::sound::{RADIATION, RECEIVERS, Radiation, Receiver};
+use super::tread_pattern::{TREAD_PATTERN, TreadPattern};
 use super::tyre::{Tyre, TyreKind};
 use crate::scene::keys::{is_default, keys};
 use crate::scene::kind::{Flag, Optional, Text};
@@ -25,6 +26,9 @@ keys! {
         allow_implausible: bool = false => Flag,
         /// The tyre: given in place or, in the file, by the path of a tyre file.
         tyre: Tyre => TyreKind,
+        /// Pattern of the tread, also as a table of the tyre's file; without it the tread has no grooves.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        tread_pattern: Option<TreadPattern> = None => Optional(TREAD_PATTERN),
         /// The road.
         road: Road = Road::default() => ROAD,
         /// Speed, duration and axle.
@@ -54,6 +58,11 @@ keys! {
 }
 
 impl Scene {
+    /// Returns the pattern of the tread, unless it is left out.
+    pub fn pattern(&self) -> Option<&TreadPattern> {
+        self.tread_pattern.as_ref().filter(|_| self.effects.tread_pattern != Switch::Off)
+    }
+
     /// Tells whether contact has tangential forces or a pull: friction of 0 alone is contact without either.
     pub fn has_tractions(&self) -> bool {
         self.adhesion.is_some() || self.friction.as_ref().is_some_and(|friction| !friction.is_frictionless())

@@ -65,11 +65,15 @@ fn every_shipped_tyre_loads() {
     names.sort();
     let by_size = ["175_65r14.toml", "205_55r16.toml", "225_45r17.toml", "srtt_225_60r16.toml"];
     let others = ["car.toml", "isotropic.toml", "plate.toml", "spring_sides.toml", "stiff_tread.toml", "wide.toml"];
-    let mut expected = [&by_size[..], &others].concat();
+    let with_patterns = ["slick.toml", "summer.toml", "winter.toml"];
+    let mut expected = [&by_size[..], &others, &with_patterns].concat();
     expected.sort_unstable();
     assert_eq!(names, expected);
     for name in by_size {
         assert!(tyre(name).sidewall.is_some(), "{name}");
+    }
+    for name in with_patterns {
+        assert_eq!(tyre(name), tyre("car.toml"), "{name}");
     }
     let (car, isotropic) = (tyre("car.toml"), tyre("isotropic.toml"));
     assert!(car.sidewall.is_some() && car.layers.iter().any(|layer| layer.tension[0] > 4e4));

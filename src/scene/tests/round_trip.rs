@@ -411,6 +411,7 @@ fn scene() -> impl Strategy<Value = Scene> {
                 title,
                 allow_implausible: true,
                 tyre,
+                tread_pattern: None,
                 road,
                 rolling,
                 contact,

@@ -1,0 +1,133 @@
+//! Pattern of the tread: its map, its pitches' spectrum, and the contact force by order of the revolution.
+
+mod orders;
+
+use super::effect::{Begin, Effect};
+use super::error::RunError;
+use super::observer::{EffectObserver, End, Found, Observer, Step};
+use super::section::{ReportError, Section, pictures};
+use super::stored::Stored;
+use crate::counters::Meter;
+use crate::plan::decisions::{takes_depths, tread_map};
+use crate::plan::{Amounts, Decisions, Plan};
+use crate::results::files::ResultFiles;
+use crate::results::tread_pattern::{pattern_csv, pitch_spectrum, tread_picture};
+use crate::scene::{BlockModel, LoadedScene, Scene, SceneError, Switch, Zone};
+use crate::storage::state::{StateError, StateReader, StateWriter};
+use orders::Orders;
+
+/// Pattern of the tread.
+pub(crate) struct TreadPatternEffect;
+
+impl Effect for TreadPatternEffect {
+    fn name(&self) -> &'static str {
+        "tread_pattern"
+    }
+
+    fn check(&self, loaded: &LoadedScene, scene: &Scene) -> Result<(), SceneError> {
+        let refuse = |key: &str, wrong: &str, right: &str| Err(SceneError::from(loaded.complain(key, wrong, right)));
+        let Some(pattern) = scene.pattern() else { return Ok(()) };
+        if !takes_depths(scene) {
+            if scene.effects.tread_pattern == Switch::On {
+                let wrong = "slices take depths of the tread by independent springs alone";
+                let right = "contact.zone = \"cells\", or contact.slices = \"winkler\" with effects.texture = \"auto\"";
+                return refuse("effects.tread_pattern", wrong, right);
+            }
+            return Ok(());
+        }
+        let is_pressed = scene.contact.zone == Zone::Cells && pattern.blocks == BlockModel::Compliant;
+        if scene.has_tractions() && is_pressed {
+            let wrong = "contact with friction has blocks as stiff as the uncut tread yet";
+            return refuse("tread_pattern.blocks", wrong, "blocks = \"continuum\", or remove [friction]");
+        }
+        match tread_map(scene, &Decisions::new(scene)) {
+            Some(Err(fault)) => refuse(&format!("tread_pattern.{}", fault.key), &fault.wrong, &fault.right),
+            _ => Ok(()),
+        }
+    }
+
+    fn add_amounts(&self, plan: &Plan, amounts: &mut Amounts) {
+        if plan.scene.pattern().is_some_and(|_| takes_depths(&plan.scene)) {
+            // Depths, crowns with depths, blocks and cuts of every cell.
+            let cells = plan.scene.numerics.elements * plan.decisions.cells_across.unwrap_or(1);
+            amounts.hold("depths of the tread", 40.0 * cells as f64);
+        }
+    }
+
+    fn sections(&self, stored: &Stored, _: &[Stored]) -> Result<Vec<Section>, ReportError> {
+        let named = [
+            ["tread_pattern.svg", "Depth of the tread's cells round the tyre."],
+            ["pitch_spectrum.svg", "Amplitudes of one unit pulse to each pitch by order of the revolution."],
+            [
+                "orders.svg",
+                "Contact force by order of the revolution: of all of it, and of what comes again each time.",
+            ],
+        ];
+        Ok(vec![Section { heading: "Tread pattern", blocks: pictures(stored, &named)? }])
+    }
+
+    fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
+        let Begin { plan, .. } = *begin;
+        if plan.tread_map().is_none() {
+            return Ok(None);
+        }
+        let steps = plan.scene.numerics.elements * plan.scene.numerics.substeps;
+        let revolution = plan.time_step * steps as f64;
+        if plan.steps - plan.warm_up_steps < steps as u64 {
+            let warning = format!("the run is shorter than a revolution, {revolution:.3} s: there are no orders");
+            begin.warnings.push(warning);
+        }
+        Ok(Some(Box::new(PatternObserver { orders: Orders::new(steps) })))
+    }
+}
+
+/// Observer of the force by order of the revolution.
+pub(crate) struct PatternObserver {
+    orders: Orders,
+}
+
+impl Observer for PatternObserver {
+    fn observe(&mut self, step: &Step<'_>, _: &mut Meter) -> Result<(), RunError> {
+        if step.counts {
+            self.orders.push(step.total_force);
+        }
+        Ok(())
+    }
+}
+
+impl EffectObserver for PatternObserver {
+    fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
+        state.put(&self.orders)
+    }
+
+    fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
+        let orders: Orders = state.take()?;
+        if orders.steps() != self.orders.steps() {
+            return Err(StateError::Value);
+        }
+        self.orders = orders;
+        Ok(())
+    }
+
+    fn write(&self, end: &End<'_>, files: &dyn ResultFiles, _: &mut Found, _: &mut Meter) -> Result<(), RunError> {
+        let Plan { scene, speed, .. } = end.plan;
+        let Some(map) = end.plan.tread_map() else { return Ok(()) };
+        files.write_text("pattern.csv", &pattern_csv(&map, *speed))?;
+        let found = self.orders.found(speed / scene.tyre.circumference);
+        if let Some(found) = &found {
+            files.write_text("orders.csv", &orders::to_csv(found))?;
+        }
+        if !scene.outputs.plots {
+            return Ok(());
+        }
+        let title = end.loaded.title();
+        files.write_text("tread_pattern.svg", &tread_picture(&map, &title)?)?;
+        if let Some(train) = &map.train {
+            files.write_text("pitch_spectrum.svg", &pitch_spectrum(train, *speed, &title)?)?;
+        }
+        if let Some(found) = &found {
+            files.write_text("orders.svg", &orders::picture(found, &title)?)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,104 @@
+//! Pattern of the tread, and its blocks.
+
+use super::row::{Decided, Row, given};
+use super::values::Decisions;
+use crate::scene::{BlockModel, Scene, Slices, Switch, Zone};
+use crate::tyre::tread_pattern::PatternFault;
+use crate::tyre::tread_pattern::blocks::Blocks;
+use crate::tyre::tread_pattern::map::{TreadCells, TreadMap};
+
+pub(super) const TREAD_PATTERN: Row = Row {
+    title: "tread pattern",
+    short: "pattern",
+    decide: pattern,
+    switch: Some(|scene, on| scene.effects.tread_pattern = if on { Switch::On } else { Switch::Off }),
+    of_cells: true,
+};
+
+pub(super) const BLOCKS: Row = Row {
+    title: "tread blocks",
+    short: "blocks",
+    decide: blocks,
+    switch: Some(|scene, on| {
+        if let Some(pattern) = &mut scene.tread_pattern {
+            pattern.blocks = if on { BlockModel::Compliant } else { BlockModel::Continuum };
+            if !on {
+                pattern.block_compliance = None;
+            }
+        }
+    }),
+    of_cells: true,
+};
+
+/// Tells whether contact takes depths of the tread in: over cells, and over slices of springs.
+pub(crate) fn takes_depths(scene: &Scene) -> bool {
+    scene.contact.zone == Zone::Cells || scene.contact.slices == Slices::Winkler && scene.effects.texture != Switch::Off
+}
+
+/// Returns the map of the tread where contact takes it in, or its fault; `None` without a pattern.
+pub(crate) fn tread_map(scene: &Scene, decisions: &Decisions) -> Option<Result<TreadMap, PatternFault>> {
+    let pattern = scene.pattern().filter(|_| takes_depths(scene))?;
+    let along = if decisions.zone == Zone::Cells { 1 } else { decisions.cells_along.unwrap_or(1) };
+    let columns = scene.numerics.elements * along;
+    let cells = TreadCells { columns, across: decisions.cells_across.unwrap_or(1) };
+    Some(TreadMap::new(pattern, scene, cells))
+}
+
+/// Returns the blocks of a map over cells; `None` where none yields by itself.
+pub(crate) fn tread_blocks(scene: &Scene, map: &TreadMap) -> Option<Blocks> {
+    let pattern = scene.pattern().filter(|_| scene.contact.zone == Zone::Cells)?;
+    Blocks::new(map, pattern, scene)
+}
+
+fn pattern(scene: &Scene, decisions: &mut Decisions) -> Decided {
+    let reason = given(scene.effects.tread_pattern, "tread_pattern");
+    let off = |reason: String| Decided { on: false, form: String::new(), reason };
+    if scene.tread_pattern.is_none() {
+        return off(reason.unwrap_or_else(|| "auto: the scene has no [tread_pattern]".to_owned()));
+    }
+    let Some(map) = tread_map(scene, decisions) else {
+        if scene.effects.tread_pattern == Switch::Off {
+            return off(reason.unwrap_or_default());
+        }
+        let law = "slices take depths by independent springs alone (contact.slices = \"winkler\")";
+        decisions.notes.push(format!("the tread's pattern is left out: {law}"));
+        return off(format!("auto: {law}"));
+    };
+    let form = map.map_or_else(|fault| fault.wrong, |map| form(&map, scene));
+    let reason = reason.unwrap_or_else(|| "the scene has [tread_pattern]".to_owned());
+    Decided { on: true, form, reason }
+}
+
+/// Returns a map in words: pitches and the frequency that they pass at, and shares of void.
+fn form(map: &TreadMap, scene: &Scene) -> String {
+    let pitches = map.train.as_ref().map_or(String::new(), |train| {
+        let (count, passing) = (train.count(), scene.rolling.speed() / train.circumference);
+        let scaled = (train.scale - 1.0).abs() > 1e-12;
+        let scale = if scaled { format!(", lengths times {:.4}", train.scale) } else { String::new() };
+        format!("{count} pitches, {:.0} Hz{scale}; ", count as f64 * passing)
+    });
+    format!("{pitches}{:.1} % void, on cells {:.1} %", 100.0 * map.exact_void, 100.0 * map.void())
+}
+
+fn blocks(scene: &Scene, decisions: &mut Decisions) -> Decided {
+    let row = |on, form: String, reason: &str| Decided { on, form, reason: reason.to_owned() };
+    let Some(pattern) = scene.pattern().filter(|_| takes_depths(scene)) else {
+        return row(false, String::new(), "there is no tread pattern");
+    };
+    if scene.contact.zone != Zone::Cells {
+        return row(false, String::new(), "slices have no blocks");
+    }
+    if pattern.blocks == BlockModel::Continuum {
+        return row(false, "as stiff as an uncut tread".to_owned(), "tread_pattern.blocks = \"continuum\"");
+    }
+    let found = tread_map(scene, decisions).and_then(Result::ok).and_then(|map| tread_blocks(scene, &map));
+    let Some(blocks) = found else {
+        return row(false, String::new(), "no cut is deeper than a third of the tread");
+    };
+    let ends = |best: fn(f64, f64) -> f64, from: f64| blocks.compliance.iter().copied().fold(from, best);
+    let (least, most) = (ends(f64::min, f64::INFINITY), ends(f64::max, 0.0));
+    let cells = blocks.smallest().unwrap_or(0);
+    let count = blocks.cells.len();
+    let form = format!("{count} blocks yield by {least:.2e} to {most:.2e} m/Pa, the smallest of {cells} cells");
+    row(true, form, if pattern.block_compliance.is_some() { "tread_pattern.block_compliance" } else { "by formula" })
+}

@@ -1,0 +1,89 @@
+//! Pattern of a tread as a table and as pictures.
+
+use ndarray::ArrayView2;
+
+use super::plots::{Axis, Colours, HeatMap, LinePlot, PlotError, Series};
+use super::table::{csv, row};
+use crate::tyre::tread_pattern::map::TreadMap;
+use crate::tyre::tread_pattern::pitches::PitchTrain;
+
+/// Orders that are told, in pitches.
+const ORDERS: usize = 4;
+
+/// Returns the table of a pattern on a tyre of a speed \[m/s\]: where pitches begin and how long they are, shares of
+/// void of all and of each row of cells, and the amplitudes of one unit pulse to each pitch.
+pub(crate) fn pattern_csv(map: &TreadMap, speed: f64) -> String {
+    let header = ["quantity", "number", "place_m", "frequency_hz", "value", "imaginary"];
+    let none = f64::NAN;
+    let line = |quantity: &str, number: usize, [place, frequency, value, imaginary]: [f64; 4]| {
+        row([&quantity, &number, &place, &frequency, &value, &imaginary])
+    };
+    let mut rows = vec![
+        line("void_share", 0, [none, none, map.exact_void, none]),
+        line("void_share_on_cells", 0, [none, none, map.void(), none]),
+    ];
+    let of_rows = map.void_of_rows().into_iter().enumerate();
+    rows.extend(of_rows.map(|(j, share)| line("void_share_of_row", j, [map.y(j), none, share, none])));
+    if let Some(train) = &map.train {
+        let pitches = train.starts.iter().zip(&train.lengths).enumerate();
+        rows.extend(pitches.map(|(j, (start, length))| line("pitch", j, [*start, none, *length, none])));
+        rows.extend((0..=ORDERS * train.count()).map(|order| {
+            let amplitude = train.amplitude(order);
+            let frequency = order as f64 * speed / train.circumference;
+            line("pitch_amplitude", order, [none, frequency, amplitude.re, amplitude.im])
+        }));
+    }
+    csv(header, rows)
+}
+
+/// Draws the depths of the tread, unrolled.
+///
+/// # Errors
+/// Errors of the picture.
+pub(crate) fn tread_picture(map: &TreadMap, title: &str) -> Result<String, PlotError> {
+    let [dx, dy] = map.size;
+    let (length, half) = (dx * map.columns as f64, 0.5 * dy * map.across as f64);
+    let mm: Vec<f64> = map.depths.iter().map(|depth| 1e3 * depth).collect();
+    let values = ArrayView2::from_shape((map.columns, map.across), &mm).map_err(|_| PlotError::Shape {
+        picture: "the tread",
+        quantity: "depths",
+        expected: map.columns,
+        got: 0,
+    })?;
+    // A part that a picture shows cell by cell.
+    let shown = (map.columns).min((4.0 * 2.0 * half / dx) as usize).max(1);
+    let (part, _) = values.split_at(ndarray::Axis(0), shown);
+    let (shown, aspect) = (dx * shown as f64, 2.0 * half / (dx * shown as f64));
+    HeatMap {
+        title,
+        x: Axis::linear(format!("Along, of {length:.3} m [m]"), 0.0..shown),
+        y: Axis::linear("Across, to the left [mm]", -1e3 * half..1e3 * half),
+        quantity: "Depth [mm]",
+        values: part.t(),
+        colours: Colours::Extent,
+        aspect: Some(aspect),
+    }
+    .to_svg()
+}
+
+/// Draws the spectrum of one unit pulse to each pitch, at a speed \[m/s\].
+///
+/// # Errors
+/// Errors of the picture.
+pub(crate) fn pitch_spectrum(train: &PitchTrain, speed: f64, title: &str) -> Result<String, PlotError> {
+    let rate = speed / train.circumference;
+    let last = ORDERS * train.count();
+    // Each order is a line of its own.
+    let line = |order: usize| {
+        let (frequency, amplitude) = (order as f64 * rate, train.amplitude(order).norm());
+        [(frequency, 0.0), (frequency, amplitude), (frequency, f64::NAN)]
+    };
+    let name = format!("{} pitches", train.count());
+    LinePlot {
+        title,
+        x: Axis::linear("Frequency k V/L [Hz]", 0.0..last as f64 * rate),
+        y: Axis::linear("Amplitude |A_k| of the pitches", 0.0..1.0),
+        series: vec![Series { name: &name, points: (1..=last).flat_map(line).collect() }],
+    }
+    .to_svg()
+}

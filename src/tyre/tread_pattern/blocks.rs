@@ -1,0 +1,191 @@
+//! Blocks between the cuts of a tread, and by how much each yields more than the tread without cuts.
+//!
+//! Layers have no cuts. A block is pressed as a pad of depth d, shape factor S and modulus E between faces that do not
+//! let it slide, where the layer beside it would be pressed by its modulus of one-dimensional compression M:
+//!
+//! ```text
+//! c_b = d (1/E_pad - 1/M),   1/E_pad = 1/(a E) + 1/M
+//! a = 1 + 2 S^2              of a block
+//! a = (4/3) (1 + S^2)        of a long rib
+//! S = A_b/(2 d perimeter)    of the sides that are cut
+//! ```
+//!
+//! so that c_b = d/(a E). It belongs to the block's mean pressure: u_i += (c_b/A_b) sum of the block's forces.
+
+use std::collections::BTreeMap;
+use std::collections::VecDeque;
+
+use super::map::{Cut, TreadMap};
+use crate::scene::{BlockModel, Scene, TreadPattern};
+use crate::tyre::layers::material;
+
+/// Frequency at which the tread's modulus is taken \[Hz\], as that of the local law of slices.
+const MODULUS_FREQUENCY: f64 = 100.0;
+/// Part of the tread that a cut is deep at least.
+const DEEP: f64 = 1.0 / 3.0;
+/// Length of a block, in depths, over which its pressure is averaged.
+const LENGTH: f64 = 3.0;
+/// Length over width from which on a block is a long rib.
+const RIB: f64 = 3.0;
+
+/// Mark of a cell that belongs to no block.
+pub(crate) const NO_BLOCK: u32 = u32::MAX;
+
+/// Blocks of a tread.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Blocks {
+    /// Block of each cell.
+    pub of_cell: Vec<u32>,
+    /// Compliance of their mean pressure \[m/Pa\].
+    pub compliance: Vec<f64>,
+    /// Cells.
+    pub cells: Vec<u32>,
+}
+
+/// Part of the tread that no cut divides.
+#[derive(Default)]
+struct Piece {
+    /// Cells with their columns, counted on round the tyre.
+    cells: Vec<(usize, i64)>,
+    /// True if it runs round the tyre.
+    is_ring: bool,
+    /// Extent of the sides by cut, along and across \[m\].
+    sides: BTreeMap<Cut, [f64; 2]>,
+    /// Sum of depth times length of the sides, and of the lengths.
+    depth: [f64; 2],
+}
+
+impl Piece {
+    /// Adds a side.
+    fn side(&mut self, cut: Cut, depth: f64, extent: [f64; 2]) {
+        let own = self.sides.entry(cut).or_default();
+        let length = extent[0] + extent[1];
+        own.iter_mut().zip(extent).for_each(|(own, extent)| *own += extent);
+        self.depth[0] += depth * length;
+        self.depth[1] += length;
+    }
+
+    /// Returns the length of all sides \[m\], given the cuts. A slanted one is a staircase on cells, whose steps along
+    /// are its extent across times its slope; what is more is an end.
+    fn perimeter(&self, cuts: &[[f64; 2]]) -> f64 {
+        let of = |(&cut, &[along, across]): (&Cut, &[f64; 2])| {
+            let slope = cuts.get(cut as usize).map_or(0.0, |[_, slope]| slope.abs());
+            across * slope.hypot(1.0) + (along - across * slope).max(0.0)
+        };
+        self.sides.iter().map(of).sum()
+    }
+}
+
+/// Returns c_b \[m/Pa\] of a block: its area, the perimeter of its cut sides and their depth, in metres.
+pub(crate) fn compliance(area: f64, perimeter: f64, depth: f64, is_rib: bool, modulus: f64) -> f64 {
+    let shape = area / (2.0 * depth * perimeter);
+    let stiffer = if is_rib { 4.0 / 3.0 * (1.0 + shape * shape) } else { 1.0 + 2.0 * shape * shape };
+    depth / (stiffer * modulus)
+}
+
+impl Blocks {
+    /// Finds the blocks of a scene's tread; `None` where they are no softer than the tread without cuts.
+    pub(crate) fn new(map: &TreadMap, pattern: &TreadPattern, scene: &Scene) -> Option<Self> {
+        let tread = scene.tyre.layers.last().filter(|_| pattern.blocks == BlockModel::Compliant)?;
+        let poisson = tread.material.poisson;
+        let modulus = material::effective_modulus(&tread.material, MODULUS_FREQUENCY) * (1.0 - poisson * poisson);
+        let blocks = Self::of(map, tread.thickness, modulus, pattern.block_compliance);
+        blocks.compliance.iter().any(|compliance| *compliance > 0.0).then_some(blocks)
+    }
+
+    /// Returns the blocks of a tread of a thickness \[m\] and Young's modulus \[Pa\], or of a given compliance \[m/Pa\].
+    fn of(map: &TreadMap, thickness: f64, modulus: f64, given: Option<f64>) -> Self {
+        let (across, [dx, dy]) = (map.across, map.size);
+        let mut blocks = Self { of_cell: vec![NO_BLOCK; map.depths.len()], compliance: Vec::new(), cells: Vec::new() };
+        for piece in pieces(map, DEEP * thickness) {
+            let perimeter = piece.perimeter(&map.cuts);
+            if perimeter <= 0.0 {
+                continue;
+            }
+            let depth = piece.depth[0] / piece.depth[1];
+            let of = |places: &mut dyn Iterator<Item = i64>| {
+                let (mut first, mut last) = (i64::MAX, i64::MIN);
+                places.for_each(|place| (first, last) = (first.min(place), last.max(place)));
+                (first, last - first + 1)
+            };
+            let (from, mut columns) = of(&mut piece.cells.iter().map(|cell| cell.1));
+            let (right, rows) = of(&mut piece.cells.iter().map(|cell| (cell.0 % across) as i64));
+            if piece.is_ring {
+                columns = map.columns as i64;
+            }
+            let area = piece.cells.len() as f64 * dx * dy;
+            let lengths = [columns as f64 * dx, rows as f64 * dy];
+            let longest = lengths[0].max(lengths[1]);
+            let is_rib = longest > RIB * area / longest;
+            let own = given.unwrap_or_else(|| compliance(area, perimeter, depth, is_rib, modulus));
+            let parts = lengths.map(|length| (length / (LENGTH * depth)).round().max(1.0) as i64);
+            let mut numbers: BTreeMap<i64, u32> = BTreeMap::new();
+            for &(cell, column) in &piece.cells {
+                let along = (column - from).rem_euclid(columns) * parts[0] / columns;
+                let part = along * parts[1] + ((cell % across) as i64 - right) * parts[1] / rows;
+                let number = *numbers.entry(part).or_insert_with(|| {
+                    blocks.compliance.push(own);
+                    blocks.cells.push(0);
+                    (blocks.cells.len() - 1) as u32
+                });
+                blocks.of_cell[cell] = number;
+                blocks.cells[number as usize] += 1;
+            }
+        }
+        blocks
+    }
+
+    /// Returns the number of cells of the smallest block; `None` without blocks.
+    pub(crate) fn smallest(&self) -> Option<u32> {
+        self.cells.iter().copied().min()
+    }
+}
+
+/// Returns the parts of the tread between cuts that are deeper than so much \[m\], in the order of their first cells.
+fn pieces(map: &TreadMap, deep: f64) -> Vec<Piece> {
+    let TreadMap { columns, across, size: [dx, dy], depths, groove_of, sipes, cuts, .. } = map;
+    let (columns, across) = (*columns, *across);
+    let mut reached: Vec<Option<i64>> = vec![None; depths.len()];
+    let (mut pieces, mut queue) = (Vec::new(), VecDeque::new());
+    for first in 0..depths.len() {
+        if depths[first] > deep || reached[first].is_some() {
+            continue;
+        }
+        let mut piece = Piece::default();
+        reached[first] = Some((first / across) as i64);
+        queue.push_back(first);
+        while let Some(cell) = queue.pop_front() {
+            let Some(column) = reached[cell] else { continue };
+            piece.cells.push((cell, column));
+            let (i, j) = (cell / across, cell % across);
+            let [ahead, behind] = [(i + 1) % columns, (i + columns - 1) % columns].map(|i| i * across + j);
+            let beside = [
+                (Some((ahead, column + 1)), sipes[0][cell], [0.0, *dy]),
+                (Some((behind, column - 1)), sipes[0][behind], [0.0, *dy]),
+                ((j + 1 < across).then(|| (cell + 1, column)), sipes[1][cell], [*dx, 0.0]),
+                ((j > 0).then(|| (cell - 1, column)), if j > 0 { sipes[1][cell - 1] } else { 0 }, [*dx, 0.0]),
+            ];
+            for (next, sipe, extent) in beside {
+                // The edge of the strip is no cut: the tread goes on.
+                let Some((next, its_column)) = next else { continue };
+                let [sipe_depth, _] = cuts[sipe as usize];
+                if depths[next] > deep {
+                    piece.side(groove_of[next], depths[next], extent);
+                } else if sipe_depth > deep {
+                    piece.side(sipe, sipe_depth, extent);
+                } else if let Some(known) = reached[next] {
+                    piece.is_ring |= known != its_column;
+                } else {
+                    reached[next] = Some(its_column);
+                    queue.push_back(next);
+                }
+            }
+        }
+        pieces.push(piece);
+    }
+    pieces
+}
+
+#[cfg(test)]
+#[path = "blocks_tests.rs"]
+mod tests;

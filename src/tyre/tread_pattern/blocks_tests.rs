@@ -1,0 +1,117 @@
+use super::*;
+use crate::test_models::reference;
+use crate::tyre::tread_pattern::map::TreadCells;
+
+/// Returns the map of a pattern on the default tyre, `across` cells over its strip.
+fn map(columns: usize, across: usize, pattern: &str) -> (TreadMap, Scene) {
+    let text = format!("{}\n[tread_pattern]\n{pattern}", crate::scene::DEFAULT);
+    let scene = Scene::from_str(&text, "pattern").unwrap().scene;
+    let map = TreadMap::new(scene.pattern().unwrap(), &scene, TreadCells { columns, across });
+    (map.unwrap(), scene)
+}
+
+#[test]
+fn ribs_are_as_soft_as_finite_elements_say() {
+    let text = std::fs::read_to_string(reference("tread/ref_block.json")).unwrap();
+    let known: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let cases = known["cases"].as_array().unwrap();
+    let number = |case: &serde_json::Value, key: &str| case[key].as_f64().unwrap();
+    let (thickness, modulus) = (0.013, 6.8e6);
+    let mut errors = Vec::new();
+    for case in cases.iter().filter(|case| case["road"] == "smooth") {
+        let [rib, groove, depth] = ["rib", "groove", "depth"].map(|key| number(case, key));
+        // Three ribs on cells of a millimetre; a groove below is a cut of half a one.
+        let cell = if groove < 1e-3 { groove } else { 1e-3 };
+        let (wide, gap) = ((rib / cell).round() as usize, (groove / cell).round() as usize);
+        let across = 3 * (wide + gap);
+        let columns = 60;
+        let is_void = |j: usize| j % (wide + gap) >= wide;
+        let depths: Vec<f64> =
+            (0..columns * across).map(|cell| if is_void(cell % across) { depth } else { 0.0 }).collect();
+        let groove_of = depths.iter().map(|depth| u32::from(*depth > 0.0)).collect();
+        let none = || vec![0; columns * across];
+        let map = TreadMap {
+            columns,
+            across,
+            size: [cell; 2],
+            depths,
+            groove_of,
+            sipes: [none(), none()],
+            cuts: vec![[0.0; 2], [depth, 0.0]],
+            train: None,
+            exact_void: 0.0,
+        };
+        let blocks = Blocks::of(&map, thickness, modulus, None);
+        // The rib in the middle has cuts on both sides.
+        let own = blocks.compliance[blocks.of_cell[wide + gap] as usize];
+        let error = own / number(case, "extra_compliance") - 1.0;
+        let shape = rib / (4.0 * depth);
+        let expected = depth / (4.0 / 3.0 * (1.0 + shape * shape) * modulus);
+        assert!((own / expected - 1.0).abs() < 1e-12, "{own:e} and {expected:e}");
+        println!("rib {rib}, groove {groove}, depth {depth}: {:+.1} %", 100.0 * error);
+        let bounds = if depth > 0.45 * thickness { -0.25..=0.0505 } else { -0.44..=0.0 };
+        assert!(bounds.contains(&error), "rib {rib}, groove {groove}, depth {depth}: {error}");
+        errors.push(error);
+    }
+    assert_eq!(errors.len(), 6);
+}
+
+#[test]
+fn grooves_and_sipes_divide_the_tread_into_blocks() {
+    // 64 pitches of 8 cells; a rib between two grooves, whose sipes cut it once in each pitch, and shoulders.
+    let grooves = "grooves = [{ position = -0.0218, width = 0.0109, depth = 0.008 }, \
+                   { position = 0.0218, width = 0.0109, depth = 0.008 }]";
+    let (ribs, scene) = map(512, 20, &format!("pitches = 64\n{grooves}"));
+    assert!((ribs.void() - 0.2).abs() < 1e-12 && (ribs.exact_void - 0.2).abs() < 1e-9, "{}", ribs.exact_void);
+    let blocks = Blocks::new(&ribs, scene.pattern().unwrap(), &scene).unwrap();
+    // Each of the three ribs is cut at lengths of three depths, and shoulders 38 mm wide across, too.
+    let along = (1.95_f64 / 0.024).round() as usize;
+    let across = |width: f64| (width / 0.024).round().max(1.0) as usize;
+    let cell = 0.109 / 20.0;
+    assert_eq!(blocks.cells.len(), along * (across(6.0 * cell) + 2 * across(5.0 * cell)));
+    let solid = blocks.of_cell.iter().filter(|block| **block != NO_BLOCK).count();
+    assert_eq!(solid, 512 * 16);
+    assert_eq!(blocks.cells.iter().sum::<u32>() as usize, solid);
+
+    let sipe = "sipes = [{ from = -0.0164, to = 0.0164, width = 0.0006, depth = 0.006, angle = 20.0, offset = 0.3 }]";
+    let (siped, scene) = map(512, 20, &format!("pitches = 64\n{grooves}\n{sipe}"));
+    assert_eq!(siped.void().to_bits(), ribs.void().to_bits());
+    let blocks = Blocks::new(&siped, scene.pattern().unwrap(), &scene).unwrap();
+    let middle: Vec<u32> = (0..512).map(|i| blocks.of_cell[i * 20 + 10]).collect();
+    let mut numbers = middle.clone();
+    numbers.sort_unstable();
+    numbers.dedup();
+    // As many blocks as pitches, 8 cells by 6 each.
+    assert_eq!(numbers.len(), 64);
+    assert!(numbers.iter().all(|number| blocks.cells[*number as usize] == 48), "{:?}", &blocks.cells[..4]);
+
+    // A sipe that is less deep than a third of the tread divides nothing.
+    let shallow = sipe.replace("depth = 0.006", "depth = 0.004");
+    let (shallow, scene) = map(512, 20, &format!("pitches = 64\n{grooves}\n{shallow}"));
+    let shallow = Blocks::new(&shallow, scene.pattern().unwrap(), &scene).unwrap();
+    assert_eq!(shallow, Blocks::new(&ribs, scene.pattern().unwrap(), &scene).unwrap());
+}
+
+#[test]
+fn a_slanted_cut_is_as_long_as_its_line() {
+    // Lateral grooves at 30 degrees over the whole strip: each block has two sides of b/cos 30.
+    let lateral = "laterals = [{ from = -0.0545, to = 0.0545, width = 0.012, depth = 0.008, angle = 30.0 }]";
+    let (cut, _) = map(2048, 109, &format!("pitches = 32\n{lateral}"));
+    let pieces = pieces(&cut, 0.013 / 3.0);
+    assert_eq!(pieces.len(), 32);
+    let expected = 2.0 * 0.109 / 30.0_f64.to_radians().cos();
+    for piece in pieces {
+        assert!(
+            (piece.perimeter(&cut.cuts) / expected - 1.0).abs() < 0.01,
+            "{} and {expected}",
+            piece.perimeter(&cut.cuts)
+        );
+    }
+}
+
+#[test]
+fn what_has_no_cut_yields_no_more_than_the_layers() {
+    let (level, scene) = map(512, 20, "pitches = 64\ngrooves = [{ position = 0.0, width = 0.0109, depth = 0.0 }]");
+    assert!(level.is_level() && level.exact_void < 1e-15);
+    assert_eq!(Blocks::new(&level, scene.pattern().unwrap(), &scene), None);
+}

@@ -1,0 +1,299 @@
+//! Depths of the tread's cells, which are fixed to its material and turn with it by whole columns.
+//!
+//! Cell (i, j) has its middle at x = (i + 1/2) dx from where the first pitch begins and at y_j from the tyre's middle. It
+//! is a void if its middle is. A sipe is narrower than a cell and no void: it lies between two cells and divides them.
+
+use super::PatternFault;
+use super::pitches::PitchTrain;
+use super::raster::Raster;
+use super::share::{Band, covered};
+use crate::scene::{Groove, LateralGroove, RasterPeriod, Scene, TreadPattern, short};
+
+/// Most pitches in parts of the cells round the tyre: a pitch has four cells at least.
+const CELLS_OF_PITCH: usize = 4;
+/// Part by which the share of void on cells may be off.
+const VOID_OFF: f64 = 0.05;
+
+/// Cut between two cells that are no void, or none: 0.
+pub(crate) type Cut = u32;
+/// Cuts of a raster have no number of their own.
+const UNNUMBERED: Cut = u32::MAX;
+
+/// Depths of a tread by cell.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct TreadMap {
+    /// Cells round the tyre.
+    pub columns: usize,
+    /// Cells across the strip.
+    pub across: usize,
+    /// Size of a cell along and across \[m\].
+    pub size: [f64; 2],
+    /// Depths below the uncut surface, cell (i, j) at i x across + j \[m\].
+    pub depths: Vec<f64>,
+    /// Number of the groove that each void belongs to.
+    pub groove_of: Vec<Cut>,
+    /// Sipe between a cell and the next along, and between a cell and the next across.
+    pub sipes: [Vec<Cut>; 2],
+    /// Depths of the cuts by number \[m\], and tangents of their angles to the direction across.
+    pub cuts: Vec<[f64; 2]>,
+    /// Pitches, where the pattern has some.
+    pub train: Option<PitchTrain>,
+    /// Share of void of the grooves as they are given, beside that of the cells.
+    pub exact_void: f64,
+}
+
+/// Lattice of the cells that depths are wanted for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TreadCells {
+    /// Cells round the tyre.
+    pub columns: usize,
+    /// Cells across.
+    pub across: usize,
+}
+
+impl TreadMap {
+    /// Makes the map of a scene's pattern.
+    ///
+    /// # Errors
+    /// [`PatternFault`]: what the cells cannot hold, or a file that is no raster.
+    pub(crate) fn new(pattern: &TreadPattern, scene: &Scene, cells: TreadCells) -> Result<Self, PatternFault> {
+        let TreadCells { columns, across } = cells;
+        let (around, width) = (scene.tyre.circumference, scene.tyre.contact_width);
+        let train = pattern.pitches.as_ref().map(|pitches| PitchTrain::new(pitches, around));
+        if let Some(train) = train.as_ref().filter(|train| train.count() * CELLS_OF_PITCH > columns) {
+            let (count, most) = (train.count(), columns / CELLS_OF_PITCH);
+            let wrong = format!("{count} pitches on {columns} cells round the tyre: a pitch needs four");
+            return Err(PatternFault::new("pitches", wrong, format!("at most {most} pitches, or more elements")));
+        }
+        let mut map = Self {
+            columns,
+            across,
+            size: [around / columns as f64, width / across as f64],
+            depths: vec![0.0; columns * across],
+            groove_of: vec![0; columns * across],
+            sipes: [vec![0; columns * across], vec![0; columns * across]],
+            cuts: vec![[0.0; 2]],
+            train,
+            exact_void: 0.0,
+        };
+        match &pattern.file {
+            Some(file) => map.lay(Raster::read(file, pattern.depth)?, pattern.period)?,
+            None => map.cut(pattern)?,
+        }
+        map.check(pattern)?;
+        Ok(map)
+    }
+
+    /// Returns the place of the middle of a cell across \[m\].
+    pub(crate) fn y(&self, j: usize) -> f64 {
+        (j as f64 + 0.5 - 0.5 * self.across as f64) * self.size[1]
+    }
+
+    /// Tells whether all depths are 0 and nothing divides the cells.
+    pub(crate) fn is_level(&self) -> bool {
+        self.depths.iter().all(|depth| *depth <= 0.0) && self.sipes.iter().flatten().all(|cut| *cut == 0)
+    }
+
+    /// Returns the share of void of all cells.
+    pub(crate) fn void(&self) -> f64 {
+        self.depths.iter().filter(|depth| **depth > 0.0).count() as f64 / self.depths.len() as f64
+    }
+
+    /// Returns the share of void of each row of cells round the tyre.
+    pub(crate) fn void_of_rows(&self) -> Vec<f64> {
+        let of = |j| self.depths.iter().skip(j).step_by(self.across).filter(|depth| **depth > 0.0).count();
+        (0..self.across).map(|j| of(j) as f64 / self.columns as f64).collect()
+    }
+
+    /// Returns the bands of grooves across, pitch by pitch, with their numbers in the list.
+    fn bands<'a>(&'a self, of: &'a [LateralGroove]) -> impl Iterator<Item = (usize, Band)> + 'a {
+        let pitches = self.train.iter().flat_map(|train| train.starts.iter().zip(&train.lengths));
+        pitches.flat_map(move |(start, length)| {
+            of.iter().enumerate().map(move |(number, groove)| {
+                let place = groove.offset.mul_add(*length, *start).rem_euclid(self.size[0] * self.columns as f64);
+                (number, Band::new(place, groove.width, groove.angle, [groove.from, groove.to]))
+            })
+        })
+    }
+
+    /// Lays a raster over the cells.
+    fn lay(&mut self, raster: Raster, period: RasterPeriod) -> Result<(), PatternFault> {
+        let Raster { rows, columns, depths } = raster;
+        let [_, dy] = self.size;
+        let (around, width) = (self.size[0] * self.columns as f64, dy * self.across as f64);
+        let shown = match (period, &self.train) {
+            (RasterPeriod::Pitch, Some(train)) => around / train.count() as f64,
+            _ => around,
+        };
+        // A raster of the cells themselves needs no square cells.
+        let is_cells = rows == self.columns && columns == self.across && period == RasterPeriod::Circumference;
+        let pixel = if is_cells { dy } else { shown / rows as f64 };
+        let own = pixel * columns as f64;
+        if (own - width).abs() > dy {
+            let wrong = format!(
+                "{rows} rows over {} m make the raster {} mm wide, the strip is {} mm",
+                short((1e4 * shown).round() / 1e4),
+                short((1e4 * own).round() / 10.0),
+                short((1e4 * width).round() / 10.0)
+            );
+            let right = format!("square points: {} of them across", (width / pixel).round());
+            return Err(PatternFault::new("file", wrong, right));
+        }
+        for i in 0..self.columns {
+            let x = (i as f64 + 0.5) * self.size[0];
+            let part = match (period, &self.train) {
+                (RasterPeriod::Pitch, Some(train)) => {
+                    let pitch = train.starts.partition_point(|start| *start <= x).saturating_sub(1);
+                    (x - train.starts[pitch]) / train.lengths[pitch]
+                }
+                _ => x / around,
+            };
+            let row = ((part * rows as f64) as usize).min(rows - 1);
+            for j in 0..self.across {
+                let column = (self.y(j) + 0.5 * own) / pixel;
+                let column = (column.max(0.0) as usize).min(columns - 1);
+                let depth = depths[row * columns + column];
+                let cell = i * self.across + j;
+                self.depths[cell] = depth;
+                self.groove_of[cell] = if depth > 0.0 { UNNUMBERED } else { 0 };
+            }
+        }
+        self.exact_void = depths.iter().filter(|depth| **depth > 0.0).count() as f64 / depths.len() as f64;
+        Ok(())
+    }
+
+    /// Numbers a cut of a depth and a slope.
+    fn number(&mut self, depth: f64, slope: f64) -> Cut {
+        self.cuts.push([depth, slope]);
+        (self.cuts.len() - 1) as Cut
+    }
+
+    /// Deepens a cell to a groove's depth.
+    fn deepen(&mut self, cell: usize, depth: f64, number: Cut) {
+        if depth > self.depths[cell] {
+            (self.depths[cell], self.groove_of[cell]) = (depth, number);
+        }
+    }
+
+    /// Cuts grooves and sipes.
+    fn cut(&mut self, pattern: &TreadPattern) -> Result<(), PatternFault> {
+        let TreadPattern { grooves, laterals, sipes, .. } = pattern;
+        let [dx, dy] = self.size;
+        let mm = |length: f64| short((1e5 * length).round() / 100.0);
+        if let Some((n, Groove { width, .. })) = grooves.iter().enumerate().find(|(_, groove)| groove.width < dy) {
+            let wrong = format!("a groove of {} mm is narrower than a cell, {} mm", mm(*width), mm(dy));
+            let right = "wider grooves, finer cells, or, across, a sipe";
+            return Err(PatternFault::new(format!("grooves[{n}].width"), wrong, right));
+        }
+        for (key, list, of_sipes) in [("laterals", laterals, false), ("sipes", sipes, true)] {
+            for (n, groove) in list.iter().enumerate() {
+                let (along, across) = extents(groove);
+                // A steep one is told by its extent across.
+                let is_narrow = if groove.angle.abs() > 45.0 { across < dy } else { along < dx };
+                if is_narrow == of_sipes {
+                    continue;
+                }
+                let (wrong, right) = if of_sipes {
+                    ("as wide as a cell", "write it under `laterals`")
+                } else {
+                    ("narrower than a cell", "write it under `sipes`, or finer cells")
+                };
+                let wrong = format!("{} mm is {wrong}, {} mm by {} mm", mm(groove.width), mm(dx), mm(dy));
+                return Err(PatternFault::new(format!("{key}[{n}].width"), wrong, right));
+            }
+        }
+        for &Groove { position, width, depth } in grooves {
+            // Its sides run along: no part of them goes across.
+            let number = self.number(depth, 0.0);
+            let rows: Vec<usize> = (0..self.across).filter(|&j| (self.y(j) - position).abs() < 0.5 * width).collect();
+            for j in rows {
+                for i in 0..self.columns {
+                    self.deepen(i * self.across + j, depth, number);
+                }
+            }
+        }
+        let bands: Vec<(usize, Band)> = self.bands(laterals).collect();
+        for (of, band) in &bands {
+            let depth = laterals[*of].depth;
+            let number = self.number(depth, band.slope);
+            for j in 0..self.across {
+                if !band.reaches(self.y(j)) {
+                    continue;
+                }
+                let middle = band.middle(self.y(j));
+                // Cells whose middles lie strictly within.
+                let first = ((middle - band.half) / dx - 0.5).floor() as i64 + 1;
+                let last = ((middle + band.half) / dx - 0.5).ceil() as i64 - 1;
+                for i in first..=last {
+                    let i = i.rem_euclid(self.columns as i64) as usize;
+                    self.deepen(i * self.across + j, depth, number);
+                }
+            }
+        }
+        let cuts: Vec<(usize, Band)> = self.bands(sipes).collect();
+        for (of, band) in cuts {
+            let number = self.number(sipes[of].depth, band.slope);
+            self.divide(&band, number);
+        }
+        let (along, half) = (dx * self.columns as f64, 0.5 * dy * self.across as f64);
+        // A groove of no depth is none.
+        let of_grooves: Vec<[f64; 2]> = grooves
+            .iter()
+            .filter(|groove| groove.depth > 0.0)
+            .map(|groove| [groove.position - 0.5 * groove.width, groove.position + 0.5 * groove.width])
+            .collect();
+        let of_laterals: Vec<Band> =
+            bands.into_iter().filter(|(of, _)| laterals[*of].depth > 0.0).map(|(_, band)| band).collect();
+        let area = covered(&of_laterals, &of_grooves, [0.0, along], [-half, half], true);
+        self.exact_void = area / (2.0 * half * along);
+        Ok(())
+    }
+
+    /// Divides the cells on either side of a sipe.
+    fn divide(&mut self, sipe: &Band, number: Cut) {
+        let (columns, across) = (self.columns as i64, self.across);
+        let cell = |i: i64, j: usize| i.rem_euclid(columns) as usize * across + j;
+        // Number of the last column whose middle is behind the line.
+        let behind = |y: f64| (sipe.middle(y) / self.size[0] - 0.5).floor() as i64;
+        let lines: Vec<Option<i64>> =
+            (0..across).map(|j| self.y(j)).map(|y| sipe.reaches(y).then(|| behind(y))).collect();
+        for (j, line) in lines.iter().enumerate() {
+            let Some(line) = *line else { continue };
+            self.sipes[0][cell(line, j)] = number;
+            let Some(Some(next)) = lines.get(j + 1).copied() else { continue };
+            for i in line.min(next) + 1..=line.max(next) {
+                self.sipes[1][cell(i, j)] = number;
+            }
+        }
+    }
+
+    /// Refuses what the cells do not hold.
+    fn check(&self, pattern: &TreadPattern) -> Result<(), PatternFault> {
+        let key = if pattern.file.is_some() {
+            "file"
+        } else if pattern.laterals.is_empty() {
+            "grooves"
+        } else {
+            "laterals"
+        };
+        let is_void = |column: &[f64]| column.iter().all(|depth| *depth > 0.0);
+        if let Some(column) = self.depths.chunks_exact(self.across).position(is_void) {
+            let wrong =
+                format!("no cell of column {column}, {:.1} mm along, is solid", 1e3 * self.size[0] * column as f64);
+            return Err(PatternFault::new(key, wrong, "leave some of the tread in each column across"));
+        }
+        let (on_cells, exact) = (self.void(), self.exact_void);
+        if (on_cells - exact).abs() > VOID_OFF * exact {
+            let wrong = format!("{:.1} % are void, on cells {:.1} %", 100.0 * exact, 100.0 * on_cells);
+            let right = "finer cells, or grooves of whole cells: 5 % of the void may be missed";
+            return Err(PatternFault::new(key, wrong, right));
+        }
+        Ok(())
+    }
+}
+
+/// Returns how far a groove across reaches along and across where it is cut by a line that way \[m\].
+fn extents(groove: &LateralGroove) -> (f64, f64) {
+    let (sine, cosine) = groove.angle.to_radians().sin_cos();
+    (groove.width / cosine, groove.width / sine.abs().max(f64::MIN_POSITIVE))
+}

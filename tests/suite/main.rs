@@ -65,6 +65,7 @@ mod sweep;
 mod sweep_tasks;
 mod time_rules;
 mod tread_laws;
+mod tread_measured;
 mod tread_pattern;
 mod turning_model;
 mod tutorial;

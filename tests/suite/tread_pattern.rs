@@ -7,7 +7,7 @@ use tyrewave::contact::cells::{CellSearch, InstantCells};
 use tyrewave::plan::Plan;
 use tyrewave::run::Simulation;
 use tyrewave::scene::{LoadedScene, Scene};
-use tyrewave::test_models::{edit, scene, scene_text};
+use tyrewave::test_models::{scene, scene_text};
 use tyrewave::tyre::influence::{CellGrid, CellInfluence, CellSums, CellTruncation};
 use tyrewave::tyre::tread_pattern::blocks::{Blocks, NO_BLOCK};
 
@@ -28,9 +28,8 @@ fn rolled(revolutions: f64, road: &str, contact: &str, more: &str) -> String {
         "speed_kmh = 80.0\nwarm_up = 0.0\nduration = {:?}\naxle = {{ indentation = 0.014, ramp = 0.01 }}",
         (revolutions + 0.001) * turn
     );
-    let numerics = format!("time_rule = \"bdf2\"\nhistory = \"direct\"\nmemory = {:?}", 0.9 * turn);
-    let text = scene_text(ELEMENTS, road, &rolling, &numerics, &format!("[contact]\n{contact}\n{more}"));
-    edit(&text, &[("numerics.substeps", "1")])
+    let numerics = format!("substeps = 1\ntime_rule = \"bdf2\"\nhistory = \"direct\"\nmemory = {:?}", 0.9 * turn);
+    scene_text(ELEMENTS, road, &rolling, &numerics, &format!("[contact]\n{contact}\n{more}"))
 }
 
 /// Grooves across of one cell's length over half of the strip, in so many equal pitches, moved by parts of a pitch.

@@ -11,7 +11,14 @@ pub(super) const TREAD_PATTERN: Row = Row {
     title: "tread pattern",
     short: "pattern",
     decide: pattern,
-    switch: Some(|scene, on| scene.effects.tread_pattern = if on { Switch::On } else { Switch::Off }),
+    switch: Some(|scene, on| {
+        scene.effects.tread_pattern = match (on, &scene.tread_pattern) {
+            (false, _) => Switch::Off,
+            (true, Some(_)) => Switch::Auto,
+            // Refused by name: a pattern that a scene does not give cannot be switched on.
+            (true, None) => Switch::On,
+        };
+    }),
     of_cells: true,
 };
 
@@ -20,11 +27,13 @@ pub(super) const BLOCKS: Row = Row {
     short: "blocks",
     decide: blocks,
     switch: Some(|scene, on| {
-        if let Some(pattern) = &mut scene.tread_pattern {
-            pattern.blocks = if on { BlockModel::Compliant } else { BlockModel::Continuum };
-            if !on {
-                pattern.block_compliance = None;
-            }
+        let Some(pattern) = &mut scene.tread_pattern else {
+            scene.effects.tread_pattern = if on { Switch::On } else { Switch::Off };
+            return;
+        };
+        pattern.blocks = if on { BlockModel::Compliant } else { BlockModel::Continuum };
+        if !on {
+            pattern.block_compliance = None;
         }
     }),
     of_cells: true,

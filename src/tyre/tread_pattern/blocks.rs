@@ -116,7 +116,7 @@ impl Blocks {
             let area = piece.cells.len() as f64 * dx * dy;
             let lengths = [columns as f64 * dx, rows as f64 * dy];
             let longest = lengths[0].max(lengths[1]);
-            let is_rib = longest > RIB * area / longest;
+            let is_rib = piece.is_ring || longest > RIB * area / longest;
             let own = given.unwrap_or_else(|| compliance(area, perimeter, depth, is_rib, modulus));
             let parts = lengths.map(|length| (length / (LENGTH * depth)).round().max(1.0) as i64);
             let mut numbers: BTreeMap<i64, u32> = BTreeMap::new();

@@ -77,13 +77,12 @@ fn grooves_and_sipes_divide_the_tread_into_blocks() {
     let (siped, scene) = map(512, 20, &format!("pitches = 64\n{grooves}\n{sipe}"));
     assert_eq!(siped.void().to_bits(), ribs.void().to_bits());
     let blocks = Blocks::new(&siped, scene.pattern().unwrap(), &scene).unwrap();
-    let middle: Vec<u32> = (0..512).map(|i| blocks.of_cell[i * 20 + 10]).collect();
-    let mut numbers = middle.clone();
+    let mut numbers: Vec<u32> = (0..512).map(|i| blocks.of_cell[i * 20 + 10]).collect();
     numbers.sort_unstable();
     numbers.dedup();
-    // As many blocks as pitches, 8 cells by 6 each.
+    // As many blocks of 8 cells by 6 as pitches, 33 mm across: each is cut once more at lengths of some 21 mm.
     assert_eq!(numbers.len(), 64);
-    assert!(numbers.iter().all(|number| blocks.cells[*number as usize] == 48), "{:?}", &blocks.cells[..4]);
+    assert!(numbers.iter().all(|number| blocks.cells[*number as usize] == 24), "{:?}", &blocks.cells[..4]);
 
     // A sipe that is less deep than a third of the tread divides nothing.
     let shallow = sipe.replace("depth = 0.006", "depth = 0.004");

@@ -377,6 +377,33 @@ fn a_march_with_friction_goes_on_from_its_state() {
 }
 
 #[test]
+fn the_past_by_poles_gives_the_forces_of_sums() {
+    let friction = with_creep();
+    for (road, bound) in [(SMOOTH, 1e-4), ("kind = \"made\"\nseed = 3", 1e-4)] {
+        let direct = finite(&friction, road);
+        let poles = [("numerics.history", "\"modal\""), ("numerics.pole_tolerance", "1e-5")];
+        let modal: Vec<&str> = direct.lines().filter(|line| !line.starts_with("memory = ")).collect();
+        let found = [edit(&modal.join("\n"), &poles), direct].map(|text| totals(&scene(&text)));
+        let errors = [0, 1, 2].map(|which| difference(&found[0], &found[1], which));
+        println!("{road:?}: {errors:?}");
+        assert!(errors.into_iter().all(|error| error < bound), "{road}: {errors:?}");
+    }
+}
+
+#[test]
+fn presets_take_friction() {
+    let rolling = "speed_kmh = 80.0\nduration = 0.01\naxle = { indentation = 0.012 }";
+    let text = scene_text(64, "kind = \"made\"\nseed = 3", rolling, "", "[contact]\nzone = \"cells\"\n[friction]\nmu = 0.9");
+    let kept = |line: &&str| !["elements", "substeps", "time_rule", "history"].iter().any(|key| line.starts_with(key));
+    let text: Vec<&str> = text.lines().filter(kept).collect();
+    let text = edit(&text.join("\n"), &[("numerics.preset", "\"draft\""), ("numerics.fmax", "500.0")]);
+    let plan = Plan::of(&scene(&text)).unwrap();
+    let choice = |key: &str| plan.choices.iter().find(|choice| choice.key == key).map(|choice| choice.value.clone());
+    assert_eq!(choice("numerics.time_rule").as_deref(), Some("bdf2"));
+    assert_eq!(choice("numerics.history").as_deref(), Some("modal"));
+}
+
+#[test]
 fn adhesion_pulls_cells_within_its_range() {
     let of = |adhesion: &str| totals(&scene(&finite(&format!("[friction]\nmu = 0.5\n{adhesion}"), SMOOTH)));
     let (without, with) = (of(""), of("[adhesion]\nstress = 1e5\nrange = 1e-4"));

@@ -1,14 +1,19 @@
 //! Linear equations of all pressed cells near a guess, solved by generalised minimal residuals.
 //!
 //! A sticking cell has three unknowns, a slipping one two: its normal force, which carries mu F_z along the slip with
-//! it, and tau across. The equations are neither symmetric nor definite where friction is large, so that no conjugate
+//! it, and tau across. The unknowns are preconditioned by what is near a cell in the inverses of the free fields of each
+//! component: of all pressed cells for normal forces, of those that stick for tangential ones. The equations are neither symmetric nor definite where friction is large, so that no conjugate
 //! gradients serve (Saad & Schultz 1986, *SIAM J. Sci. Stat. Comput.* 7, 856).
 
 use super::conditions::{Conditions, State};
 use super::product::{TractionProduct, Vector};
+use crate::tyre::influence::COMPONENTS;
 
 /// Directions that are kept.
 const DIRECTIONS: usize = 60;
+
+/// Cells on either side that an inverse is taken of.
+const RADIUS: usize = 2;
 
 /// Equations of the pressed cells.
 pub(crate) struct Equations {
@@ -21,6 +26,11 @@ pub(crate) struct Equations {
     directions: Vec<Vec<f64>>,
     forces: Vec<Vector>,
     displacements: Vec<Vector>,
+    /// Inverses of the free fields nearby by component.
+    stencils: [Vec<f64>; COMPONENTS],
+    across: usize,
+    /// Forces to be preconditioned, with room round the window.
+    padded: Vec<Vector>,
 }
 
 /// Result of a solution.
@@ -34,9 +44,14 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 impl Equations {
-    /// Makes room for a window of so many cells.
-    pub(crate) fn new(cells: usize) -> Self {
+    /// Makes room for the window of a product; `own` is the influence of a cell on itself \[m/N\].
+    pub(crate) fn new(product: &TractionProduct, [columns, across]: [usize; 2], own: Vector) -> Self {
+        let cells = columns * across;
+        let padded = (columns + 2 * RADIUS) * (across + 2 * RADIUS);
         Self {
+            stencils: product.inverse_stencils(RADIUS, own),
+            across,
+            padded: vec![[0.0; 3]; padded],
             cells: Vec::new(),
             unknowns: 0,
             scale: Vec::new(),
@@ -109,6 +124,44 @@ impl Equations {
         }
     }
 
+    /// Returns the place of a cell with room round the window.
+    fn place(&self, cell: usize) -> usize {
+        (cell / self.across + RADIUS) * (self.across + 2 * RADIUS) + cell % self.across + RADIUS
+    }
+
+    /// Finds unknowns that nearly have these residuals.
+    fn precondition(&mut self, residuals: &[f64], out: &mut [f64]) {
+        for &(cell, state, first) in &self.cells {
+            let (place, z) = (self.place(cell), residuals[first]);
+            self.padded[place] = match state {
+                State::Slipping(..) => [0.0, 0.0, z],
+                _ => [residuals[first + 1], residuals[first + 2], z],
+            };
+        }
+        let (width, row) = (2 * RADIUS + 1, self.across + 2 * RADIUS);
+        let [sx, sy, sz] = &self.stencils;
+        for &(cell, state, first) in &self.cells {
+            let corner = self.place(cell) - RADIUS * (row + 1);
+            let mut sum = [0.0; COMPONENTS];
+            for a in 0..width {
+                let near = &self.padded[corner + a * row..][..width];
+                let weights = sx[a * width..].iter().zip(&sy[a * width..]).zip(&sz[a * width..]);
+                for ([x, y, z], ((wx, wy), wz)) in near.iter().zip(weights) {
+                    sum = [sum[0] + wx * x, sum[1] + wy * y, sum[2] + wz * z];
+                }
+            }
+            out[first] = sum[2];
+            match state {
+                State::Slipping(..) => out[first + 1] = residuals[first + 1],
+                _ => (out[first + 1], out[first + 2]) = (sum[0], sum[1]),
+            }
+        }
+        for &(cell, ..) in &self.cells {
+            let place = self.place(cell);
+            self.padded[place] = [0.0; COMPONENTS];
+        }
+    }
+
     /// Solves the equations from a guess, and writes the forces. The residual, as a force, comes down by a `reduction`,
     /// or to the `least` \[N\] that is of use.
     pub(crate) fn solve(
@@ -145,9 +198,12 @@ impl Equations {
             }
             let steps = self.minimise(product, friction, (&residual, first), goal, most - products);
             products += steps.len() as u64;
+            let mut change = vec![0.0; count];
             for (step, direction) in steps.iter().zip(&self.directions) {
-                unknowns.iter_mut().zip(direction).for_each(|(own, direction)| *own += step * direction);
+                change.iter_mut().zip(direction).for_each(|(own, direction)| *own += step * direction);
             }
+            self.precondition(&change, &mut residual);
+            unknowns.iter_mut().zip(&residual).for_each(|(own, change)| *own += change);
             if steps.len() < DIRECTIONS {
                 break;
             }
@@ -175,8 +231,9 @@ impl Equations {
         let mut right = vec![first];
         while columns.len() < most && right[columns.len()].abs() > goal {
             let place = columns.len();
-            let mut next = vec![0.0; self.unknowns];
-            self.apply(product, friction, &directions[place], &mut next);
+            let (mut near, mut next) = (vec![0.0; self.unknowns], vec![0.0; self.unknowns]);
+            self.precondition(&directions[place], &mut near);
+            self.apply(product, friction, &near, &mut next);
             let mut column = Vec::with_capacity(place + 2);
             for direction in &directions {
                 let share = dot(direction, &next);

@@ -6,20 +6,26 @@
 //! - [`linear`]: solution of the linear equations of all cells;
 //! - [`sweeps`]: cell after cell, which ends where linear equations do not;
 //! - [`search`]: the forces of an instant;
-//! - `transform`: between cells and waves, [`past`]: displacements by past forces;
+//! - `transform`: between cells and waves;
+//! - [`history`]: displacements by past forces: [`past`], as sums, [`modal`], by poles, and its `wave_group`;
 //! - [`law`]: coefficients of friction and bonds from step to step;
 //! - [`zone`]: one step, from the past to the forces.
 
 pub(crate) mod conditions;
+pub(crate) mod history;
 pub(crate) mod law;
 mod linear;
+pub(crate) mod modal;
 pub(crate) mod past;
 pub(crate) mod product;
 pub(crate) mod search;
 mod sweeps;
 pub(crate) mod transform;
+mod wave_group;
 pub(crate) mod zone;
 
 pub(crate) use zone::FrictionZone;
 #[cfg(test)]
 mod search_tests;
+#[cfg(test)]
+mod modal_tests;

@@ -87,13 +87,14 @@ impl FrictionSearch {
         let block = influence.block(middle, middle);
         let own = [block[0][0], block[1][1], block[2][2]];
         let tangential = 1.0 / own[0].max(own[1]);
+        let product = TractionProduct::new(&influence);
         Self {
-            product: TractionProduct::new(&influence),
+            equations: Equations::new(&product, [influence.columns, influence.across], own),
+            product,
             influence,
             own,
             rigidity: [tangential, tangential, 1.0 / own[2]],
             tolerance,
-            equations: Equations::new(cells),
             displacements: vec![[0.0; 3]; cells],
             best: vec![[0.0; 3]; cells],
             counts: FrictionCounts::default(),

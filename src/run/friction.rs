@@ -5,10 +5,11 @@ use std::sync::atomic::AtomicBool;
 use crate::contact::ContactError;
 use crate::contact::friction::history::TractionHistory;
 use crate::contact::friction::law::CellLaw;
-use crate::contact::friction::modal::{Stepping, TractionWaves};
+use crate::contact::friction::modal::TractionWaves;
 use crate::contact::friction::past::TractionPast;
 use crate::contact::friction::search::FrictionSearch;
 use crate::contact::friction::transform::TractionTransform;
+use crate::contact::friction::wave_group::Stepping;
 use crate::contact::friction::zone::{FrictionZone, Rolling};
 use crate::contact::geometry::Geometry;
 use crate::contact::march::March;
@@ -91,8 +92,7 @@ impl FrictionContact<'_> {
         }
         let model = self.model(&rows, meter, warnings)?;
         meter.count(Counter::Poles, model.order() as u64);
-        eprintln!("DEBUG waves {} order {} error {:e} rows {}", model.len(), model.order(), model.error(), rows.len());
-        let (substeps, tolerance) = (plan.scene.numerics.substeps, plan.fewer_poles());
+        let (substeps, tolerance) = (plan.scene.numerics.substeps, plan.fit.tolerance);
         let stepping = Stepping { rule, time_step, substeps, tolerance };
         Ok(meter.time(Stage::Influence, || {
             if plan.is_single() {

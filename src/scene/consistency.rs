@@ -3,8 +3,8 @@
 use super::problem::Problem;
 use super::table::Table;
 use super::{
-    Axle, Lateral, ProfileRoad, Radiation, RadiationQuality, Receiver, ReceiverPlace, Road, Scene,
-    StandardReceiver, Switch, TimeRule, Tread, Vehicle, Vibration, Zone,
+    Axle, Lateral, ProfileRoad, Radiation, RadiationQuality, Receiver, ReceiverPlace, Road, Scene, StandardReceiver,
+    Switch, TimeRule, Tread, Vehicle, Vibration, Zone,
 };
 use crate::radiation::draft::{self, DraftErrors};
 

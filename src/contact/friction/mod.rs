@@ -7,12 +7,14 @@
 //! - [`sweeps`]: cell after cell, which ends where linear equations do not;
 //! - [`search`]: the forces of an instant;
 //! - `transform`: between cells and waves;
-//! - [`history`]: displacements by past forces: [`past`], as sums, [`modal`], by poles, and its `wave_group`;
+//! - [`history`]: displacements by past forces: [`past`], as sums, [`modal`], by poles, its `wave_group` and `late`
+//!   channels;
 //! - [`law`]: coefficients of friction and bonds from step to step;
 //! - [`zone`]: one step, from the past to the forces.
 
 pub(crate) mod conditions;
 pub(crate) mod history;
+mod late;
 pub(crate) mod law;
 mod linear;
 pub(crate) mod modal;
@@ -21,11 +23,11 @@ pub(crate) mod product;
 pub(crate) mod search;
 mod sweeps;
 pub(crate) mod transform;
-mod wave_group;
+pub(crate) mod wave_group;
 pub(crate) mod zone;
 
 pub(crate) use zone::FrictionZone;
 #[cfg(test)]
-mod search_tests;
-#[cfg(test)]
 mod modal_tests;
+#[cfg(test)]
+mod search_tests;

@@ -6,32 +6,18 @@ use rayon::prelude::*;
 
 use super::product::Vector;
 use super::transform::TractionTransform;
-use super::wave_group::{STEPS, WaveGroup};
+use super::wave_group::{STEPS, Stepping, WaveGroup};
 use crate::contact::cells::ring_waves::{allowed_rounding, is_slow};
 use crate::contact::cells::wave_transform::WaveNumber;
 use crate::counters::Work;
 use crate::numeric::Element;
 use crate::storage::state::StateError;
-use crate::time_rule::TimeRule;
 use crate::tyre::influence::COMPONENTS;
 use crate::tyre::poles::Modes;
 use crate::tyre::poles::tractions::TractionModel;
 
 /// Groups that a thread goes through at a time, at least.
 const TOGETHER: usize = 16;
-
-/// Rule, time step and the rest of what a modal past is made for.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Stepping {
-    /// Time rule.
-    pub rule: TimeRule,
-    /// Time step \[s\].
-    pub time_step: f64,
-    /// Steps in which the window moves on by an element.
-    pub substeps: usize,
-    /// Tolerance of the poles where single precision may carry the past.
-    pub tolerance: Option<f64>,
-}
 
 /// Waves on the whole tyre and their past, in single or double precision.
 pub(crate) struct TractionWaves<R: WaveNumber = f64> {
@@ -48,10 +34,10 @@ pub(crate) struct TractionWaves<R: WaveNumber = f64> {
 impl<R: WaveNumber> TractionWaves<R> {
     /// Makes a past at rest.
     pub(crate) fn new(model: &TractionModel, transform: TractionTransform<R>, stepping: Stepping) -> Self {
-        let Stepping { rule, time_step, substeps, tolerance } = stepping;
+        let Stepping { time_step, substeps, tolerance, .. } = stepping;
         let (waves, lanes) = (model.len(), R::MOST_LANES);
         let angles = transform.angles();
-        let allowed = allowed_rounding(tolerance);
+        let allowed = allowed_rounding(Some(tolerance));
         let is_slow_wave = |wave: usize| {
             let (poles, pairs, _) = model.wave(wave);
             let rate = angles[wave] / (substeps as f64 * time_step);
@@ -63,16 +49,15 @@ impl<R: WaveNumber> TractionWaves<R> {
         };
         let starts: Vec<usize> = (0..waves).step_by(lanes).collect();
         let end_of = |first: usize| waves.min(first + lanes);
-        let needs_double =
-            |first: &usize| R::EPSILON > f64::EPSILON && (*first..end_of(*first)).any(is_slow_wave);
+        let needs_double = |first: &usize| R::EPSILON > f64::EPSILON && (*first..end_of(*first)).any(is_slow_wave);
         let (slow, fast): (Vec<usize>, Vec<usize>) = starts.into_par_iter().partition(needs_double);
-        let group = |first: usize| WaveGroup::new(model, [first, end_of(first) - first], rule, time_step);
+        let group = |first: usize| WaveGroup::new(model, [first, end_of(first) - first], stepping);
         let groups: Vec<WaveGroup<R>> = fast.into_par_iter().map(group).collect();
         let own = f64::MOST_LANES;
         let slow: Vec<usize> = slow.into_iter().flat_map(|first| (first..end_of(first)).step_by(own)).collect();
         let group = |first: usize| {
             let end = waves.min((first / lanes + 1) * lanes);
-            WaveGroup::new(model, [first, own.min(end - first)], rule, time_step)
+            WaveGroup::new(model, [first, own.min(end - first)], stepping)
         };
         let precise: Vec<WaveGroup<f64>> = slow.into_par_iter().map(group).collect();
         let mut work = transform.work() * 2;
@@ -152,12 +137,7 @@ fn give<E: Element, R: WaveNumber>(group: &WaveGroup<E>, component: usize, spect
 }
 
 /// Takes the forces of a group from their spectrum, times i likewise.
-fn take<E: Element, R: WaveNumber>(
-    group: &mut WaveGroup<E>,
-    step: usize,
-    component: usize,
-    spectrum: &[Complex<R>],
-) {
+fn take<E: Element, R: WaveNumber>(group: &mut WaveGroup<E>, step: usize, component: usize, spectrum: &[Complex<R>]) {
     let range = group.first..group.first + group.count;
     let [re, im] = group.force_mut(step, component);
     for ((re, im), value) in re.iter_mut().zip(im).zip(&spectrum[range]) {

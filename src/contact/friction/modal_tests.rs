@@ -2,10 +2,11 @@
 
 use std::sync::atomic::AtomicBool;
 
-use super::modal::{Stepping, TractionWaves};
+use super::modal::TractionWaves;
 use super::past::TractionPast;
 use super::product::Vector;
 use super::transform::TractionTransform;
+use super::wave_group::Stepping;
 use crate::contact::cells::wave_transform::WaveNumber;
 use crate::scene::{DEFAULT, Sides, Tyre};
 use crate::test_models::tyre;
@@ -51,7 +52,7 @@ fn roll(mut step: impl FnMut(i64, &[Vector], &mut [Vector])) -> Vec<Vector> {
 
 fn by_poles<R: WaveNumber>(sums: &CellSums, model: &TractionModel, rule: TimeRule) -> Vec<Vector> {
     let transform = TractionTransform::new(sums.grid(), COLUMNS, &sums.traction_rows());
-    let stepping = Stepping { rule, time_step: TIME_STEP, substeps: 2, tolerance: Some(TOLERANCE) };
+    let stepping = Stepping { rule, time_step: TIME_STEP, substeps: 2, tolerance: TOLERANCE };
     let mut past = TractionWaves::<R>::new(model, transform, stepping);
     roll(|first, forces, out| {
         past.add_displacement(first, out);

@@ -173,9 +173,8 @@ impl TractionProduct {
                 *near *= own[component] / ((p * q) as f64).powi(2);
             }
             let width = 2 * radius + 1;
-            let at = |place: usize| {
-                near[(place / width).abs_diff(radius) * (radius + 1) + (place % width).abs_diff(radius)]
-            };
+            let at =
+                |place: usize| near[(place / width).abs_diff(radius) * (radius + 1) + (place % width).abs_diff(radius)];
             (0..width * width).map(at).collect()
         };
         std::array::from_fn(of_component)

@@ -30,8 +30,7 @@ impl<R: WaveNumber> TractionTransform<R> {
             // Sines and cosines of waves between the sides, and sines less their mean.
             let is_cosine = (component == 1) == (grid.waves().sides == Sides::Supported);
             let is_even = |m: usize| m.is_multiple_of(2) == is_cosine;
-            let transform =
-                WaveTransform::with_shapes([grid.elements(), columns, grid.across], rows, shape, is_even);
+            let transform = WaveTransform::with_shapes([grid.elements(), columns, grid.across], rows, shape, is_even);
             let (cells, waves) = (vec![0.0; transform.cells()], transform.waves());
             Part { transform, cells, spectrum: vec![Complex::new(R::default(), R::default()); waves] }
         };

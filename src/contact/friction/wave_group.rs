@@ -1,8 +1,9 @@
 //! Neighbouring waves side by side in the lanes of vectors: the channels of their tractions, and a pass over them.
 //!
-//! A channel is driven by one sum of the forces and displaces all components. In a block of [`STEPS`] steps all channels
-//! are gone through once: forces of the block before are taken in, and displacements of this block are foretold as if
-//! no more forces came. What earlier forces of the same block do is summed with the first weights of the recursion.
+//! A channel is driven by one sum of the forces and displaces all components. In a block of [`STEPS`] steps channels are
+//! gone through once: forces of the block before the last are taken in, and displacements of this block are foretold as
+//! if no more forces came. What the forces of the block before and of this one do is summed with the first weights of
+//! the recursion. Most channels are over by then, and are left out of the pass (module `late`).
 //!
 //! b_l = g (b_(l-1) - c b_(l-2)) + w F_l, with c = 1/4 of bdf2 and 0 of bdf1; forces and displacements have the phases
 //! of `tyre::poles::tractions`. Odd parts go from the real to the imaginary system and back.
@@ -10,9 +11,10 @@
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
 
+use super::late::late_channels;
+use crate::contact::history::add_responses;
 use crate::counters::Work;
 use crate::numeric::Element;
-use crate::contact::history::add_responses;
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::{COMPONENTS, PAIRS};
 use crate::tyre::poles::Modes;
@@ -20,6 +22,10 @@ use crate::tyre::poles::tractions::{Channel, TractionModel};
 
 /// Steps of a block.
 pub(super) const STEPS: usize = 4;
+/// Blocks whose forces are kept.
+const BLOCKS: usize = 3;
+/// Lags of the first weights: to the first step of the block before.
+const LAGS: usize = 2 * STEPS - 1;
 /// Real and imaginary system.
 const SYSTEMS: usize = 2;
 /// Vectors of all components of a step.
@@ -31,6 +37,19 @@ const FIELD: usize = COMPONENTS * SYSTEMS;
 struct Channels<E, const PARTS: usize> {
     numbers: Vec<E>,
     turns: bool,
+}
+
+/// Rule, time step and the rest of what a past by poles is made for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stepping {
+    /// Time rule.
+    pub rule: TimeRule,
+    /// Time step \[s\].
+    pub time_step: f64,
+    /// Steps in which the window moves on by an element.
+    pub substeps: usize,
+    /// Tolerance of the poles.
+    pub tolerance: f64,
 }
 
 /// One channel of a wave.
@@ -98,8 +117,8 @@ pub(super) struct WaveGroup<E> {
     /// First weights by lag, pair and part \[m/N\].
     within: Vec<E>,
     turns: bool,
-    /// Forces of the steps of a block \[N\], and displacements foretold \[m\]: by component, real parts, imaginary
-    /// parts.
+    /// Forces of the steps of the block before the last, of the last and of this one \[N\], and displacements foretold
+    /// \[m\]: by component, real parts, imaginary parts.
     forces: Vec<E>,
     foretold: Vec<E>,
     /// Displacements of the coming step.
@@ -108,7 +127,8 @@ pub(super) struct WaveGroup<E> {
 
 impl<E: Element> WaveGroup<E> {
     /// Makes the group of so many waves of a model, at rest.
-    pub(super) fn new(model: &TractionModel, [first, count]: [usize; 2], rule: TimeRule, time_step: f64) -> Self {
+    pub(super) fn new(model: &TractionModel, [first, count]: [usize; 2], stepping: Stepping) -> Self {
+        let Stepping { rule, time_step, tolerance, .. } = stepping;
         let (mut pairs, mut reals) = (Vec::new(), Vec::new());
         for wave in first..first + count {
             let (poles, of_pairs, channels) = model.wave(wave);
@@ -117,9 +137,12 @@ impl<E: Element> WaveGroup<E> {
                 let (g, w) = rule.coefficients(pole, Complex64::new(times, 0.0), time_step);
                 Coefficients { g, input, output: output.map(|value| value * w), odd: odd.map(|value| value * w) }
             };
-            let mut all = poles.iter().zip(channels).enumerate().map(channel);
-            pairs.push(all.by_ref().take(of_pairs).collect());
-            reals.push(all.collect());
+            let late = late_channels(model, wave, rule, time_step, STEPS, tolerance);
+            let all = poles.iter().zip(channels).enumerate();
+            let (own, others): (Vec<_>, Vec<_>) =
+                all.filter(|(index, _)| late[*index]).partition(|(index, _)| *index < of_pairs);
+            pairs.push(own.into_iter().map(channel).collect());
+            reals.push(others.into_iter().map(channel).collect());
         }
         let turns = model.turns();
         let mut this = Self {
@@ -130,7 +153,7 @@ impl<E: Element> WaveGroup<E> {
             before: if rule.looks_back() { 0.25 } else { 0.0 },
             within: Vec::new(),
             turns,
-            forces: vec![E::default(); STEPS * FIELD * E::MOST_LANES],
+            forces: vec![E::default(); BLOCKS * STEPS * FIELD * E::MOST_LANES],
             foretold: vec![E::default(); STEPS * FIELD * E::MOST_LANES],
             sum: vec![E::default(); FIELD * E::MOST_LANES],
         };
@@ -143,18 +166,18 @@ impl<E: Element> WaveGroup<E> {
         if self.turns { 2 } else { 1 }
     }
 
-    /// Finds the first weights, 1 to [`STEPS`] - 1 steps after a force.
+    /// Finds the first weights, 1 to [`LAGS`] steps after a force.
     fn first_weights(&self, model: &TractionModel, rule: TimeRule, time_step: f64) -> Vec<E> {
         let parts = self.parts();
-        let mut within = vec![E::default(); (STEPS - 1) * PAIRS * parts * E::MOST_LANES];
+        let mut within = vec![E::default(); LAGS * PAIRS * parts * E::MOST_LANES];
         for lane in 0..self.count {
             let (poles, pairs, _) = model.wave(self.first + lane);
             for pair in 0..PAIRS {
                 let of_pair = model.residues(self.first + lane, pair / COMPONENTS, pair % COMPONENTS);
                 for (part, residues) in of_pair.iter().enumerate().take(parts) {
                     let modes = Modes { poles, residues, odd: &[], pairs, constant: 0.0 };
-                    let mut response = [0.0; STEPS - 1];
-                    add_responses(&modes, residues, rule, time_step, STEPS - 1, &mut response);
+                    let mut response = [0.0; LAGS];
+                    add_responses(&modes, residues, rule, time_step, LAGS, &mut response);
                     for (lag, value) in response.into_iter().enumerate() {
                         within[((lag * PAIRS + pair) * parts + part) * E::MOST_LANES + lane] = E::rounded(value);
                     }
@@ -167,15 +190,15 @@ impl<E: Element> WaveGroup<E> {
     /// Returns the work of a step.
     pub(super) fn work(&self) -> Work {
         let (numbers, within) = (self.pairs.numbers.len() + self.reals.numbers.len(), self.within.len());
-        let multiply_adds = self.multiply_adds() / STEPS + within;
-        let bytes = (numbers / STEPS + within / 2) * size_of::<E>();
+        let multiply_adds = self.multiply_adds() / STEPS + 2 * within;
+        let bytes = (numbers / STEPS + within) * size_of::<E>();
         Work { multiply_adds: multiply_adds as u64, bytes: bytes as u64 }
     }
 
     /// Returns the multiply-adds of a pass.
     fn multiply_adds(&self) -> usize {
         let of_kind = |numbers: usize, length: usize, parts: usize| {
-            let of_step = SYSTEMS * (2 * parts * parts + 2 * parts + COMPONENTS * parts * (1 + self.parts()));
+            let of_step = SYSTEMS * (3 * parts * parts + 3 * parts + COMPONENTS * parts * (1 + self.parts()));
             numbers / length * STEPS * of_step
         };
         let [.., of_pair] = Channels::<E, 2>::places(self.turns);
@@ -185,6 +208,7 @@ impl<E: Element> WaveGroup<E> {
 
     /// Returns the places of a component's real and imaginary parts in the forces of a step of the block.
     pub(super) fn force_mut(&mut self, step: usize, component: usize) -> [&mut [E]; SYSTEMS] {
+        let step = (BLOCKS - 1) * STEPS + step;
         let own = &mut self.forces[(step * FIELD + component * SYSTEMS) * E::MOST_LANES..][..SYSTEMS * E::MOST_LANES];
         let (re, im) = own.split_at_mut(E::MOST_LANES);
         [re, im]
@@ -192,7 +216,8 @@ impl<E: Element> WaveGroup<E> {
 
     /// Returns the displacements of a component at the coming step.
     pub(super) fn displacement(&self, component: usize) -> [&[E]; SYSTEMS] {
-        let (re, im) = self.sum[component * SYSTEMS * E::MOST_LANES..][..SYSTEMS * E::MOST_LANES].split_at(E::MOST_LANES);
+        let (re, im) =
+            self.sum[component * SYSTEMS * E::MOST_LANES..][..SYSTEMS * E::MOST_LANES].split_at(E::MOST_LANES);
         [re, im]
     }
 
@@ -225,8 +250,10 @@ impl<E: Element> WithSimd for Step<'_, E> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let WaveGroup { pairs, reals, before, within, turns, forces, foretold, sum, .. } = self.group;
-        let forces = E::vectors::<S>(forces);
+        let of_block = STEPS * FIELD * E::MOST_LANES;
         if self.step == 0 {
+            forces.copy_within(of_block.., 0);
+            let forces = E::vectors::<S>(&forces[..of_block]);
             let foretold = E::vectors_mut::<S>(foretold);
             foretold.fill(E::splat(simd, E::default()));
             let before = E::splat(simd, E::rounded(*before));
@@ -241,6 +268,7 @@ impl<E: Element> WithSimd for Step<'_, E> {
         let of_step = FIELD * E::MOST_LANES;
         sum.copy_from_slice(&foretold[self.step * of_step..][..of_step]);
         let (sum, within) = (E::vectors_mut::<S>(sum), E::vectors::<S>(within));
+        let forces = E::vectors::<S>(&forces[of_block..]);
         if *turns {
             add_within::<E, S, true>(simd, within, forces, self.step, sum);
         } else {
@@ -249,7 +277,7 @@ impl<E: Element> WithSimd for Step<'_, E> {
     }
 }
 
-/// Adds what the earlier forces of the block displace.
+/// Adds what the forces of the block before and the earlier ones of this one displace.
 #[inline(always)]
 fn add_within<E: Element, S: Simd, const TURNS: bool>(
     simd: S,
@@ -259,8 +287,9 @@ fn add_within<E: Element, S: Simd, const TURNS: bool>(
     sum: &mut [E::Vector<S>],
 ) {
     let (vectors, parts) = (E::MOST_LANES / E::lanes::<S>(), if TURNS { 2 } else { 1 });
-    for earlier in 0..step {
-        let weights = &within[(step - earlier - 1) * PAIRS * parts * vectors..][..PAIRS * parts * vectors];
+    let now = STEPS + step;
+    for earlier in 0..now {
+        let weights = &within[(now - earlier - 1) * PAIRS * parts * vectors..][..PAIRS * parts * vectors];
         let force = &forces[earlier * FIELD * vectors..][..FIELD * vectors];
         for v in 0..vectors {
             for a in 0..COMPONENTS {
@@ -324,7 +353,7 @@ fn add_real<E: Element, S: Simd, const PARTS: usize, const ADDS: bool>(
     sum
 }
 
-/// Takes in the forces of the last block and foretells this one.
+/// Takes in the forces of the block before the last, and foretells this one.
 #[inline(always)]
 fn pass<E: Element, S: Simd, const PARTS: usize, const TURNS: bool>(
     simd: S,
@@ -369,6 +398,12 @@ fn pass<E: Element, S: Simd, const PARTS: usize, const TURNS: bool>(
             for part in 0..PARTS {
                 for which in 0..2 * SYSTEMS {
                     record[(states + which * PARTS + part) * vectors + v] = systems[which / 2][which % 2][part];
+                }
+            }
+            // The block between.
+            for _ in 0..STEPS {
+                for system in &mut systems {
+                    *system = [stepped::<E, S, PARTS>(simd, g, c, *system), system[0]];
                 }
             }
             for step in foretold.chunks_exact_mut(FIELD * vectors) {

@@ -6,9 +6,9 @@
 //!    (module `wavenumber`);
 //! 2. residues of all components follow by least squares; where an error exceeds the tolerance, samples are added,
 //!    poles are relocated with all components, and some are added;
-//! 3. the residues at a pole, a matrix, are split into products of an output and an input: one such *channel* is what a
-//!    resonance has, a pole of relaxation may have three. Channels that contribute least go, as long as the error
-//!    stays within the tolerance.
+//! 3. poles that contribute least go, as long as relocation makes up for them;
+//! 4. the residues at a pole, a matrix, are split into products of an output and an input: one such *channel* is what a
+//!    resonance has, a pole of relaxation may have three.
 //!
 //! Errors of C'_ab / sqrt(C_aa C_bb), of these the largest values, are relative to the norm of that matrix at s, or to
 //! 0.003 of its largest where that is more.
@@ -25,26 +25,34 @@ use super::row::{RowTarget, fit_row};
 use super::table::PoleTable;
 use super::wavenumber::new_pole;
 use crate::numeric::in_parallel;
-use crate::numeric::rational::partial_fractions::{is_pair, order, sort, term};
+use crate::numeric::rational::partial_fractions::{is_pair, order, sort};
 use crate::numeric::rational::vector_fitting::{Elimination, relocate, residues};
 use crate::numeric::rational::{PartialFractions, RationalError, Samples};
 use crate::scene::Sides;
 use crate::storage::{Cached, Format, Kind};
-use crate::tyre::influence::{
-    COMPONENTS, CellRow, CellSums, CellSumsAt, CellWave, FaceValues, PAIRS, TractionParts,
-};
+use crate::tyre::influence::{COMPONENTS, CellRow, CellSums, CellSumsAt, CellWave, FaceValues, PAIRS, TractionParts};
 
 /// Part of the trace's largest value below which errors are not relative to it.
 const LEAST_SCALE: f64 = 3e-3;
 /// Rounds of relocation.
 const ROUNDS: usize = 40;
+/// Part of the error that relocations have to leave at most to pay.
+const PAYS: f64 = 0.6;
 /// Relocations that have to fail before a pole is added.
 const IDLE_RELOCATIONS: usize = 2;
+/// Poles that the first wave of a row may lose, and each other one.
+const FIRST_REMOVALS: usize = 12;
+const REMOVALS: usize = 1;
 /// Rungs of the first grid.
 const FIRST_STRIDE: usize = 32;
 /// Rungs that join the grid at a time, and from which on it is thinned for the next wave.
 const MOST_JOINING: usize = 16;
 const MOST_RUNGS: usize = 140;
+/// A start whose poles have multiplied by the first, and by the second more of them, leads nowhere.
+const MOST_GROWTH: usize = 2;
+const SPARE: usize = 12;
+/// Relocations that may make up for a pole.
+const RELOCATIONS: usize = 2;
 /// Poles stay within this many tops of the band.
 const FARTHEST: f64 = 30.0;
 /// Rungs by which scales are found.
@@ -204,7 +212,8 @@ impl Sampled {
             .map(|(part, pair)| (part, pair, of_pair(pair)))
             .collect();
         let points = exact.ladder.points.clone();
-        let mut this = Self { fitted: grid.to_vec(), checked: Vec::new(), kinds, values: vec![None; points.len()], points };
+        let mut this =
+            Self { fitted: grid.to_vec(), checked: Vec::new(), kinds, values: vec![None; points.len()], points };
         if this.kinds.is_empty() {
             return None;
         }
@@ -243,6 +252,21 @@ impl Sampled {
         !joining.is_empty()
     }
 
+    /// Returns the scale of errors where a pole is heard.
+    fn size_near(&self, pole: Complex64) -> f64 {
+        let own = if is_pair(pole) { pole.im } else { pole.norm() };
+        let near = self.fitted.iter().map(|&rung| ((self.points[rung].norm() - own).abs(), self.at(rung).1));
+        near.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(1.0, |(_, size)| size)
+    }
+
+    /// Fits residues over given poles.
+    fn fractions(&self, samples: &Samples, poles: Vec<Complex64>) -> Result<Fractions, RationalError> {
+        let all = residues(samples, &poles, false)?;
+        let of = |rungs: &[usize]| largest(&self.errors(rungs, |kind, s| all[kind].evaluate(s))).0;
+        let error = of(&self.fitted).max(of(&self.checked));
+        Ok(Fractions { poles, all, error })
+    }
+
     fn at(&self, rung: usize) -> (&[Complex64], f64) {
         self.values[rung].as_ref().map_or((&[], 1.0), |(values, size)| (values, *size))
     }
@@ -264,7 +288,8 @@ impl Sampled {
             let (values, size) = self.at(rung);
             let errors = values.iter().enumerate().map(|(kind, exact)| (value(kind, self.points[rung]) - exact).norm());
             // Not a number would lose every comparison.
-            let worst = errors.fold(0.0, |worst: f64, error| if error > worst || error.is_nan() { error } else { worst });
+            let worst =
+                errors.fold(0.0, |worst: f64, error| if error > worst || error.is_nan() { error } else { worst });
             (if worst.is_finite() { worst / size } else { f64::INFINITY }, rung)
         };
         rungs.iter().map(at).collect()
@@ -303,7 +328,7 @@ fn common_poles(
     options: &CellFitOptions,
 ) -> Result<Fractions, RationalError> {
     let tolerance = options.tolerance;
-    let elimination = if tolerance < PRODUCTS_FROM { Elimination::Reflections } else { Elimination::Products };
+    let elimination = elimination(options);
     let mut poles = first.to_vec();
     let mut best: Option<Fractions> = None;
     let (mut before, mut idle) = (f64::INFINITY, 0);
@@ -326,10 +351,10 @@ fn common_poles(
             (before, idle) = (f64::INFINITY, 0);
         }
         idle += 1;
-        if error < 0.6 * before {
+        if error < PAYS * before {
             (before, idle) = (error, 0);
         } else if idle >= IDLE_RELOCATIONS {
-            if order(&poles) + 2 > options.most_poles {
+            if order(&poles) + 2 > options.most_poles || order(&poles) > MOST_GROWTH * order(first) + SPARE {
                 break;
             }
             let worst = if on_grid.0 > tolerance { on_grid } else { off_grid };
@@ -341,6 +366,49 @@ fn common_poles(
         bound(&mut poles, exact.ladder.top);
     }
     best.ok_or(RationalError::NotFinite { stage: "tractions" })
+}
+
+/// Takes poles away, the one that contributes least first, as long as relocation can make up for it.
+fn fewer_poles(
+    sampled: &Sampled,
+    mut fractions: Fractions,
+    removals: usize,
+    options: &CellFitOptions,
+    top: f64,
+) -> Result<Fractions, RationalError> {
+    let samples = sampled.samples();
+    let elimination = elimination(options);
+    for _ in 0..removals {
+        let share = |index: usize| {
+            let pole = fractions.poles[index];
+            let residues = fractions.all.iter().map(|own| own.residues[index].norm_sqr()).sum::<f64>();
+            residues.sqrt() / (pole.re.abs() * sampled.size_near(pole))
+        };
+        let Some(least) = (0..fractions.poles.len()).min_by(|&a, &b| share(a).total_cmp(&share(b))) else { break };
+        let mut poles = fractions.poles.clone();
+        poles.remove(least);
+        if poles.is_empty() {
+            break;
+        }
+        let mut better = None;
+        for _ in 0..RELOCATIONS {
+            poles = relocate(&samples, &poles, false, elimination)?;
+            bound(&mut poles, top);
+            let fewer = sampled.fractions(&samples, poles.clone())?;
+            if fewer.error <= options.tolerance {
+                better = Some(fewer);
+                break;
+            }
+        }
+        let Some(fewer) = better else { break };
+        fractions = fewer;
+    }
+    Ok(fractions)
+}
+
+/// Tells how relocations eliminate residues.
+fn elimination(options: &CellFitOptions) -> Elimination {
+    if options.tolerance < PRODUCTS_FROM { Elimination::Reflections } else { Elimination::Products }
 }
 
 /// Keeps one of the poles far beyond the band, as `wavenumber` does.
@@ -378,12 +446,12 @@ fn products(matrix: &mut [[Complex64; COMPONENTS]; 2 * COMPONENTS]) -> Vec<Chann
     channels
 }
 
-/// Finds the channels that are needed, in scaled components.
-fn needed(sampled: &Sampled, fractions: &Fractions, allowed: f64) -> (Vec<Complex64>, Vec<Channel>, f64) {
-    let mut all: Vec<(Complex64, Channel, f64)> = Vec::new();
+/// Splits residues into channels, in scaled components.
+fn channels_of(sampled: &Sampled, fractions: &Fractions) -> (Vec<Complex64>, Vec<Channel>) {
+    let is_symmetric = sampled.kinds.iter().all(|(_, pair, _)| pair / COMPONENTS <= pair % COMPONENTS);
+    let (mut poles, mut channels) = (Vec::new(), Vec::new());
     for (index, &pole) in fractions.poles.iter().enumerate() {
         let mut matrix = [[Complex64::ZERO; COMPONENTS]; 2 * COMPONENTS];
-        let is_symmetric = sampled.kinds.iter().all(|(_, pair, _)| pair / COMPONENTS <= pair % COMPONENTS);
         for (&(part, pair, _), fraction) in sampled.kinds.iter().zip(&fractions.all) {
             let (a, b) = (pair / COMPONENTS, pair % COMPONENTS);
             matrix[part * COMPONENTS + a][b] = fraction.residues[index];
@@ -391,50 +459,22 @@ fn needed(sampled: &Sampled, fractions: &Fractions, allowed: f64) -> (Vec<Comple
                 matrix[part * COMPONENTS + b][a] = fraction.residues[index];
             }
         }
-        // Where the pole is heard.
-        let own = if is_pair(pole) { pole.im } else { pole.norm() };
-        let near = sampled.fitted.iter().map(|&rung| ((sampled.points[rung].norm() - own).abs(), sampled.at(rung).1));
-        let local = near.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(1.0, |(_, local)| local);
-        for channel in products(&mut matrix) {
-            let size = |values: &[Complex64]| values.iter().map(Complex64::norm_sqr).sum::<f64>();
-            let peak = ((size(&channel.output) + size(&channel.odd)) * size(&channel.input)).sqrt();
-            all.push((pole, channel, peak / (pole.re.abs() * local)));
-        }
+        let own = products(&mut matrix);
+        poles.extend(own.iter().map(|_| pole));
+        channels.extend(own);
     }
-    let mut by_size: Vec<usize> = (0..all.len()).collect();
-    by_size.sort_by(|&a, &b| all[a].2.total_cmp(&all[b].2).then(a.cmp(&b)));
-    let left = |dropped: usize| -> Vec<usize> {
-        let mut left = by_size[dropped..].to_vec();
-        left.sort_unstable();
-        left
-    };
-    let rungs: Vec<usize> = sampled.fitted.iter().chain(&sampled.checked).copied().collect();
-    let error = |left: &[usize]| {
-        let value = |kind: usize, s: Complex64| {
-            let (part, pair, _) = sampled.kinds[kind];
-            let term = |&index: &usize| {
-                let (pole, channel, _) = &all[index];
-                term(*pole, channel.residues(pair / COMPONENTS, pair % COMPONENTS)[part], s)
-            };
-            left.iter().map(term).sum()
-        };
-        largest(&sampled.errors(&rungs, value)).0
-    };
-    let allowed = allowed.max(error(&left(0)));
-    let (mut none, mut some) = (0, all.len());
-    while none + 1 < some {
-        let middle = (none + some) / 2;
-        if error(&left(middle)) <= allowed { none = middle } else { some = middle }
-    }
-    let left = left(none);
-    let reached = error(&left);
-    let (poles, channels) = left.iter().map(|&index| (all[index].0, all[index].1)).unzip();
-    (poles, channels, reached)
+    (poles, channels)
 }
 
 impl Exact<'_> {
     /// Fits a wave from the one before, or from the poles of its trace.
-    fn fit(&self, wave: &CellWave, before: Option<&Wave>, options: &CellFitOptions, stop: &AtomicBool) -> Result<Wave, FitError> {
+    fn fit(
+        &self,
+        wave: &CellWave,
+        before: Option<&Wave>,
+        options: &CellFitOptions,
+        stop: &AtomicBool,
+    ) -> Result<Wave, FitError> {
         let number = wave.terms.first().map_or(0, |(n, ..)| n.unsigned_abs() as usize);
         let CellFitOptions { tolerance, most_poles, .. } = *options;
         let refused = |error: f64, order: usize, reason: RefusalReason| FitError::Refused {
@@ -447,7 +487,8 @@ impl Exact<'_> {
         let first: Vec<usize> = (0..=RUNGS).step_by(FIRST_STRIDE).collect();
         let grid = before.filter(|before| !before.grid.is_empty()).map_or(&first, |before| &before.grid);
         let Some(mut sampled) = Sampled::new(self, wave, grid) else {
-            let (next, grid) = before.map_or_else(Default::default, |before| (before.next.clone(), before.grid.clone()));
+            let (next, grid) =
+                before.map_or_else(Default::default, |before| (before.next.clone(), before.grid.clone()));
             return Ok(Wave { poles: Vec::new(), channels: Vec::new(), error: 0.0, next, grid, evaluations: 0 });
         };
         let broken = |_: RationalError| refused(f64::INFINITY, 0, RefusalReason::NotATransferFunction);
@@ -473,10 +514,19 @@ impl Exact<'_> {
             }
         }
         let fractions = fractions.ok_or_else(|| broken(RationalError::NotFinite { stage: "tractions" }))?;
-        let (poles, mut channels, error) = needed(&sampled, &fractions, tolerance);
+        let is_first = before.is_none();
+        let fractions = if fractions.error <= tolerance {
+            // From scratch a fit is worth tidying; its neighbours take over what it has.
+            let removals = if is_first { FIRST_REMOVALS } else { REMOVALS };
+            fewer_poles(&sampled, fractions, removals, options, self.ladder.top).map_err(broken)?
+        } else {
+            fractions
+        };
+        let error = fractions.error;
         if error > REFUSED_FROM * tolerance {
             return Err(refused(error, order(&fractions.poles), RefusalReason::Rounds));
         }
+        let (poles, mut channels) = channels_of(&sampled, &fractions);
         let root = self.scales(wave).map(f64::sqrt);
         for Channel { input, output, odd } in &mut channels {
             for component in 0..COMPONENTS {
@@ -485,8 +535,7 @@ impl Exact<'_> {
                 odd[component] *= root[component];
             }
         }
-        let mut next = poles.clone();
-        next.dedup();
+        let next = fractions.poles;
         let grid = sampled.fitted.iter().copied().filter(|rung| *rung <= RUNGS).collect();
         let evaluations = (sampled.values.iter().flatten().count() * wave.terms.len()) as u64;
         Ok(Wave { poles, channels, error, next, grid: thinned(grid), evaluations })

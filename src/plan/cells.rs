@@ -42,6 +42,10 @@ const FRICTION_PRODUCTS: f64 = 45.0;
 const FRICTION_TRANSFORMS: f64 = 3.0;
 /// Parts of the past with friction: pairs of components, of a tyre that turns each twice.
 const FRICTION_PARTS: f64 = 9.0;
+/// Channels of the past with friction for a pole of normal forces, and multiply-adds of one of them beside one of its
+/// poles (measured).
+const FRICTION_CHANNELS: f64 = 1.5;
+const FRICTION_CHANNEL: f64 = 2.0;
 /// Tolerance of fewer poles relative to that of the fit.
 const FEWER_POLES: f64 = 1.0;
 /// Poles of a wave, conjugates counted, at a tolerance of 1e-5, and how many less for each factor of ten above it
@@ -228,7 +232,8 @@ impl Amounts {
         let products = if has_tractions { FRICTION_TRANSFORMS * FRICTION_PRODUCTS } else { PRODUCTS };
         let search = products * transform_multiply_adds(4 * cells as usize);
         let transforms = if has_tractions { FRICTION_TRANSFORMS * transforms } else { transforms };
-        let poles = plan.expected_poles_of_wave() * waves;
+        let channels = if has_tractions { FRICTION_CHANNELS } else { 1.0 };
+        let poles = channels * plan.expected_poles_of_wave() * waves;
         let turns = plan.decisions.tyre.turns();
         let (odd_bytes, parts) = if turns { (ODD_POLE_BYTES, 2.0) } else { (0.0, 1.0) };
         self.add(Stage::Axle, Unit::SearchMultiplyAdd, 30.0 * search, Place::Before);
@@ -256,6 +261,8 @@ impl Amounts {
         // Waves of odd and of even number.
         self.fit_memory = 2.0 * wave_bytes(&plan.decisions.tyre, scene.numerics.influence_tolerance);
         let recursion = expected_multiply_adds(rule, STEPS, waves as usize, poles, turns);
-        self.add(Stage::History, Unit::PoleMultiplyAdd, steps * recursion, Place::Behind);
+        let (recursion, place) =
+            if has_tractions { (FRICTION_CHANNEL * recursion, Place::MarchOnAll) } else { (recursion, Place::Behind) };
+        self.add(Stage::History, Unit::PoleMultiplyAdd, steps * recursion, place);
     }
 }

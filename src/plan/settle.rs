@@ -118,15 +118,17 @@ impl Settling<'_> {
             self.choose("contact.zone", "cells".to_owned(), reason);
         }
         let open = |key: &str| !self.loaded.gives(key);
-        // Friction has chosen both.
-        let free = self.scene.friction.is_none();
         let (rule, history, poles) =
-            (free && open("numerics.time_rule"), free && open("numerics.history"), open("numerics.pole_tolerance"));
+            (open("numerics.time_rule"), open("numerics.history"), open("numerics.pole_tolerance"));
         // A row that keeps the default chooses nothing.
         let slices = open("contact.slice_tolerance")
             && self.scene.contact.zone == Zone::Slices
             && self.scene.contact.slice_tolerance.to_bits() != row.slice_tolerance.to_bits();
-        if rule {
+        if rule && self.scene.friction.is_some() {
+            // Friction has chosen it.
+            let name = self.scene.numerics.time_rule.name().to_owned();
+            self.choose("numerics.time_rule", name, "[friction]: the rule dissipates in every step".to_owned());
+        } else if rule {
             self.scene.numerics.time_rule = row.time_rule;
             self.choose("numerics.time_rule", row.time_rule.name().to_owned(), why.clone());
         }

@@ -19,7 +19,7 @@ use crate::plan::Plan;
 use crate::plan::models::{count_evaluations, refused};
 use crate::response::vibration::CarriedWaves;
 use crate::road::maker::SliceForm;
-use crate::run::friction::friction_march;
+use crate::run::friction::FrictionContact;
 use crate::run::zone_maker::{Made, Window, ZoneMaker};
 use crate::scene::{Axle, History, LoadedScene, SceneError, Tyre};
 use crate::storage::Cache;
@@ -54,8 +54,10 @@ impl ZoneMaker for CellContact<'_> {
         }
         let numerics = &plan.scene.numerics;
         if let Some(friction) = plan.scene.friction.as_ref().filter(|_| plan.scene.has_tractions()) {
+            let (loaded, sums, tread, stop) = (self.loaded, &self.sums, &self.tread, self.stop);
+            let contact = FrictionContact { loaded, plan, sums, tread, friction, stop };
             return Ok(Made {
-                march: friction_march(plan, &self.sums, &self.tread, at_rest, (told, margin), friction, meter)?,
+                march: contact.march(at_rest, (told, margin), meter, warnings)?,
                 form: SliceForm::Cells,
                 moving: None,
                 local_compliance: None,

@@ -1,63 +1,142 @@
 //! Contact over cells with friction, made for a planned scene.
 
+use std::sync::atomic::AtomicBool;
+
 use crate::contact::ContactError;
 use crate::contact::friction::free_creep::FreeCreep;
+use crate::contact::friction::history::TractionHistory;
 use crate::contact::friction::law::CellLaw;
+use crate::contact::friction::modal::TractionWaves;
 use crate::contact::friction::past::TractionPast;
 use crate::contact::friction::search::FrictionSearch;
 use crate::contact::friction::transform::TractionTransform;
+use crate::contact::friction::wave_group::Stepping;
 use crate::contact::friction::zone::{FrictionZone, Rolling};
 use crate::contact::geometry::Geometry;
 use crate::contact::march::March;
 use crate::contact::static_contact::StaticContact;
 use crate::contact::tread::TreadSurface;
-use crate::counters::{Meter, Stage};
+use crate::counters::{Counter, Meter, Stage};
+use crate::effects::RunError;
 use crate::plan::Plan;
-use crate::scene::{Friction, LongitudinalCreep};
-use crate::tyre::influence::CellSums;
+use crate::plan::models::{count_evaluations, refused};
+use crate::scene::{Friction, History, LoadedScene, LongitudinalCreep};
+use crate::storage::Cache;
+use crate::storage::cache::key;
+use crate::tyre::influence::{CellRow, CellSums};
+use crate::tyre::poles::tractions::{TractionModel, fit_tractions};
 
-/// Makes the march of cells with friction, over a window that is longer by `margin` columns at either end than what is
-/// told.
-///
-/// # Errors
-/// A rule without a first rate.
-pub(super) fn friction_march(
-    plan: &Plan,
-    sums: &CellSums,
-    tread: &TreadSurface,
-    at_rest: StaticContact,
-    (told, margin): (Geometry, usize),
-    friction: &Friction,
-    meter: &mut Meter,
-) -> Result<March, ContactError> {
-    let Plan { scene, time_step, .. } = plan;
-    let (grid, rule) = (sums.grid(), scene.numerics.time_rule);
-    let rate = rule.first_rate(*time_step).ok_or(ContactError::NoSuchField)?;
-    let revolution = scene.numerics.elements * scene.numerics.substeps;
-    let (given, free) = match friction.creep.longitudinal {
-        LongitudinalCreep::Given(creep) => (creep, None),
-        LongitudinalCreep::Free => (0.0, Some(FreeCreep::new(at_rest, plan.radius, revolution, plan.warm_up_steps))),
-    };
-    let rolling = Rolling {
-        geometry: told.clone(),
-        margin,
-        lateral: (0..grid.across).map(|j| grid.from_middle(j)).collect(),
-        tread: tread.clone(),
-        face: grid.length() * grid.pitch(),
-        speed: plan.speed,
-        longitudinal: free.as_ref().map_or(given, FreeCreep::creep),
-        free,
-        creep: friction.creep.clone(),
-        rule,
-        time_step: *time_step,
-    };
-    let window = told.columns + 2 * margin;
-    let columns = window + rolling.ahead(window);
-    let influence = meter.time(Stage::Influence, || sums.traction_instant(rate, columns));
-    let rows = sums.traction_rows();
-    let transform = TractionTransform::new(grid, columns, &rows);
-    let past = meter.time(Stage::Influence, || TractionPast::new(sums, &rows, transform, rule, *time_step, plan.lags));
-    let law = CellLaw::new(friction.coefficient(), scene.adhesion.clone(), *time_step, grid.elements() * grid.across);
-    let search = FrictionSearch::new(influence, plan.friction_tolerance());
-    Ok(March::with_friction(told, FrictionZone::new(rolling, past, search, law), rule, *time_step))
+/// Remedy of a fit that is refused.
+const RIGHT: &str = "another tolerance, or history = \"direct\"";
+
+/// Ingredients of contact with friction.
+pub(super) struct FrictionContact<'a> {
+    /// The scene.
+    pub loaded: &'a LoadedScene,
+    /// Its plan.
+    pub plan: &'a Plan,
+    /// The influence functions.
+    pub sums: &'a CellSums,
+    /// Surface of the tread.
+    pub tread: &'a TreadSurface,
+    /// Table of friction.
+    pub friction: &'a Friction,
+    /// Ends the work on the influence functions once it is set.
+    pub stop: &'a AtomicBool,
+}
+
+impl FrictionContact<'_> {
+    /// Makes the march of cells with friction, over a window that is longer by `margin` columns at either end than what
+    /// is told, of a wheel that stands like `at_rest`.
+    ///
+    /// # Errors
+    /// A rule without a first rate; a fit that is refused, or stopped.
+    pub(super) fn march(
+        &self,
+        at_rest: StaticContact,
+        (told, margin): (Geometry, usize),
+        meter: &mut Meter,
+        warnings: &mut Vec<String>,
+    ) -> Result<March, RunError> {
+        let Self { plan, sums, tread, friction, .. } = *self;
+        let Plan { scene, time_step, .. } = plan;
+        let (grid, rule) = (sums.grid(), scene.numerics.time_rule);
+        let rate = rule.first_rate(*time_step).ok_or(ContactError::NoSuchField)?;
+        let revolution = scene.numerics.elements * scene.numerics.substeps;
+        let (given, free) = match friction.creep.longitudinal {
+            LongitudinalCreep::Given(creep) => (creep, None),
+            LongitudinalCreep::Free => {
+                (0.0, Some(FreeCreep::new(at_rest, plan.radius, revolution, plan.warm_up_steps)))
+            }
+        };
+        let rolling = Rolling {
+            geometry: told.clone(),
+            margin,
+            lateral: (0..grid.across).map(|j| grid.from_middle(j)).collect(),
+            tread: tread.clone(),
+            face: grid.length() * grid.pitch(),
+            speed: plan.speed,
+            longitudinal: free.as_ref().map_or(given, FreeCreep::creep),
+            free,
+            creep: friction.creep.clone(),
+            rule,
+            time_step: *time_step,
+        };
+        let window = told.columns + 2 * margin;
+        let columns = window + rolling.ahead(window);
+        let influence = meter.time(Stage::Influence, || sums.traction_instant(rate, columns));
+        let past = self.past(columns, meter, warnings)?;
+        let cells = grid.elements() * grid.across;
+        let law = CellLaw::new(friction.coefficient(), scene.adhesion.clone(), *time_step, cells);
+        let search = FrictionSearch::new(influence, plan.friction_tolerance());
+        Ok(March::with_friction(told, FrictionZone::new(rolling, past, search, law), rule, *time_step))
+    }
+
+    /// Makes the past of a window of so many columns.
+    fn past(&self, columns: usize, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<TractionHistory, RunError> {
+        let Self { plan, sums, .. } = *self;
+        let (grid, rule, time_step) = (sums.grid(), plan.scene.numerics.time_rule, plan.time_step);
+        let rows = sums.traction_rows();
+        if plan.scene.numerics.history == History::Direct {
+            let transform = TractionTransform::new(grid, columns, &rows);
+            let past =
+                meter.time(Stage::Influence, || TractionPast::new(sums, &rows, transform, rule, time_step, plan.lags));
+            return Ok(TractionHistory::Direct(Box::new(past)));
+        }
+        let model = self.model(&rows, meter, warnings)?;
+        meter.count(Counter::Poles, model.order() as u64);
+        let (substeps, tolerance) = (plan.scene.numerics.substeps, plan.fit.tolerance);
+        let stepping = Stepping { rule, time_step, substeps, tolerance };
+        Ok(meter.time(Stage::Influence, || {
+            if plan.is_single() {
+                let transform = TractionTransform::new(grid, columns, &rows);
+                TractionHistory::Single(Box::new(TractionWaves::new(&model, transform, stepping)))
+            } else {
+                let transform = TractionTransform::new(grid, columns, &rows);
+                TractionHistory::Modal(Box::new(TractionWaves::new(&model, transform, stepping)))
+            }
+        }))
+    }
+
+    /// Returns the poles of all waves, from the user's cache or fitted.
+    fn model(
+        &self,
+        rows: &[CellRow],
+        meter: &mut Meter,
+        warnings: &mut Vec<String>,
+    ) -> Result<TractionModel, RunError> {
+        let Self { loaded, plan, sums, stop, .. } = *self;
+        let options = plan.cell_fit();
+        let mut fit = || -> Result<TractionModel, RunError> {
+            let fitted = meter.time(Stage::Fit, || fit_tractions(sums, rows, &options, stop));
+            let model = fitted.map_err(|error| refused(loaded, error, RIGHT))?;
+            count_evaluations(plan, model.evaluations(), meter);
+            Ok(model)
+        };
+        let tolerance = plan.scene.numerics.influence_tolerance;
+        match (Cache::open(), key::<TractionModel>(&(plan.decisions.tyre.levelled(), rows, options, tolerance))) {
+            (Ok(cache), Ok(key)) => cache.fetch(&key, warnings, fit),
+            _ => fit(),
+        }
+    }
 }

@@ -4,8 +4,8 @@ use super::problem::Problem;
 use super::table::Table;
 use super::tread_pattern;
 use super::{
-    Axle, History, Lateral, ProfileRoad, Radiation, RadiationQuality, Receiver, ReceiverPlace, Road, Scene,
-    StandardReceiver, Switch, TimeRule, Tread, Vehicle, Vibration, Zone,
+    Axle, Lateral, ProfileRoad, Radiation, RadiationQuality, Receiver, ReceiverPlace, Road, Scene, StandardReceiver,
+    Switch, TimeRule, Tread, Vehicle, Vibration, Zone,
 };
 use crate::radiation::draft::{self, DraftErrors};
 
@@ -114,8 +114,8 @@ fn cells(scene: &Scene, table: &Table<'_>) -> Option<()> {
     sound
 }
 
-/// Complains about what friction cannot be with, and takes the rule and the history that it needs where the scene
-/// leaves them open; `None` after a complaint.
+/// Complains about what friction cannot be with, and takes the rule that it needs where the scene leaves it open;
+/// `None` after a complaint.
 fn friction(scene: &mut Scene, table: &Table<'_>) -> Option<()> {
     let complain = |key: &str, wrong: &str, right: &str| table.complain(key, Problem::new(wrong, right));
     match (&scene.friction, &scene.adhesion) {
@@ -144,13 +144,6 @@ fn friction(scene: &mut Scene, table: &Table<'_>) -> Option<()> {
         let name = scene.numerics.time_rule.name();
         let wrong = format!("{name} is not stable with friction: only backward differences dissipate in every step");
         return complain("numerics.time_rule", &wrong, "\"bdf2\" or \"bdf1\"");
-    }
-    if !table.gives("numerics.history") {
-        scene.numerics.history = History::Direct;
-    }
-    if scene.numerics.history == History::Modal && scene.has_tractions() {
-        let wrong = "poles carry the past of normal forces alone yet";
-        return complain("numerics.history", wrong, "\"direct\" with a memory, or remove [friction]");
     }
     Some(())
 }

@@ -377,6 +377,91 @@ fn a_march_with_friction_goes_on_from_its_state() {
 }
 
 #[test]
+fn the_past_by_poles_gives_the_forces_of_sums() {
+    let friction = with_creep();
+    for (road, bound) in [(SMOOTH, 1e-4), ("kind = \"made\"\nseed = 3", 1e-4)] {
+        let direct = finite(&friction, road);
+        let poles = [("numerics.history", "\"modal\""), ("numerics.pole_tolerance", "1e-5")];
+        let modal: Vec<&str> = direct.lines().filter(|line| !line.starts_with("memory = ")).collect();
+        let found = [edit(&modal.join("\n"), &poles), direct].map(|text| totals(&scene(&text)));
+        let errors = [0, 1, 2].map(|which| difference(&found[0], &found[1], which));
+        println!("{road:?}: {errors:?}");
+        assert!(errors.into_iter().all(|error| error < bound), "{road}: {errors:?}");
+    }
+}
+
+#[test]
+fn presets_take_friction() {
+    let rolling = "speed_kmh = 80.0\nduration = 0.01\naxle = { indentation = 0.012 }";
+    let text =
+        scene_text(64, "kind = \"made\"\nseed = 3", rolling, "", "[contact]\nzone = \"cells\"\n[friction]\nmu = 0.9");
+    let kept = |line: &&str| !["elements", "substeps", "time_rule", "history"].iter().any(|key| line.starts_with(key));
+    let text: Vec<&str> = text.lines().filter(kept).collect();
+    let text = edit(&text.join("\n"), &[("numerics.preset", "\"draft\""), ("numerics.fmax", "500.0")]);
+    let plan = Plan::of(&scene(&text)).unwrap();
+    let choice = |key: &str| plan.choices.iter().find(|choice| choice.key == key).map(|choice| choice.value.clone());
+    assert_eq!(choice("numerics.time_rule").as_deref(), Some("bdf2"));
+    assert_eq!(choice("numerics.history").as_deref(), Some("modal"));
+}
+
+/// Rolls for so many steps on a road with a coefficient and creep, under poles; returns the least slip power of a step,
+/// and mean forces.
+fn rolled(road: &str, mu: f64, [longitudinal, lateral]: [f64; 2], steps: usize) -> (f64, [f64; 3]) {
+    let numerics = "time_rule = \"bdf2\"\nhistory = \"modal\"\npole_tolerance = 1e-4\ncontact_tolerance = 1e-5";
+    let rolling = format!(
+        "speed_kmh = 80.0\nwarm_up = 0.0\nduration = {:?}\naxle = {{ indentation = 0.012, ramp = 0.01 }}",
+        (steps as f64 + 0.5) * 1.95 / 128.0 / SPEED
+    );
+    let more = format!(
+        "[contact]\nzone = \"cells\"\ncells_across = 8\n[friction]\nmu = {mu}\n[friction.creep]\n\
+         longitudinal = {longitudinal}\nlateral = {lateral}\nramp = 0.02"
+    );
+    let text = scene_text(128, road, &rolling, numerics, &more);
+    let loaded = scene(&edit(&text, &[("numerics.lateral_terms", "24"), ("numerics.wavenumber_aliases", "1")]));
+    let plan = Plan::of(&loaded).unwrap();
+    let mut run = Simulation::begin(&loaded, &plan, &Default::default()).unwrap();
+    let (mut least, mut sums, mut count) = (0.0_f64, [0.0; 3], 0.0);
+    while let Some(step) = run.step().unwrap() {
+        let part = run.prepared.march.footprint().tangential().unwrap();
+        least = least.min(part.slip_power);
+        let own = [step.total_force, part.total[0], part.total[1]];
+        sums.iter_mut().zip(own).for_each(|(sum, own)| *sum += own);
+        count += 1.0;
+    }
+    assert!(count >= steps as f64);
+    (least, sums.map(|sum| sum / count))
+}
+
+/// Made roads: dense asphalt, chippings.
+const ROADS: [&str; 2] = [
+    "kind = \"made\"\nseed = 3",
+    "kind = \"made\"\nseed = 3\npower_law = { rms = 0.0012, exponent = 2.0, longest = 0.1, shortest = 0.005 }",
+];
+/// Driving, braking, cornering at 2 degrees.
+const CREEPS: [[f64; 2]; 3] = [[-0.02, 0.0], [0.05, 0.0], [0.02, 0.0349]];
+
+fn every_step_settles(steps: usize) {
+    for road in ROADS {
+        for creep in CREEPS {
+            let (least, mean) = rolled(road, 0.9, creep, steps);
+            println!("{road}, {creep:?}: {steps} steps, least slip power {least:e} W, means {mean:?}");
+            assert!(least >= 0.0 && mean[0] > 100.0, "{road} {creep:?}: {least:e} {mean:?}");
+        }
+    }
+}
+
+#[test]
+fn steps_settle_on_rough_roads() {
+    every_step_settles(400);
+}
+
+#[test]
+#[ignore = "an hour: 600 000 steps"]
+fn a_hundred_thousand_steps_settle_on_rough_roads() {
+    every_step_settles(100_000);
+}
+
+#[test]
 fn adhesion_pulls_cells_within_its_range() {
     let of = |adhesion: &str| totals(&scene(&finite(&format!("[friction]\nmu = 0.5\n{adhesion}"), SMOOTH)));
     let (without, with) = (of(""), of("[adhesion]\nstress = 1e5\nrange = 1e-4"));

@@ -26,7 +26,7 @@ pub(crate) mod past;
 mod product;
 mod proportioning;
 pub(crate) mod resting;
-mod ring_waves;
+pub(in crate::contact) mod ring_waves;
 pub(crate) mod search;
 mod short_ring;
 mod transform;

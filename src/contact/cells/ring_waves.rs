@@ -90,7 +90,7 @@ impl<N: WaveNumber> RingWaves<N> {
             // The coming block is passed over: it is under way while the next is foretold.
             (first..waves.min(first + count)).map(modes)
         };
-        let allowed = fewer.map_or(ROUNDED, |tolerance| ROUNDED.max(ROUNDED_OF_TOLERANCE * tolerance));
+        let allowed = allowed_rounding(*fewer);
         let angles = transform.angles();
         let (mut groups, mut precise) = (Vec::new(), Vec::new());
         for first in (0..waves).step_by(N::MOST_LANES) {
@@ -345,9 +345,14 @@ const ROUNDED: f64 = 2e-6;
 /// The same in parts of the tolerance to which some are left out.
 const ROUNDED_OF_TOLERANCE: f64 = 0.1;
 
+/// Returns the part of a wave's displacement that rounding its poles may be, of poles to within a tolerance.
+pub(in crate::contact) fn allowed_rounding(tolerance: Option<f64>) -> f64 {
+    tolerance.map_or(ROUNDED, |tolerance| ROUNDED.max(ROUNDED_OF_TOLERANCE * tolerance))
+}
+
 /// Tells waves whose poles single precision would move too far: of a pole that decays by d a step it changes the
 /// displacement by its rounding over |d + i phi|, phi the phase by which what rests on the road goes on in a step.
-fn is_slow(modes: &Modes<'_>, time_step: f64, rate: f64, allowed: f64) -> bool {
+pub(in crate::contact) fn is_slow(modes: &Modes<'_>, time_step: f64, rate: f64, allowed: f64) -> bool {
     let s = Complex64::new(0.0, rate);
     let mut moved = 0.0;
     for (index, (pole, residue)) in modes.poles.iter().zip(modes.residues).enumerate() {

@@ -105,20 +105,32 @@ enum Along<R> {
 impl<R: WaveNumber> WaveTransform<R> {
     /// Plans transforms between windows of so many columns and the waves of rows on a ring of so many cells.
     pub fn new(grid: &CellGrid, ring: usize, columns: usize, rows: &[CellRow]) -> Self {
-        let half = grid.across.div_ceil(2);
+        let shape = |row: &CellRow, j: usize| if row.folded { grid.wave(row.m, j) } else { grid.shape(row.m, j) };
+        // The ends of the strip tell even from odd.
+        let is_even = |m: usize| m.is_multiple_of(2) == (grid.waves().first_lateral_number() == 0);
+        Self::with_shapes([ring, columns, grid.across], rows, shape, is_even)
+    }
+
+    /// Plans the same between a ring, columns and cells across, of shapes by row and cell, told whether they are even
+    /// about the middle.
+    pub(crate) fn with_shapes(
+        [ring, columns, across]: [usize; 3],
+        rows: &[CellRow],
+        shape: impl Fn(&CellRow, usize) -> f64,
+        is_even: impl Fn(usize) -> bool,
+    ) -> Self {
+        let half = across.div_ceil(2);
         let empty = Vec::new;
         let side =
             || Side { rows: Vec::new(), height: 0, shapes: empty(), cells: empty(), waves: empty(), spectra: empty() };
         let (mut even, mut odd, zero) = (side(), side(), R::default());
         let mut start = 0;
-        for CellRow { m, folded, first, waves } in rows {
-            // The ends of the strip tell even from odd; the middle one of an odd number of cells counts once.
-            let shape = |j| R::rounded(if *folded { grid.wave(*m, j) } else { grid.shape(*m, j) });
-            let is_even = (m % 2 == 0) == (grid.waves().first_lateral_number() == 0);
-            let side = if is_even { &mut even } else { &mut odd };
-            side.shapes.extend((0..half).map(shape));
-            side.rows.push(Row { start, first: *first, count: waves.len() });
-            start += waves.len();
+        for row in rows {
+            // The middle one of an odd number of cells counts once.
+            let side = if is_even(row.m) { &mut even } else { &mut odd };
+            side.shapes.extend((0..half).map(|j| R::rounded(shape(row, j))));
+            side.rows.push(Row { start, first: row.first, count: row.waves.len() });
+            start += row.waves.len();
         }
         let bins = rows.iter().map(|row| row.first + row.waves.len()).max().unwrap_or(0);
         let along = match Basis::new(ring, columns, bins) {
@@ -137,7 +149,7 @@ impl<R: WaveNumber> WaveTransform<R> {
             side.waves = vec![zero; height * columns];
             side.spectra = vec![zero; rows * 2 * bins];
         }
-        Self { ring, columns, across: grid.across, waves: start, even, odd, along }
+        Self { ring, columns, across, waves: start, even, odd, along }
     }
 
     /// Returns the cells of the window.

@@ -6,22 +6,30 @@
 //! - [`linear`]: solution of the linear equations of all cells;
 //! - [`sweeps`]: cell after cell, which ends where linear equations do not;
 //! - [`search`]: the forces of an instant;
-//! - `transform`: between cells and waves, [`past`]: displacements by past forces;
+//! - `transform`: between cells and waves;
+//! - [`history`]: displacements by past forces: [`past`], as sums, [`modal`], by poles, its `wave_group` and `late`
+//!   channels;
 //! - [`free_creep`]: creep of a wheel that rolls freely;
 //! - [`law`]: coefficients of friction and bonds from step to step;
 //! - [`zone`]: one step, from the past to the forces.
 
 pub(crate) mod conditions;
 pub(crate) mod free_creep;
+pub(crate) mod history;
+mod late;
 pub(crate) mod law;
 mod linear;
+pub(crate) mod modal;
 pub(crate) mod past;
 pub(crate) mod product;
 pub(crate) mod search;
 mod sweeps;
 pub(crate) mod transform;
+pub(crate) mod wave_group;
 pub(crate) mod zone;
 
 pub(crate) use zone::FrictionZone;
+#[cfg(test)]
+mod modal_tests;
 #[cfg(test)]
 mod search_tests;

@@ -13,13 +13,16 @@ use realfft::RealFftPlanner;
 use serde::{Deserialize, Serialize};
 
 use super::product::Vector;
-use super::transform::{TractionTransform, WaveVector};
+use super::transform::TractionTransform;
 use crate::counters::Work;
 use crate::numeric::in_parallel;
 use crate::storage::state::StateError;
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::convolution_quadrature::Circle;
 use crate::tyre::influence::{COMPONENTS, CellRow, CellSums, CellWave, PAIRS, TractionParts};
+
+/// Forces or displacements of a wave.
+type WaveVector = [Complex64; COMPONENTS];
 
 /// Waves on the whole tyre and the forces of all steps that count.
 pub(crate) struct TractionPast {
@@ -86,14 +89,21 @@ impl TractionPast {
             }
             *sum = std::array::from_fn(|component| even[component] + Complex64::i() * odd[component]);
         });
-        transform.add_inverse(sum, first_element, out);
+        for (component, spectrum) in transform.spectra_mut().enumerate() {
+            spectrum.iter_mut().zip(&*sum).for_each(|(value, sum)| *value = sum[component]);
+        }
+        transform.add_inverse(first_element, out);
     }
 
     /// Takes the forces of the step \[N\].
     pub(crate) fn push(&mut self, first_element: i64, forces: &[Vector]) {
         let waves = self.sum.len();
         let row = self.step % self.lags * waves;
-        self.transform.forward(first_element, forces, &mut self.forces[row..row + waves]);
+        self.transform.forward(first_element, forces);
+        let spectra = self.transform.spectra();
+        for (wave, force) in self.forces[row..row + waves].iter_mut().enumerate() {
+            *force = spectra.map(|spectrum| spectrum[wave]);
+        }
         self.step += 1;
     }
 

@@ -6,6 +6,7 @@
 //! 3. u_a(k, l) = sum_b T_ab(k, l) F_b(k, l) + H_ab(k, l) F_b(k, -l), since H is a function of j + j';
 //! 4. back across, where the uniform parts are added, and along.
 
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use num_complex::Complex64;
@@ -146,6 +147,37 @@ impl TractionProduct {
         }
         self.forward.process_with_scratch(&mut out, &mut self.scratch);
         out
+    }
+
+    /// Returns the middle of the inverses of T_xx, T_yy and T_zz, (2 radius + 1)^2 by distance along and across, times
+    /// `own`.
+    pub(crate) fn inverse_stencils(&self, radius: usize, own: Vector) -> [Vec<f64>; COMPONENTS] {
+        /// Part of the largest wave of T below which none is taken to be.
+        const FLOOR: f64 = 1e-3;
+        let (p, q) = (self.along.real.len(), self.forward.len());
+        let cosines = |length: usize, distance: usize| -> Vec<f64> {
+            (0..length).map(|wave| (TAU * (wave * distance % length) as f64 / length as f64).cos()).collect()
+        };
+        let of_component = |component: usize| {
+            let waves = &self.toeplitz[component * (COMPONENTS + 1)];
+            let largest = waves.iter().fold(0.0_f64, |largest, wave| largest.max(wave.re));
+            let inverse: Vec<f64> = waves.iter().map(|wave| wave.re.max(FLOOR * largest).recip()).collect();
+            let mut near = vec![0.0; (radius + 1) * (radius + 1)];
+            for (place, near) in near.iter_mut().enumerate() {
+                let (along, across) = (cosines(p, place / (radius + 1)), cosines(q, place % (radius + 1)));
+                for (k, (row, along)) in inverse.chunks_exact(q).zip(along).enumerate() {
+                    let sides = if k == 0 || 2 * k == p { 1.0 } else { 2.0 };
+                    *near += sides * along * row.iter().zip(&across).map(|(value, cosine)| value * cosine).sum::<f64>();
+                }
+                // T is kept over its length, and so would its inverse be.
+                *near *= own[component] / ((p * q) as f64).powi(2);
+            }
+            let width = 2 * radius + 1;
+            let at =
+                |place: usize| near[(place / width).abs_diff(radius) * (radius + 1) + (place % width).abs_diff(radius)];
+            (0..width * width).map(at).collect()
+        };
+        std::array::from_fn(of_component)
     }
 
     /// Returns the work of a product.

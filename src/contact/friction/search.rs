@@ -29,7 +29,7 @@ const MOST_STEPS: usize = 40;
 const MOST_PRODUCTS: u64 = 400;
 /// Least and largest reduction of the residual of linear equations; between these it is what is missed.
 const FINE: f64 = 1e-4;
-const COARSE: f64 = 0.03;
+const COARSE: f64 = 0.1;
 
 /// Work of a search over all instants.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
@@ -87,13 +87,14 @@ impl FrictionSearch {
         let block = influence.block(middle, middle);
         let own = [block[0][0], block[1][1], block[2][2]];
         let tangential = 1.0 / own[0].max(own[1]);
+        let product = TractionProduct::new(&influence);
         Self {
-            product: TractionProduct::new(&influence),
+            equations: Equations::new(&influence, &product, own),
+            product,
             influence,
             own,
             rigidity: [tangential, tangential, 1.0 / own[2]],
             tolerance,
-            equations: Equations::new(cells),
             displacements: vec![[0.0; 3]; cells],
             best: vec![[0.0; 3]; cells],
             counts: FrictionCounts::default(),
@@ -118,10 +119,7 @@ impl FrictionSearch {
 
     /// Returns the work counts so far.
     pub(crate) fn counts(&self) -> FrictionCounts {
-        let Work { multiply_adds, bytes } = self.product.work();
-        let products = self.counts.products;
-        let work = Work { multiply_adds: products * multiply_adds, bytes: products * bytes };
-        FrictionCounts { work, ..self.counts }
+        self.counts
     }
 
     /// Goes on from the counts of an equal search.
@@ -132,6 +130,7 @@ impl FrictionSearch {
     /// Finds u = G F of any forces \[m\].
     pub(crate) fn displace(&mut self, forces: &[Vector], out: &mut [Vector]) {
         self.counts.products += 1;
+        self.counts.work += self.product.work();
         self.product.displacement(forces, out);
     }
 
@@ -217,6 +216,7 @@ impl FrictionSearch {
     /// Finds u = G F.
     fn look(&mut self, forces: &[Vector]) {
         self.counts.products += 1;
+        self.counts.work += self.product.work();
         self.product.displacement(forces, &mut self.displacements);
     }
 
@@ -226,12 +226,13 @@ impl FrictionSearch {
         let state =
             |(cell, (&force, &u)): (usize, (&Vector, &Vector))| -> State { conditions.state(cell, force, u, rigidity) };
         let states = forces.iter().zip(displacements).enumerate().map(state);
-        self.equations.set(conditions, states, self.own);
+        self.equations.set(&self.influence, conditions, states, self.own);
         let largest = forces.iter().fold(0.0_f64, |largest, force| largest.max(force[2]));
         let exact = [missed.clamp(FINE, COARSE), 0.3 * self.tolerance * largest];
-        let solved = self.equations.solve(&mut self.product, conditions, forces, exact, MOST_PRODUCTS);
+        let solved = self.equations.solve(conditions, forces, exact, MOST_PRODUCTS);
         self.counts.products += solved.products;
         self.counts.steps += 1;
+        self.counts.work += self.equations.take_work();
         for (cell, force) in forces.iter_mut().enumerate() {
             *force = conditions.feasible(cell, *force);
         }

@@ -16,8 +16,8 @@ use serde::{Deserialize, Serialize};
 
 use super::conditions::Conditions;
 use super::free_creep::FreeCreep;
+use super::history::{TractionHistory, TractionHistoryState};
 use super::law::{CellLaw, CellStates};
-use super::past::{TractionPast, TractionPastState};
 use super::product::Vector;
 use super::search::{FrictionCounts, FrictionSearch};
 use crate::contact::complementarity::{Residuals, SearchCounts};
@@ -83,7 +83,7 @@ impl Rolling {
 /// Cells of a window with friction, column by column, and of [`AHEAD`] columns before it.
 pub(crate) struct FrictionZone {
     rolling: Rolling,
-    past: TractionPast,
+    past: TractionHistory,
     search: FrictionSearch,
     law: CellLaw,
     /// Forces of the last step, then of this one \[N\], and the element that they begin with; without the pull.
@@ -96,6 +96,8 @@ pub(crate) struct FrictionZone {
     old: Vec<Vector>,
     /// Forces with the pull \[N\].
     all: Vec<Vector>,
+    /// Displacements by the pull \[m\]; none without adhesion.
+    by_pull: Vec<Vector>,
     normal: Vec<f64>,
     /// Tangential displacements of the cells round the tyre, one and two steps ago \[m\].
     last: [Vec<[f64; 2]>; 2],
@@ -104,7 +106,7 @@ pub(crate) struct FrictionZone {
 /// State of a [`FrictionZone`] between two steps.
 #[derive(Deserialize, Serialize)]
 struct FrictionZoneState {
-    past: TractionPastState,
+    past: TractionHistoryState,
     counts: FrictionCounts,
     law: CellStates,
     forces: Vec<Vector>,
@@ -115,10 +117,11 @@ struct FrictionZoneState {
 
 impl FrictionZone {
     /// Makes the zone of a tyre at rest.
-    pub(crate) fn new(rolling: Rolling, past: TractionPast, search: FrictionSearch, law: CellLaw) -> Self {
+    pub(crate) fn new(rolling: Rolling, past: TractionHistory, search: FrictionSearch, law: CellLaw) -> Self {
         let cells = search.influence().cells();
         let round = rolling.geometry.elements * rolling.lateral.len();
         let zeros = || vec![[0.0; 3]; cells];
+        let by_pull = if law.has_adhesion() { zeros() } else { Vec::new() };
         Self {
             past,
             search,
@@ -130,6 +133,7 @@ impl FrictionZone {
             friction: vec![0.0; cells],
             old: zeros(),
             all: zeros(),
+            by_pull,
             normal: vec![0.0; cells],
             last: [vec![[0.0; 2]; round], vec![[0.0; 2]; round]],
             rolling,
@@ -202,9 +206,8 @@ impl FrictionZone {
         for cell in self.window() {
             self.all[cell][2] = -self.law.pull(self.place(cell)) * face;
         }
-        let mut by_pull = vec![[0.0; 3]; self.all.len()];
-        self.search.displace(&self.all, &mut by_pull);
-        for (old, by_pull) in self.old.iter_mut().zip(by_pull) {
+        self.search.displace(&self.all, &mut self.by_pull);
+        for (old, by_pull) in self.old.iter_mut().zip(&self.by_pull) {
             old.iter_mut().zip(by_pull).for_each(|(old, by_pull)| *old += by_pull);
         }
     }

@@ -53,6 +53,23 @@ impl TractionInfluence {
         Self { columns, across, pairs, uniform: None }
     }
 
+    /// Returns the same between the cells of a window of fewer columns.
+    pub(crate) fn narrowed(&self, columns: usize) -> Self {
+        let cut = |table: &[f64], width: usize| -> Vec<f64> {
+            let first = (self.columns - columns) * width;
+            table.get(first..first + (2 * columns - 1) * width).unwrap_or(&[]).to_vec()
+        };
+        let (width, across) = (self.width(), self.across);
+        let of_pair =
+            |pair: &PairTables| PairTables { toeplitz: cut(&pair.toeplitz, width), hankel: cut(&pair.hankel, width) };
+        let uniform = self.uniform.as_ref().map(|tables| {
+            let UniformTables { driven, observed } = &**tables;
+            let [driven, observed] = [driven, observed].map(|tables| tables.each_ref().map(|table| cut(table, across)));
+            Box::new(UniformTables { driven, observed })
+        });
+        Self { columns, across, pairs: self.pairs.iter().map(of_pair).collect(), uniform }
+    }
+
     /// Counts the numbers of a row of T or H.
     pub(crate) fn width(&self) -> usize {
         2 * self.across - 1

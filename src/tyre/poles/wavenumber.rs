@@ -312,7 +312,7 @@ impl Attempt<'_> {
 
 /// Returns a pole that can do something about an error at s: a pair with a tenth of critical damping there, or a real
 /// one close to s = 0.
-fn new_pole(s: Complex64, lowest: f64) -> Complex64 {
+pub(super) fn new_pole(s: Complex64, lowest: f64) -> Complex64 {
     let frequency = s.norm().max(lowest);
     if s.im > 4.0 * lowest && s.im > s.re {
         Complex64::new(-0.1 * frequency, frequency)

@@ -1,0 +1,79 @@
+//! Ways to carry the past of tractions: as sums, the reference, or by poles.
+
+use serde::{Deserialize, Serialize};
+
+use super::modal::TractionWaves;
+use super::past::{TractionPast, TractionPastState};
+use super::product::Vector;
+use crate::counters::Work;
+use crate::storage::state::StateError;
+
+/// Past of tractions.
+pub(crate) enum TractionHistory {
+    /// Sums over the forces of a memory.
+    Direct(Box<TractionPast>),
+    /// Poles in double precision.
+    Modal(Box<TractionWaves<f64>>),
+    /// Poles in single precision.
+    Single(Box<TractionWaves<f32>>),
+}
+
+/// State of a [`TractionHistory`] between two steps.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub(crate) enum TractionHistoryState {
+    /// Of sums.
+    Direct(TractionPastState),
+    /// Of poles: the step of the block, and the numbers that evolve.
+    Modal((usize, Vec<f64>)),
+}
+
+impl TractionHistory {
+    /// Returns the work of a step.
+    pub(crate) fn work(&self) -> Work {
+        match self {
+            Self::Direct(past) => past.work(),
+            Self::Modal(past) => past.work(),
+            Self::Single(past) => past.work(),
+        }
+    }
+
+    /// Adds the displacements by past forces at the coming step \[m\].
+    pub(crate) fn add_displacement(&mut self, first_element: i64, out: &mut [Vector]) {
+        match self {
+            Self::Direct(past) => past.add_displacement(first_element, out),
+            Self::Modal(past) => past.add_displacement(first_element, out),
+            Self::Single(past) => past.add_displacement(first_element, out),
+        }
+    }
+
+    /// Takes the forces of the step \[N\].
+    pub(crate) fn push(&mut self, first_element: i64, forces: &[Vector]) {
+        match self {
+            Self::Direct(past) => past.push(first_element, forces),
+            Self::Modal(past) => past.push(first_element, forces),
+            Self::Single(past) => past.push(first_element, forces),
+        }
+    }
+
+    /// Takes the state down.
+    pub(crate) fn save(&self) -> TractionHistoryState {
+        match self {
+            Self::Direct(past) => TractionHistoryState::Direct(past.save()),
+            Self::Modal(past) => TractionHistoryState::Modal(past.save()),
+            Self::Single(past) => TractionHistoryState::Modal(past.save()),
+        }
+    }
+
+    /// Goes on from the state of an equal history.
+    ///
+    /// # Errors
+    /// [`StateError`].
+    pub(crate) fn restore(&mut self, state: &TractionHistoryState) -> Result<(), StateError> {
+        match (self, state) {
+            (Self::Direct(past), TractionHistoryState::Direct(state)) => past.restore(state),
+            (Self::Modal(past), TractionHistoryState::Modal(state)) => past.restore(state),
+            (Self::Single(past), TractionHistoryState::Modal(state)) => past.restore(state),
+            _ => Err(StateError::Value),
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! The past by poles against sums over all past forces.
+
+use std::sync::atomic::AtomicBool;
+
+use super::modal::TractionWaves;
+use super::past::TractionPast;
+use super::product::Vector;
+use super::transform::TractionTransform;
+use super::wave_group::Stepping;
+use crate::contact::cells::wave_transform::WaveNumber;
+use crate::scene::{DEFAULT, Sides, Tyre};
+use crate::test_models::tyre;
+use crate::time_rule::TimeRule;
+use crate::tyre::influence::{CellGrid, CellSums, CellTruncation};
+use crate::tyre::poles::cells::CellFitOptions;
+use crate::tyre::poles::tractions::{TractionModel, fit_tractions};
+
+const ELEMENTS: usize = 32;
+const ACROSS: usize = 4;
+const COLUMNS: usize = 12;
+const TIME_STEP: f64 = 2e-4;
+const STEPS: usize = 70;
+const TOLERANCE: f64 = 1e-5;
+
+fn sums(tyre: &Tyre) -> CellSums {
+    let truncation = CellTruncation { lateral_terms: Some(6), aliases: Some(1) };
+    CellSums::new(tyre, CellGrid::new(tyre, ELEMENTS, ACROSS), truncation, 1e-9, 40.0 / TIME_STEP)
+}
+
+fn model(sums: &CellSums) -> TractionModel {
+    let options = CellFitOptions { top: 8.0 / TIME_STEP, tolerance: TOLERANCE, most_poles: 120 };
+    fit_tractions(sums, &sums.traction_rows(), &options, &AtomicBool::new(false)).unwrap()
+}
+
+/// Rolls with forces that come and go, all alike; returns the displacements by past forces of all steps.
+fn roll(mut step: impl FnMut(i64, &[Vector], &mut [Vector])) -> Vec<Vector> {
+    let mut all = Vec::new();
+    for number in 0..STEPS {
+        let first = (number / 2) as i64;
+        let force = |cell: usize| {
+            let place = (first as usize * ACROSS + cell) as f64;
+            let drive = [0.7, 1.3, 2.9].map(|rate| (rate * place + 0.31 * rate * number as f64).sin());
+            if drive[0] > 0.2 { drive } else { [0.0; 3] }
+        };
+        let forces: Vec<Vector> = (0..COLUMNS * ACROSS).map(force).collect();
+        let mut out = vec![[0.0; 3]; COLUMNS * ACROSS];
+        step(first, &forces, &mut out);
+        all.extend(out);
+    }
+    all
+}
+
+fn by_poles<R: WaveNumber>(sums: &CellSums, model: &TractionModel, rule: TimeRule) -> Vec<Vector> {
+    let transform = TractionTransform::new(sums.grid(), COLUMNS, &sums.traction_rows());
+    let stepping = Stepping { rule, time_step: TIME_STEP, substeps: 2, tolerance: TOLERANCE };
+    let mut past = TractionWaves::<R>::new(model, transform, stepping);
+    roll(|first, forces, out| {
+        past.add_displacement(first, out);
+        past.push(first, forces);
+        // What is taken down is all that there is.
+        let state = past.save();
+        past.restore(&state).unwrap();
+    })
+}
+
+fn difference(a: &[Vector], b: &[Vector], component: usize) -> f64 {
+    let largest = b.iter().fold(0.0_f64, |largest, value| largest.max(value[component].abs()));
+    a.iter().zip(b).fold(0.0_f64, |worst, (a, b)| worst.max((a[component] - b[component]).abs())) / largest
+}
+
+#[test]
+fn the_past_by_poles_is_that_of_sums() {
+    let default = crate::scene::Scene::from_str(DEFAULT, "scene").unwrap().scene.tyre;
+    let turning = Tyre { angular_velocity: -100.0, ..default.clone() };
+    let guided = Tyre { sides: Sides::Guided, ..default.clone() };
+    for (name, tyre) in [("flat", tyre(0.25)), ("curved", default), ("turning", turning), ("guided", guided)] {
+        let sums = sums(&tyre);
+        let (model, rows) = (model(&sums), sums.traction_rows());
+        let waves = model.len();
+        println!("{name}: {waves} waves, {} channels, error {:.1e}", model.order(), model.error());
+        assert!(model.error() <= TOLERANCE, "{name}: {:e}", model.error());
+        for rule in [TimeRule::Bdf2, TimeRule::Bdf1] {
+            let transform = TractionTransform::new(sums.grid(), COLUMNS, &rows);
+            let mut direct = TractionPast::new(&sums, &rows, transform, rule, TIME_STEP, STEPS + 2);
+            let exact = roll(|first, forces, out| {
+                direct.add_displacement(first, out);
+                direct.push(first, forces);
+            });
+            let double = by_poles::<f64>(&sums, &model, rule);
+            let single = by_poles::<f32>(&sums, &model, rule);
+            for component in 0..3 {
+                let errors = [&double, &single].map(|found| difference(found, &exact, component));
+                println!("  {rule:?}, component {component}: {:.1e}, single precision {:.1e}", errors[0], errors[1]);
+                assert!(errors[0] < 10.0 * TOLERANCE && errors[1] < 2e-4, "{name}, {component}: {errors:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,430 @@
+//! Neighbouring waves side by side in the lanes of vectors: the channels of their tractions, and a pass over them.
+//!
+//! A channel is driven by one sum of the forces and displaces all components. In a block of [`STEPS`] steps channels are
+//! gone through once: forces of the block before the last are taken in, and displacements of this block are foretold as
+//! if no more forces came. What the forces of the block before and of this one do is summed with the first weights of
+//! the recursion. Most channels are over by then, and are left out of the pass (module `late`).
+//!
+//! b_l = g (b_(l-1) - c b_(l-2)) + w F_l, with c = 1/4 of bdf2 and 0 of bdf1; forces and displacements have the phases
+//! of `tyre::poles::tractions`. Odd parts go from the real to the imaginary system and back.
+
+use num_complex::Complex64;
+use pulp::{Arch, Simd, WithSimd};
+
+use super::late::late_channels;
+use crate::contact::history::add_responses;
+use crate::counters::Work;
+use crate::numeric::Element;
+use crate::time_rule::TimeRule;
+use crate::tyre::influence::{COMPONENTS, PAIRS};
+use crate::tyre::poles::Modes;
+use crate::tyre::poles::tractions::{Channel, TractionModel};
+
+/// Steps of a block.
+pub(super) const STEPS: usize = 4;
+/// Blocks whose forces are kept.
+const BLOCKS: usize = 3;
+/// Lags of the first weights: to the first step of the block before.
+const LAGS: usize = 2 * STEPS - 1;
+/// Real and imaginary system.
+const SYSTEMS: usize = 2;
+/// Vectors of all components of a step.
+const FIELD: usize = COMPONENTS * SYSTEMS;
+
+/// Channels of one kind, pairs (PARTS = 2) or real ones (1): of each the r-th of all waves. By channel g, inputs,
+/// outputs, odd outputs where the tyre turns, states of both systems: this step, the one before.
+#[derive(Clone, Debug, Default)]
+struct Channels<E, const PARTS: usize> {
+    numbers: Vec<E>,
+    turns: bool,
+}
+
+/// Rule, time step and the rest of what a past by poles is made for.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stepping {
+    /// Time rule.
+    pub rule: TimeRule,
+    /// Time step \[s\].
+    pub time_step: f64,
+    /// Steps in which the window moves on by an element.
+    pub substeps: usize,
+    /// Tolerance of the poles.
+    pub tolerance: f64,
+}
+
+/// One channel of a wave.
+struct Coefficients {
+    g: Complex64,
+    input: [Complex64; COMPONENTS],
+    output: [Complex64; COMPONENTS],
+    odd: [Complex64; COMPONENTS],
+}
+
+impl<E: Element, const PARTS: usize> Channels<E, PARTS> {
+    /// Returns where inputs, outputs, odd outputs and states begin, and the length of all.
+    const fn places(turns: bool) -> [usize; 5] {
+        let (input, of_vector) = (PARTS, COMPONENTS * PARTS);
+        let odd = input + 2 * of_vector;
+        let states = if turns { odd + of_vector } else { odd };
+        [input, input + of_vector, odd, states, states + SYSTEMS * 2 * PARTS]
+    }
+
+    fn new(waves: &[Vec<Coefficients>], turns: bool) -> Self {
+        let count = waves.iter().map(Vec::len).max().unwrap_or(0);
+        let [input, output, odd, _, length] = Self::places(turns);
+        let mut numbers = vec![E::default(); count * length * E::MOST_LANES];
+        for (number, record) in numbers.chunks_exact_mut(length * E::MOST_LANES).enumerate() {
+            for (lane, channels) in waves.iter().enumerate() {
+                let Some(channel) = channels.get(number) else { continue };
+                let mut put = |place: usize, values: &[Complex64]| {
+                    let parts = values.iter().flat_map(|value| [value.re, value.im].into_iter().take(PARTS));
+                    for (slot, value) in parts.enumerate() {
+                        record[(place + slot) * E::MOST_LANES + lane] = E::rounded(value);
+                    }
+                };
+                put(0, &[channel.g]);
+                put(input, &channel.input);
+                put(output, &channel.output);
+                if turns {
+                    put(odd, &channel.odd);
+                }
+            }
+        }
+        Self { numbers, turns }
+    }
+
+    /// Returns the states, channel by channel.
+    fn states(&self) -> impl Iterator<Item = &[E]> {
+        let [.., states, length] = Self::places(self.turns);
+        self.numbers.chunks_exact(length * E::MOST_LANES).map(move |record| &record[states * E::MOST_LANES..])
+    }
+
+    /// Returns the same as [`Self::states`], to be changed.
+    fn states_mut(&mut self) -> impl Iterator<Item = &mut [E]> {
+        let [.., states, length] = Self::places(self.turns);
+        self.numbers.chunks_exact_mut(length * E::MOST_LANES).map(move |record| &mut record[states * E::MOST_LANES..])
+    }
+}
+
+/// Neighbouring waves, as many as the widest vector has numbers.
+pub(super) struct WaveGroup<E> {
+    pub(super) first: usize,
+    pub(super) count: usize,
+    pairs: Channels<E, 2>,
+    reals: Channels<E, 1>,
+    /// c.
+    before: f64,
+    /// First weights by lag, pair and part \[m/N\].
+    within: Vec<E>,
+    turns: bool,
+    /// Forces of the steps of the block before the last, of the last and of this one \[N\], and displacements foretold
+    /// \[m\]: by component, real parts, imaginary parts.
+    forces: Vec<E>,
+    foretold: Vec<E>,
+    /// Displacements of the coming step.
+    sum: Vec<E>,
+}
+
+impl<E: Element> WaveGroup<E> {
+    /// Makes the group of so many waves of a model, at rest.
+    pub(super) fn new(model: &TractionModel, [first, count]: [usize; 2], stepping: Stepping) -> Self {
+        let Stepping { rule, time_step, tolerance, .. } = stepping;
+        let (mut pairs, mut reals) = (Vec::new(), Vec::new());
+        for wave in first..first + count {
+            let (poles, of_pairs, channels) = model.wave(wave);
+            let channel = |(index, (&pole, &Channel { input, output, odd })): (usize, (&Complex64, &Channel))| {
+                let times = if index < of_pairs { 2.0 } else { 1.0 };
+                let (g, w) = rule.coefficients(pole, Complex64::new(times, 0.0), time_step);
+                Coefficients { g, input, output: output.map(|value| value * w), odd: odd.map(|value| value * w) }
+            };
+            let late = late_channels(model, wave, rule, time_step, STEPS, tolerance);
+            let all = poles.iter().zip(channels).enumerate();
+            let (own, others): (Vec<_>, Vec<_>) =
+                all.filter(|(index, _)| late[*index]).partition(|(index, _)| *index < of_pairs);
+            pairs.push(own.into_iter().map(channel).collect());
+            reals.push(others.into_iter().map(channel).collect());
+        }
+        let turns = model.turns();
+        let mut this = Self {
+            first,
+            count,
+            pairs: Channels::new(&pairs, turns),
+            reals: Channels::new(&reals, turns),
+            before: if rule.looks_back() { 0.25 } else { 0.0 },
+            within: Vec::new(),
+            turns,
+            forces: vec![E::default(); BLOCKS * STEPS * FIELD * E::MOST_LANES],
+            foretold: vec![E::default(); STEPS * FIELD * E::MOST_LANES],
+            sum: vec![E::default(); FIELD * E::MOST_LANES],
+        };
+        this.within = this.first_weights(model, rule, time_step);
+        this
+    }
+
+    /// Counts the parts of a pair.
+    fn parts(&self) -> usize {
+        if self.turns { 2 } else { 1 }
+    }
+
+    /// Finds the first weights, 1 to [`LAGS`] steps after a force.
+    fn first_weights(&self, model: &TractionModel, rule: TimeRule, time_step: f64) -> Vec<E> {
+        let parts = self.parts();
+        let mut within = vec![E::default(); LAGS * PAIRS * parts * E::MOST_LANES];
+        for lane in 0..self.count {
+            let (poles, pairs, _) = model.wave(self.first + lane);
+            for pair in 0..PAIRS {
+                let of_pair = model.residues(self.first + lane, pair / COMPONENTS, pair % COMPONENTS);
+                for (part, residues) in of_pair.iter().enumerate().take(parts) {
+                    let modes = Modes { poles, residues, odd: &[], pairs, constant: 0.0 };
+                    let mut response = [0.0; LAGS];
+                    add_responses(&modes, residues, rule, time_step, LAGS, &mut response);
+                    for (lag, value) in response.into_iter().enumerate() {
+                        within[((lag * PAIRS + pair) * parts + part) * E::MOST_LANES + lane] = E::rounded(value);
+                    }
+                }
+            }
+        }
+        within
+    }
+
+    /// Returns the work of a step.
+    pub(super) fn work(&self) -> Work {
+        let (numbers, within) = (self.pairs.numbers.len() + self.reals.numbers.len(), self.within.len());
+        let multiply_adds = self.multiply_adds() / STEPS + 2 * within;
+        let bytes = (numbers / STEPS + within) * size_of::<E>();
+        Work { multiply_adds: multiply_adds as u64, bytes: bytes as u64 }
+    }
+
+    /// Returns the multiply-adds of a pass.
+    fn multiply_adds(&self) -> usize {
+        let of_kind = |numbers: usize, length: usize, parts: usize| {
+            let of_step = SYSTEMS * (3 * parts * parts + 3 * parts + COMPONENTS * parts * (1 + self.parts()));
+            numbers / length * STEPS * of_step
+        };
+        let [.., of_pair] = Channels::<E, 2>::places(self.turns);
+        let [.., of_real] = Channels::<E, 1>::places(self.turns);
+        of_kind(self.pairs.numbers.len(), of_pair, 2) + of_kind(self.reals.numbers.len(), of_real, 1)
+    }
+
+    /// Returns the places of a component's real and imaginary parts in the forces of a step of the block.
+    pub(super) fn force_mut(&mut self, step: usize, component: usize) -> [&mut [E]; SYSTEMS] {
+        let step = (BLOCKS - 1) * STEPS + step;
+        let own = &mut self.forces[(step * FIELD + component * SYSTEMS) * E::MOST_LANES..][..SYSTEMS * E::MOST_LANES];
+        let (re, im) = own.split_at_mut(E::MOST_LANES);
+        [re, im]
+    }
+
+    /// Returns the displacements of a component at the coming step.
+    pub(super) fn displacement(&self, component: usize) -> [&[E]; SYSTEMS] {
+        let (re, im) =
+            self.sum[component * SYSTEMS * E::MOST_LANES..][..SYSTEMS * E::MOST_LANES].split_at(E::MOST_LANES);
+        [re, im]
+    }
+
+    /// Finds the displacements at a step of the block; before the first one all channels are gone through.
+    pub(super) fn go_on(&mut self, arch: Arch, step: usize) {
+        arch.dispatch(Step { group: self, step });
+    }
+
+    /// Returns all that evolves.
+    pub(super) fn evolving(&self) -> impl Iterator<Item = &[E]> {
+        [self.forces.as_slice(), &self.foretold].into_iter().chain(self.pairs.states()).chain(self.reals.states())
+    }
+
+    /// Returns the same as [`Self::evolving`], to be changed.
+    pub(super) fn evolving_mut(&mut self) -> impl Iterator<Item = &mut [E]> {
+        let fields = [self.forces.as_mut_slice(), &mut self.foretold];
+        fields.into_iter().chain(self.pairs.states_mut()).chain(self.reals.states_mut())
+    }
+}
+
+/// A step of a group.
+struct Step<'a, E> {
+    group: &'a mut WaveGroup<E>,
+    step: usize,
+}
+
+impl<E: Element> WithSimd for Step<'_, E> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let WaveGroup { pairs, reals, before, within, turns, forces, foretold, sum, .. } = self.group;
+        let of_block = STEPS * FIELD * E::MOST_LANES;
+        if self.step == 0 {
+            forces.copy_within(of_block.., 0);
+            let forces = E::vectors::<S>(&forces[..of_block]);
+            let foretold = E::vectors_mut::<S>(foretold);
+            foretold.fill(E::splat(simd, E::default()));
+            let before = E::splat(simd, E::rounded(*before));
+            if *turns {
+                pass::<E, S, 2, true>(simd, &mut pairs.numbers, before, forces, foretold);
+                pass::<E, S, 1, true>(simd, &mut reals.numbers, before, forces, foretold);
+            } else {
+                pass::<E, S, 2, false>(simd, &mut pairs.numbers, before, forces, foretold);
+                pass::<E, S, 1, false>(simd, &mut reals.numbers, before, forces, foretold);
+            }
+        }
+        let of_step = FIELD * E::MOST_LANES;
+        sum.copy_from_slice(&foretold[self.step * of_step..][..of_step]);
+        let (sum, within) = (E::vectors_mut::<S>(sum), E::vectors::<S>(within));
+        let forces = E::vectors::<S>(&forces[of_block..]);
+        if *turns {
+            add_within::<E, S, true>(simd, within, forces, self.step, sum);
+        } else {
+            add_within::<E, S, false>(simd, within, forces, self.step, sum);
+        }
+    }
+}
+
+/// Adds what the forces of the block before and the earlier ones of this one displace.
+#[inline(always)]
+fn add_within<E: Element, S: Simd, const TURNS: bool>(
+    simd: S,
+    within: &[E::Vector<S>],
+    forces: &[E::Vector<S>],
+    step: usize,
+    sum: &mut [E::Vector<S>],
+) {
+    let (vectors, parts) = (E::MOST_LANES / E::lanes::<S>(), if TURNS { 2 } else { 1 });
+    let now = STEPS + step;
+    for earlier in 0..now {
+        let weights = &within[(now - earlier - 1) * PAIRS * parts * vectors..][..PAIRS * parts * vectors];
+        let force = &forces[earlier * FIELD * vectors..][..FIELD * vectors];
+        for v in 0..vectors {
+            for a in 0..COMPONENTS {
+                let (mut re, mut im) = (sum[2 * a * vectors + v], sum[(2 * a + 1) * vectors + v]);
+                for b in 0..COMPONENTS {
+                    let (f_re, f_im) = (force[2 * b * vectors + v], force[(2 * b + 1) * vectors + v]);
+                    let place = (COMPONENTS * a + b) * parts * vectors + v;
+                    re = E::mul_add(simd, weights[place], f_re, re);
+                    im = E::mul_add(simd, weights[place], f_im, im);
+                    if TURNS {
+                        let odd = weights[place + vectors];
+                        re = E::negate_mul_add(simd, odd, f_im, re);
+                        im = E::mul_add(simd, odd, f_re, im);
+                    }
+                }
+                (sum[2 * a * vectors + v], sum[(2 * a + 1) * vectors + v]) = (re, im);
+            }
+        }
+    }
+}
+
+/// Returns g (end - c before).
+#[inline(always)]
+fn stepped<E: Element, S: Simd, const PARTS: usize>(
+    simd: S,
+    g: [E::Vector<S>; PARTS],
+    c: E::Vector<S>,
+    [end, before]: [[E::Vector<S>; PARTS]; 2],
+) -> [E::Vector<S>; PARTS] {
+    let mut base = end;
+    for part in 0..PARTS {
+        base[part] = E::negate_mul_add(simd, c, before[part], end[part]);
+    }
+    let mut next = base;
+    if PARTS == 1 {
+        next[0] = E::mul(simd, g[0], base[0]);
+    } else {
+        next[0] = E::negate_mul_add(simd, g[PARTS - 1], base[PARTS - 1], E::mul(simd, g[0], base[0]));
+        next[PARTS - 1] = E::mul_add(simd, g[PARTS - 1], base[0], E::mul(simd, g[0], base[PARTS - 1]));
+    }
+    next
+}
+
+/// Adds Re(a b), or takes it off.
+#[inline(always)]
+fn add_real<E: Element, S: Simd, const PARTS: usize, const ADDS: bool>(
+    simd: S,
+    a: [E::Vector<S>; PARTS],
+    b: [E::Vector<S>; PARTS],
+    to: E::Vector<S>,
+) -> E::Vector<S> {
+    let mut sum = to;
+    for part in 0..PARTS {
+        // The product of the imaginary parts is negative.
+        sum = if (part == 0) == ADDS {
+            E::mul_add(simd, a[part], b[part], sum)
+        } else {
+            E::negate_mul_add(simd, a[part], b[part], sum)
+        };
+    }
+    sum
+}
+
+/// Takes in the forces of the block before the last, and foretells this one.
+#[inline(always)]
+fn pass<E: Element, S: Simd, const PARTS: usize, const TURNS: bool>(
+    simd: S,
+    numbers: &mut [E],
+    c: E::Vector<S>,
+    forces: &[E::Vector<S>],
+    foretold: &mut [E::Vector<S>],
+) {
+    let vectors = E::MOST_LANES / E::lanes::<S>();
+    let [input, output, odd, states, length] = Channels::<E, PARTS>::places(TURNS);
+    for record in E::vectors_mut::<S>(numbers).chunks_exact_mut(length * vectors) {
+        for v in 0..vectors {
+            let zero = [E::splat(simd, E::default()); PARTS];
+            let (mut g, mut inputs, mut outputs, mut odds) =
+                (zero, [zero; COMPONENTS], [zero; COMPONENTS], [zero; COMPONENTS]);
+            let mut systems = [[zero; 2]; SYSTEMS];
+            for part in 0..PARTS {
+                g[part] = record[part * vectors + v];
+                for a in 0..COMPONENTS {
+                    inputs[a][part] = record[(input + a * PARTS + part) * vectors + v];
+                    outputs[a][part] = record[(output + a * PARTS + part) * vectors + v];
+                    if TURNS {
+                        odds[a][part] = record[(odd + a * PARTS + part) * vectors + v];
+                    }
+                }
+                for which in 0..2 * SYSTEMS {
+                    systems[which / 2][which % 2][part] = record[(states + which * PARTS + part) * vectors + v];
+                }
+            }
+            for step in forces.chunks_exact(FIELD * vectors) {
+                for system in 0..SYSTEMS {
+                    let mut next = stepped::<E, S, PARTS>(simd, g, c, systems[system]);
+                    for a in 0..COMPONENTS {
+                        let force = step[(SYSTEMS * a + system) * vectors + v];
+                        for part in 0..PARTS {
+                            next[part] = E::mul_add(simd, inputs[a][part], force, next[part]);
+                        }
+                    }
+                    systems[system] = [next, systems[system][0]];
+                }
+            }
+            for part in 0..PARTS {
+                for which in 0..2 * SYSTEMS {
+                    record[(states + which * PARTS + part) * vectors + v] = systems[which / 2][which % 2][part];
+                }
+            }
+            // The block between.
+            for _ in 0..STEPS {
+                for system in &mut systems {
+                    *system = [stepped::<E, S, PARTS>(simd, g, c, *system), system[0]];
+                }
+            }
+            for step in foretold.chunks_exact_mut(FIELD * vectors) {
+                for system in &mut systems {
+                    *system = [stepped::<E, S, PARTS>(simd, g, c, *system), system[0]];
+                }
+                let [[re, _], [im, _]] = systems;
+                for a in 0..COMPONENTS {
+                    let place = SYSTEMS * a * vectors + v;
+                    let mut value = add_real::<E, S, PARTS, true>(simd, outputs[a], re, step[place]);
+                    if TURNS {
+                        value = add_real::<E, S, PARTS, false>(simd, odds[a], im, value);
+                    }
+                    step[place] = value;
+                    let mut value = add_real::<E, S, PARTS, true>(simd, outputs[a], im, step[place + vectors]);
+                    if TURNS {
+                        value = add_real::<E, S, PARTS, true>(simd, odds[a], re, value);
+                    }
+                    step[place + vectors] = value;
+                }
+            }
+        }
+    }
+}

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::plan::bytes;
-use crate::results::summary::RollingResistance;
+use crate::results::summary::{FrictionSummary, RollingResistance};
 use crate::results::table::Report;
 use crate::run::{self, RunOptions, RunReport};
 use clap::Args;
@@ -114,6 +114,17 @@ fn report_text(report: &RunReport) -> String {
     }
     if let Some(RollingResistance { coefficient, force, power }) = outcome.rolling_resistance {
         lines.push(format!("rolling resistance  {coefficient:.5}, {force:.2} N, {power:.1} W"));
+    }
+    if let Some(friction) = outcome.friction {
+        let FrictionSummary { mean_longitudinal_force, mean_lateral_force, mean_slip_power, .. } = friction;
+        lines.push(format!("resistance by slip  {:.5}, {mean_slip_power:.1} W", friction.slip_resistance));
+        lines.push(format!(
+            "tangential forces   {mean_longitudinal_force:.1} N forward, {mean_lateral_force:.1} N to the left"
+        ));
+        if let Some(free) = friction.free {
+            let torque = free.relative_torque;
+            lines.push(format!("free rolling        creep {:.5}, torque {torque:.1e} of that of sliding", free.creep));
+        }
     }
     for heard in report.summary.sound.iter().flat_map(|sound| &sound.receivers) {
         lines.push(format!("{:18}  {}", heard.name, heard.text()));

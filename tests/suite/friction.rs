@@ -20,7 +20,7 @@ const SPEED: f64 = 80.0 / 3.6;
 const INDENTATION: f64 = 0.014;
 
 /// A scene whose sums are finite: `friction` holds the keys of the table.
-fn finite(friction: &str, road: &str) -> String {
+pub(super) fn finite(friction: &str, road: &str) -> String {
     let time_step = 1.95 / ELEMENTS as f64 / SPEED;
     let rolling = format!(
         "speed_kmh = 80.0\nwarm_up = 0.0\nduration = {:?}\naxle = {{ indentation = {INDENTATION} }}",
@@ -35,7 +35,7 @@ fn finite(friction: &str, road: &str) -> String {
     edit(&text, &[("numerics.lateral_terms", &LATERAL_TERMS.to_string()), ("numerics.wavenumber_aliases", "0")])
 }
 
-const SMOOTH: &str = "kind = \"smooth\"";
+pub(super) const SMOOTH: &str = "kind = \"smooth\"";
 const CREEP: [f64; 4] = [0.02, 0.03, 0.6, 0.02];
 const MU: f64 = 0.9;
 
@@ -48,7 +48,7 @@ fn with_creep() -> String {
 }
 
 /// Total normal, longitudinal and lateral force, moment and slip power of each step.
-fn totals(loaded: &LoadedScene) -> Vec<[f64; 5]> {
+pub(super) fn totals(loaded: &LoadedScene) -> Vec<[f64; 5]> {
     let plan = Plan::of(loaded).unwrap();
     let mut run = Simulation::begin(loaded, &plan, &Default::default()).unwrap();
     let mut all = Vec::new();

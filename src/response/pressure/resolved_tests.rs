@@ -16,7 +16,7 @@ use crate::response::LateralForces;
 use crate::response::vibration::{Across, SegmentLayout, TransferKind};
 use crate::scene::{AirMotion, Sides, TimeRule, Tyre};
 use crate::test_models::{CIRCUMFERENCE, plate_tyre};
-use crate::tyre::influence::{CellGrid, SurfaceWaves};
+use crate::tyre::influence::{CellGrid, SurfaceWaves, TractionWaves, traction_shape};
 
 const ELEMENTS: usize = 32;
 const COLUMNS: usize = 5;
@@ -55,14 +55,33 @@ fn model(tyre: &Tyre, air: AirMotion) -> PressureModel {
     }
 }
 
-/// Returns the pressures by bin for a unit force on the cell j of a column.
-fn pressures(model: &PressureModel, tyre: &Tyre, green: SurfaceGreen, column: usize, j: usize) -> Vec<Complex64> {
+/// Returns the same with tangential forces.
+fn with_tangential(tyre: &Tyre, air: AirMotion) -> PressureModel {
+    let model = model(tyre, air);
+    let waves = TractionWaves::new(tyre, AROUND / 2, &model.waves.lateral, [3000.0, 1e-6]);
+    let across = Across::Resolved { components: 3 * COMPONENTS, kept: 0 };
+    PressureModel { tangential: Some(Arc::new(waves)), layout: SegmentLayout { across, ..model.layout }, ..model }
+}
+
+/// Returns the pressures by bin for a unit force along, across or inwards on the cell j of a column.
+fn pressures(
+    model: &PressureModel,
+    tyre: &Tyre,
+    green: SurfaceGreen,
+    (column, j): (usize, usize),
+    component: usize,
+) -> Vec<Complex64> {
     let grid = CellGrid::new(tyre, ELEMENTS, ACROSS);
-    let mut lateral = LateralForces::new(&grid, model.waves.lateral.clone());
-    let mut cells = vec![0.0; COLUMNS * ACROSS];
-    cells[column * ACROSS + j] = 1.0;
-    let places: Vec<Complex32> =
-        lateral.of(&cells, COLUMNS).iter().map(|&force| Complex32::from(force as f32)).collect();
+    let has_tangential = model.tangential.is_some();
+    let lateral = LateralForces::new(&grid, model.waves.lateral.clone());
+    let mut lateral = lateral.with_tangential(&grid, has_tangential);
+    let (mut cells, mut tangential) = (vec![0.0; COLUMNS * ACROSS], vec![[0.0; 2]; COLUMNS * ACROSS]);
+    match component {
+        2 => cells[column * ACROSS + j] = 1.0,
+        _ => tangential[column * ACROSS + j][component] = 1.0,
+    }
+    let forces = lateral.of_all(&cells, Some(&tangential), COLUMNS);
+    let places: Vec<Complex32> = forces.iter().map(|&force| Complex32::from(force as f32)).collect();
     let block = (0..model.bins()).flat_map(|_| places.clone()).collect();
     let transfers = PressureTransfers { model: model.clone(), greens: vec![green] };
     transfers.pressures(0..1, &[block]).of_block(0, 0).map(double).collect()
@@ -99,13 +118,15 @@ fn a_force_on_a_cell_sounds_as_the_moving_tread_says_even_and_odd_waves_alike() 
         (Sides::Guided, AirMotion::Road),
     ] {
         let tyre = Tyre { sides, ..plate_tyre() };
+        let all = with_tangential(&tyre, air);
         let model = model(&tyre, air);
         let (layout, waves) = (layout(), &model.waves);
         let grid = CellGrid::new(&tyre, ELEMENTS, ACROSS);
         let half_width = 0.5 * tyre.width;
         let length = CIRCUMFERENCE / AROUND as f64;
         let fine = across(half_width, 24);
-        for (column, j, bin) in [(0, 0, 3), (4, 3, 9), (2, 1, 7)] {
+        let places = [(0, 0, 3, 2), (4, 3, 9, 2), (2, 1, 7, 2), (1, 0, 7, 0), (3, 2, 5, 0), (1, 0, 7, 1), (4, 3, 9, 1)];
+        for (column, j, bin, component) in places {
             let angular = layout.angular_frequency(bin);
             let x_c = layout.first_position + CIRCUMFERENCE / ELEMENTS as f64 * column as f64;
             let mut values = vec![Complex64::ZERO; COMPONENTS];
@@ -115,6 +136,11 @@ fn a_force_on_a_cell_sounds_as_the_moving_tread_says_even_and_odd_waves_alike() 
                 let material = TAU * layout.material_bin(bin, n) as f64 * layout.resolution();
                 let seen = TransferKind::Rule.symbol(layout.rule, material, layout.time_step).im / TAU;
                 waves.at(n, seen, &mut values);
+                if component < 2 {
+                    let tangential = all.tangential.as_ref().unwrap();
+                    let of_number = |index: usize| tangential.at(n, seen, index)[component];
+                    values.iter_mut().enumerate().for_each(|(index, value)| *value = of_number(index));
+                }
                 let kx = waves.waves.kx(n);
                 let sinc = |x: f64| if x.abs() < 1e-9 { 1.0 } else { x.sin() / x };
                 let force = Complex64::from_polar(sinc(0.5 * kx * CIRCUMFERENCE / ELEMENTS as f64), -kx * x_c);
@@ -126,7 +152,8 @@ fn a_force_on_a_cell_sounds_as_the_moving_tread_says_even_and_odd_waves_alike() 
                         Sides::Guided => (ky * (half_width + y)).cos(),
                         Sides::Supported => (ky * (half_width + y)).sin(),
                     };
-                    let of_wave = norm * grid.shape(m, j) * compliance * force / CIRCUMFERENCE;
+                    let driven = traction_shape(&grid, component, m, j);
+                    let of_wave = norm * driven * compliance * force / CIRCUMFERENCE;
                     for cell in 0..AROUND {
                         let middle = (cell as f64 + 0.5) * length;
                         let wave = moving_wave(air, [angular, turning], n, cell);
@@ -140,9 +167,13 @@ fn a_force_on_a_cell_sounds_as_the_moving_tread_says_even_and_odd_waves_alike() 
                     }
                 }
             }
-            let found = pressures(&model, &tyre, surface_green(half_width, 1.0), column, j)[bin];
-            let error = (found - expected).norm() / expected.norm();
-            assert!(error < 1e-5, "{sides:?}, {air:?}, column {column}, cell {j}: {found} {expected}");
+            for model in [&all, &model].into_iter().take(if component < 2 { 1 } else { 2 }) {
+                let green = surface_green(half_width, 1.0);
+                let found = pressures(model, &tyre, green, (column, j), component)[bin];
+                let error = (found - expected).norm() / expected.norm();
+                let place = format!("{sides:?}, {air:?}, column {column}, cell {j}, component {component}");
+                assert!(error < 1e-5, "{place}: {found} {expected}");
+            }
         }
     }
 }
@@ -152,7 +183,7 @@ fn a_tyre_heard_from_its_other_side_is_its_mirror() {
     for sides in [Sides::Supported, Sides::Guided] {
         let tyre = Tyre { sides, ..plate_tyre() };
         let model = model(&tyre, AirMotion::Road);
-        let from = |side: f64, j: usize| pressures(&model, &tyre, surface_green(0.5 * tyre.width, side), 1, j);
+        let from = |side: f64, j: usize| pressures(&model, &tyre, surface_green(0.5 * tyre.width, side), (1, j), 2);
         for j in 0..ACROSS {
             let (left, right, mirrored) = (from(1.0, j), from(-1.0, j), from(-1.0, ACROSS - 1 - j));
             let largest = left.iter().fold(0.0_f64, |a, b| a.max(b.norm()));

@@ -108,6 +108,7 @@ impl TractionModel {
     }
 
     /// Returns the largest error of a wave.
+    #[cfg(test)]
     pub(crate) fn error(&self) -> f64 {
         self.error
     }

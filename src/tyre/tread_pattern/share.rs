@@ -34,6 +34,7 @@ impl Band {
     }
 
     /// Tells whether it covers a point.
+    #[cfg(test)]
     pub(crate) fn covers(&self, x: f64, y: f64) -> bool {
         self.reaches(y) && (x - self.middle(y)).abs() < self.half
     }

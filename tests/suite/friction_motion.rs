@@ -1,0 +1,115 @@
+//! Motion and sound under friction, and wheels that roll freely: whole runs.
+
+use tyrewave::plan::Plan;
+use tyrewave::run::Simulation;
+use tyrewave::scene::Scene;
+use tyrewave::test_models::{edit, scene};
+
+use super::friction::{SMOOTH, finite};
+use crate::suite::common::run;
+
+const MADE: &str = "kind = \"made\"\nseed = 3";
+const BRAKED: &str = "[friction]\nmu = 0.9\n[friction.creep]\nlongitudinal = 0.05\nlateral = 0.02";
+const FREE: &str = "[friction]\nmu = 0.9\n[friction.creep]\nlongitudinal = \"free\"";
+const HEARD: &str = "[outputs.vibration]\ntread = true\nbelt = true\ntangential = true\npoints = [0.3]\nelements = [5]";
+
+/// Returns the rms velocities of tread, belt and along of a run.
+fn velocities(text: &str) -> Vec<f64> {
+    let summary = run(text).summary();
+    let fields = summary["vibration"]["fields"].as_array().unwrap().clone();
+    fields.iter().map(|field| field["rms_velocity"].as_f64().unwrap()).collect()
+}
+
+#[test]
+fn vibration_takes_tangential_forces_in_and_without_them_is_that_of_cells() {
+    let of = |friction: &str| velocities(&finite(&format!("{friction}\n{HEARD}"), MADE));
+    let (without, none, with) = (of(""), of("[friction]\nmu = 0.0"), of(BRAKED));
+    assert_eq!(without, none);
+    println!("tread, belt, along: {without:?} m/s, with friction {with:?}");
+    assert!(with.iter().zip(&without).all(|(with, without)| *with > 0.0 && (with / without - 1.0).abs() > 1e-3));
+    assert!(with[2] > 1.5 * without[2], "forces along move the tread along: {with:?} {without:?}");
+}
+
+#[test]
+fn threads_change_no_bit_of_velocities_under_friction() {
+    let text = finite(&format!("{BRAKED}\n{HEARD}"), MADE);
+    let on = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| run(&text));
+    let (one, two) = (on(1), on(2));
+    let file = "vibration_narrow.csv";
+    assert_eq!(std::fs::read(one.path(file)).unwrap(), std::fs::read(two.path(file)).unwrap());
+}
+
+#[test]
+fn a_wheel_that_rolls_freely_is_dragged_by_what_tyre_and_slip_dissipate() {
+    // Forces are those of steps' ends, work is that of differences over steps: both meet as steps get shorter.
+    let missed = [1, 4].map(|substeps| {
+        let time_step = 1.95 / 64.0 / (80.0 / 3.6) / f64::from(substeps);
+        let steps = |count: f64| format!("{}", count * f64::from(substeps) * time_step);
+        let text = edit(
+            &finite(FREE, SMOOTH),
+            &[
+                ("rolling.warm_up", &steps(600.0)),
+                ("rolling.duration", &steps(640.0)),
+                ("numerics.substeps", &substeps.to_string()),
+            ],
+        );
+        let summary = run(&text).summary();
+        let outcome = &summary["outcome"];
+        let (friction, resistance) = (&outcome["friction"], &outcome["rolling_resistance"]);
+        let free = &friction["free"];
+        let number = |value: &serde_json::Value| value.as_f64().unwrap();
+        assert!(number(&free["relative_torque"]).abs() < 1e-3 && free["met"].as_bool().unwrap(), "{free}");
+        assert!(number(&free["creep"]).abs() < 0.1, "{free}");
+        // The axle's force ahead times the speed: there is no torque that works beside it.
+        let drag = -number(&friction["mean_longitudinal_force"]);
+        let by_slip = number(&friction["slip_resistance"]) * number(&outcome["mean_force"]);
+        let dissipated = number(&resistance["force"]) + by_slip;
+        println!("{substeps}: drag {drag} N, dissipated over the speed {dissipated} N, {free}");
+        assert!(drag > 0.0 && dissipated > 0.0);
+        (dissipated / drag - 1.0).abs()
+    });
+    assert!(missed[1] < 0.4 * missed[0], "{missed:?}");
+}
+
+#[test]
+fn a_wheel_that_rolls_freely_goes_on_from_its_state() {
+    let loaded = scene(&finite(FREE, MADE));
+    let plan = Plan::of(&loaded).unwrap();
+    let begin = || Simulation::begin(&loaded, &plan, &Default::default()).unwrap();
+    let mut whole = begin();
+    for _ in 0..60 {
+        whole.step().unwrap().unwrap();
+    }
+    let state = whole.prepared.march.save().unwrap();
+    let mut other = begin();
+    other.prepared.march.restore(&state).unwrap();
+    let mut creeps = Vec::new();
+    for _ in 0..20 {
+        let both = [&mut whole, &mut other].map(|run| {
+            run.step().unwrap().unwrap();
+            run.prepared.march.footprint().tangential().cloned().unwrap()
+        });
+        assert_eq!(both[0], both[1]);
+        creeps.push(both[0].creep);
+    }
+    assert!(creeps.windows(2).all(|pair| pair[0].to_bits() != pair[1].to_bits()), "creep follows the torque: {creeps:?}");
+}
+
+#[test]
+fn another_word_for_creep_is_refused_with_its_place() {
+    let text = finite("[friction]\nmu = 0.9\n[friction.creep]\nlongitudinal = \"fre\"", SMOOTH);
+    let told = Scene::from_str(&text, "scene.toml").unwrap_err().render(false);
+    assert!(told.contains("friction.creep.longitudinal") && told.contains("\"free\""), "{told}");
+    let free = scene(&finite(FREE, SMOOTH));
+    let again = Scene::from_str(&free.scene.to_toml().unwrap(), "again").unwrap();
+    assert_eq!(again.scene.friction, free.scene.friction);
+}
+
+#[test]
+#[ignore = "measures"]
+fn zz_measure_scene() {
+    use tyrewave::run::{RunOptions, run};
+    let loaded = Scene::load(std::env::var("TW_SCENE").unwrap()).unwrap();
+    let options = RunOptions { target: std::env::var("TW_OUT").unwrap().into(), threads: 1, watch: Default::default() };
+    run(&loaded, &options, &Default::default(), &mut tyrewave::counters::Unwatched).unwrap();
+}

@@ -1,7 +1,7 @@
 //! Depths of the tread's cells, which are fixed to its material and turn with it by whole columns.
 //!
-//! Cell (i, j) has its middle at x = (i + 1/2) dx from where the first pitch begins and at y_j from the tyre's middle. It
-//! is a void if its middle is. A sipe is narrower than a cell and no void: it lies between two cells and divides them.
+//! Cell (i, j) has its middle at x = (i + 1/2) dx from where the first pitch begins and at y_j from the tyre's middle.
+//! It is a void if its middle is. A sipe is narrower than a cell and no void: it lies between two cells and divides them.
 
 use super::PatternFault;
 use super::pitches::PitchTrain;
@@ -162,13 +162,13 @@ impl TreadMap {
         Ok(())
     }
 
-    /// Numbers a cut of a depth and a slope.
+    /// Adds a cut of a depth and a slope; gives its number.
     fn number(&mut self, depth: f64, slope: f64) -> Cut {
         self.cuts.push([depth, slope]);
         (self.cuts.len() - 1) as Cut
     }
 
-    /// Deepens a cell to a groove's depth.
+    /// Makes a cell as deep as a groove.
     fn deepen(&mut self, cell: usize, depth: f64, number: Cut) {
         if depth > self.depths[cell] {
             (self.depths[cell], self.groove_of[cell]) = (depth, number);

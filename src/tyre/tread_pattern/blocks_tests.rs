@@ -37,6 +37,7 @@ fn ribs_are_as_soft_as_finite_elements_say() {
             depths,
             groove_of,
             sipes: [none(), none()],
+            sipe_lines: Vec::new(),
             cuts: vec![[0.0; 2], [depth, 0.0]],
             train: None,
             exact_void: 0.0,

@@ -36,7 +36,7 @@ pub(crate) fn pattern_csv(map: &TreadMap, speed: f64) -> String {
     csv(header, rows)
 }
 
-/// Draws the depths of the tread, unrolled.
+/// Draws the depths of the tread, unrolled, with its sipes as lines.
 ///
 /// # Errors
 /// Errors of the picture.
@@ -54,6 +54,8 @@ pub(crate) fn tread_picture(map: &TreadMap, title: &str) -> Result<String, PlotE
     let shown = (map.columns).min((4.0 * 2.0 * half / dx) as usize).max(1);
     let (part, _) = values.split_at(ndarray::Axis(0), shown);
     let (shown, aspect) = (dx * shown as f64, 2.0 * half / (dx * shown as f64));
+    let line = |ends: &[[f64; 2]; 2]| ends.map(|[x, y]| (x, 1e3 * y)).to_vec();
+    let sipes: Vec<Vec<(f64, f64)>> = map.sipe_lines.iter().map(line).collect();
     HeatMap {
         title,
         x: Axis::linear(format!("Along, of {length:.3} m [m]"), 0.0..shown),
@@ -63,7 +65,7 @@ pub(crate) fn tread_picture(map: &TreadMap, title: &str) -> Result<String, PlotE
         colours: Colours::Extent,
         aspect: Some(aspect),
     }
-    .to_svg()
+    .to_svg_under(&sipes)
 }
 
 /// Draws the spectrum of one unit pulse to each pitch, at a speed \[m/s\].

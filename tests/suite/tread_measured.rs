@@ -34,7 +34,7 @@ fn a_pattern_costs_at_most_a_third_more_than_a_slick() {
         let counts = run.prepared.march.search_counts();
         let [solves, work] = [counts.solves, counts.work.multiply_adds].map(|count| count as f64 / f64::from(steps));
         println!(
-            "{name} {more:?}: {:.0} us a step, {solves:.2} iterations, {:.2e} multiply-adds in the search, {} fallbacks",
+            "{name} {more:?}: {:.0} us a step, {solves:.2} iterations, {:.2e} multiply-adds of the search, {} proofs",
             1e6 * time,
             work,
             counts.fallbacks

@@ -63,7 +63,7 @@ impl BlockTerm {
         }
     }
 
-    /// Numbers the blocks in the window.
+    /// Finds the blocks in the window.
     fn number(&mut self) {
         let Self { of_cell, per_force, across, local, weights, sums, numbers, first_element, .. } = self;
         numbers.fill(NO_BLOCK);

@@ -12,9 +12,10 @@
 //!
 //! Values of cells are row-major, cell (i, j) at i x across + j; the window's move by whole columns is the caller's.
 //!
-//! A void in the tread is a cell that lies deeper than the others, and has all that they have. Tangential tractions stand beside the normal ones as arrays of the same shape: waves are lists of (n, m)
-//! and weight whatever component of C they are asked for, a [`WavePast`](past::WavePast) is a component's, and poles
-//! shared by several have one more list of residues, as those of slices have.
+//! A void in the tread is a cell that lies deeper than the others, and has all that they have. Tangential tractions
+//! stand beside the normal ones as arrays of the same shape: waves are lists of (n, m) and weight whatever component of
+//! C they are asked for, a [`WavePast`](past::WavePast) is a component's, and poles shared by several have one more
+//! list of residues, as those of slices have.
 
 mod along_ring;
 pub(crate) mod blocks;

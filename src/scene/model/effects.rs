@@ -41,8 +41,8 @@ keys! {
         radiation: Switch = Switch::Auto => OneOf::new(),
         /// Friction. `auto`: where the scene has a table `[friction]`.
         friction: Switch = Switch::Auto => OneOf::new(),
-        /// Pattern of the tread. `auto`: where the scene or its tyre's file has a table `[tread_pattern]`, over cells and
-        /// over slices of springs.
+        /// Pattern of the tread. `auto`: where the scene or its tyre's file has a table `[tread_pattern]`, over cells
+        /// and over slices of springs.
         tread_pattern: Switch = Switch::Auto => OneOf::new(),
     }
 }

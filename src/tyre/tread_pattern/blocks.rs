@@ -93,7 +93,7 @@ impl Blocks {
         blocks.compliance.iter().any(|compliance| *compliance > 0.0).then_some(blocks)
     }
 
-    /// Returns the blocks of a tread of a thickness \[m\] and Young's modulus \[Pa\], or of a given compliance \[m/Pa\].
+    /// Returns the blocks of a tread of a thickness \[m\] and a Young's modulus \[Pa\], or of a compliance \[m/Pa\].
     fn of(map: &TreadMap, thickness: f64, modulus: f64, given: Option<f64>) -> Self {
         let (across, [dx, dy]) = (map.across, map.size);
         let mut blocks = Self { of_cell: vec![NO_BLOCK; map.depths.len()], compliance: Vec::new(), cells: Vec::new() };
@@ -114,14 +114,28 @@ impl Blocks {
                 columns = map.columns as i64;
             }
             let area = piece.cells.len() as f64 * dx * dy;
-            let lengths = [columns as f64 * dx, rows as f64 * dy];
+            // Mean lengths: slanted ends make a piece no longer.
+            let along = if piece.is_ring { columns as f64 * dx } else { area / (rows as f64 * dy) };
+            let lengths = [along, rows as f64 * dy];
             let longest = lengths[0].max(lengths[1]);
             let is_rib = piece.is_ring || longest > RIB * area / longest;
             let own = given.unwrap_or_else(|| compliance(area, perimeter, depth, is_rib, modulus));
-            let parts = lengths.map(|length| (length / (LENGTH * depth)).round().max(1.0) as i64);
+            let parts_of = |length: f64| (length / (LENGTH * depth)).round().max(1.0) as i64;
+            let parts = lengths.map(parts_of);
+            let ring = map.train.as_ref().filter(|_| piece.is_ring);
             let mut numbers: BTreeMap<i64, u32> = BTreeMap::new();
             for &(cell, column) in &piece.cells {
-                let along = (column - from).rem_euclid(columns) * parts[0] / columns;
+                // A ring is cut within its pitches: other lengths would make a tone of their own.
+                let along = match ring {
+                    Some(train) => {
+                        let x = ((cell / across) as f64 + 0.5) * dx;
+                        let pitch = train.starts.partition_point(|start| *start <= x).saturating_sub(1);
+                        let own = parts_of(train.lengths[pitch]);
+                        let within = (x - train.starts[pitch]) / train.lengths[pitch];
+                        pitch as i64 * columns + ((within * own as f64) as i64).min(own - 1)
+                    }
+                    None => (column - from).rem_euclid(columns) * parts[0] / columns,
+                };
                 let part = along * parts[1] + ((cell % across) as i64 - right) * parts[1] / rows;
                 let number = *numbers.entry(part).or_insert_with(|| {
                     blocks.compliance.push(own);

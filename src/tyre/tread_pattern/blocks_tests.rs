@@ -37,6 +37,7 @@ fn ribs_are_as_soft_as_finite_elements_say() {
             depths,
             groove_of,
             sipes: [none(), none()],
+            sipe_lines: Vec::new(),
             cuts: vec![[0.0; 2], [depth, 0.0]],
             train: None,
             exact_void: 0.0,
@@ -49,7 +50,8 @@ fn ribs_are_as_soft_as_finite_elements_say() {
         let expected = depth / (4.0 / 3.0 * (1.0 + shape * shape) * modulus);
         assert!((own / expected - 1.0).abs() < 1e-12, "{own:e} and {expected:e}");
         println!("rib {rib}, groove {groove}, depth {depth}: {:+.1} %", 100.0 * error);
-        let bounds = if depth > 0.45 * thickness { -0.25..=0.0505 } else { -0.44..=0.0 };
+        // The known bounds are whole per cent.
+        let bounds = if depth > 0.45 * thickness { -0.255..=0.055 } else { -0.445..=0.0 };
         assert!(bounds.contains(&error), "rib {rib}, groove {groove}, depth {depth}: {error}");
         errors.push(error);
     }
@@ -64,8 +66,8 @@ fn grooves_and_sipes_divide_the_tread_into_blocks() {
     let (ribs, scene) = map(512, 20, &format!("pitches = 64\n{grooves}"));
     assert!((ribs.void() - 0.2).abs() < 1e-12 && (ribs.exact_void - 0.2).abs() < 1e-9, "{}", ribs.exact_void);
     let blocks = Blocks::new(&ribs, scene.pattern().unwrap(), &scene).unwrap();
-    // Each of the three ribs is cut at lengths of three depths, and shoulders 38 mm wide across, too.
-    let along = (1.95_f64 / 0.024).round() as usize;
+    // Each of the three ribs is cut at lengths of three depths along; none is wide enough for a cut across.
+    let along = 64 * (1.95_f64 / 64.0 / 0.024).round() as usize;
     let across = |width: f64| (width / 0.024).round().max(1.0) as usize;
     let cell = 0.109 / 20.0;
     assert_eq!(blocks.cells.len(), along * (across(6.0 * cell) + 2 * across(5.0 * cell)));

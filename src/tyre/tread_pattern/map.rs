@@ -1,7 +1,8 @@
 //! Depths of the tread's cells, which are fixed to its material and turn with it by whole columns.
 //!
-//! Cell (i, j) has its middle at x = (i + 1/2) dx from where the first pitch begins and at y_j from the tyre's middle. It
-//! is a void if its middle is. A sipe is narrower than a cell and no void: it lies between two cells and divides them.
+//! Cell (i, j) has its middle at x = (i + 1/2) dx from where the first pitch begins and at y_j from the tyre's middle.
+//! It is a void if its middle is. A sipe is narrower than a cell and no void: it lies between two cells and divides
+//! them.
 
 use super::PatternFault;
 use super::pitches::PitchTrain;
@@ -34,6 +35,8 @@ pub(crate) struct TreadMap {
     pub groove_of: Vec<Cut>,
     /// Sipe between a cell and the next along, and between a cell and the next across.
     pub sipes: [Vec<Cut>; 2],
+    /// Ends of the sipes, along and across \[m\].
+    pub sipe_lines: Vec<[[f64; 2]; 2]>,
     /// Depths of the cuts by number \[m\], and tangents of their angles to the direction across.
     pub cuts: Vec<[f64; 2]>,
     /// Pitches, where the pattern has some.
@@ -72,6 +75,7 @@ impl TreadMap {
             depths: vec![0.0; columns * across],
             groove_of: vec![0; columns * across],
             sipes: [vec![0; columns * across], vec![0; columns * across]],
+            sipe_lines: Vec::new(),
             cuts: vec![[0.0; 2]],
             train,
             exact_void: 0.0,
@@ -162,13 +166,13 @@ impl TreadMap {
         Ok(())
     }
 
-    /// Numbers a cut of a depth and a slope.
+    /// Adds a cut of a depth and a slope; gives its number.
     fn number(&mut self, depth: f64, slope: f64) -> Cut {
         self.cuts.push([depth, slope]);
         (self.cuts.len() - 1) as Cut
     }
 
-    /// Deepens a cell to a groove's depth.
+    /// Makes a cell as deep as a groove.
     fn deepen(&mut self, cell: usize, depth: f64, number: Cut) {
         if depth > self.depths[cell] {
             (self.depths[cell], self.groove_of[cell]) = (depth, number);
@@ -233,6 +237,7 @@ impl TreadMap {
         let cuts: Vec<(usize, Band)> = self.bands(sipes).collect();
         for (of, band) in cuts {
             let number = self.number(sipes[of].depth, band.slope);
+            self.sipe_lines.push(band.ends.map(|y| [band.middle(y), y]));
             self.divide(&band, number);
         }
         let (along, half) = (dx * self.columns as f64, 0.5 * dy * self.across as f64);

@@ -27,7 +27,7 @@ use super::wavenumber::new_pole;
 use crate::numeric::in_parallel;
 use crate::numeric::rational::partial_fractions::{is_pair, order, sort};
 use crate::numeric::rational::vector_fitting::{Elimination, relocate, residues};
-use crate::numeric::rational::{PartialFractions, RationalError, Samples};
+use crate::numeric::rational::{PartialFractions, Parts as RationalParts, RationalError, Samples};
 use crate::scene::Sides;
 use crate::storage::{Cached, Format, Kind};
 use crate::tyre::influence::{COMPONENTS, CellRow, CellSums, CellSumsAt, CellWave, FaceValues, PAIRS, TractionParts};
@@ -263,7 +263,7 @@ impl Sampled {
     /// Fits residues over given poles.
     fn fractions(&self, samples: &Samples, poles: Vec<Complex64>) -> Result<Fractions, RationalError> {
         let all = residues(samples, &poles, false)?;
-        let of = |rungs: &[usize]| largest(&self.errors(rungs, |kind, s| all[kind].evaluate(s))).0;
+        let of = |rungs: &[usize]| largest(&self.errors(rungs, &all)).0;
         let error = of(&self.fitted).max(of(&self.checked));
         Ok(Fractions { poles, all, error })
     }
@@ -283,17 +283,19 @@ impl Sampled {
         }
     }
 
-    /// Returns the largest errors at rungs of functions in the order of the kinds.
-    fn errors(&self, rungs: &[usize], value: impl Fn(usize, Complex64) -> Complex64) -> Vec<(f64, usize)> {
-        let at = |&rung: &usize| {
+    /// Returns the largest errors at rungs of fractions in the order of the kinds.
+    fn errors(&self, rungs: &[usize], fractions: &[PartialFractions]) -> Vec<(f64, usize)> {
+        let points = RationalParts::new(rungs.iter().map(|&rung| self.points[rung]), 1.0);
+        let modelled: Vec<_> = fractions.iter().map(|fraction| fraction.evaluate_all(&points)).collect();
+        let at = |(place, &rung): (usize, &usize)| {
             let (values, size) = self.at(rung);
-            let errors = values.iter().enumerate().map(|(kind, exact)| (value(kind, self.points[rung]) - exact).norm());
+            let errors = values.iter().zip(&modelled).map(|(exact, own)| (own.get(place) - exact).norm_sqr());
             // Not a number would lose every comparison.
             let worst =
                 errors.fold(0.0, |worst: f64, error| if error > worst || error.is_nan() { error } else { worst });
-            (if worst.is_finite() { worst / size } else { f64::INFINITY }, rung)
+            (if worst.is_finite() { worst.sqrt() / size } else { f64::INFINITY }, rung)
         };
-        rungs.iter().map(at).collect()
+        rungs.iter().enumerate().map(at).collect()
     }
 }
 
@@ -336,7 +338,7 @@ fn common_poles(
     for _ in 0..ROUNDS {
         let samples = sampled.samples();
         let all = residues(&samples, &poles, false)?;
-        let of = |rungs: &[usize]| sampled.errors(rungs, |kind, s| all[kind].evaluate(s));
+        let of = |rungs: &[usize]| sampled.errors(rungs, &all);
         let (fitted, between) = (of(&sampled.fitted), of(&sampled.checked));
         let (on_grid, off_grid) = (largest(&fitted), largest(&between));
         let error = on_grid.0.max(off_grid.0);

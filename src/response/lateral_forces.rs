@@ -39,7 +39,7 @@ impl Shapes {
         Self { values, even: numbers.iter().map(|&m| even(m)).collect() }
     }
 
-    /// Resolves the forces of a window's columns, cell by cell, into the numbers, column by column.
+    /// Finds the components of the forces of a window's columns, given cell by cell, column by column.
     fn resolve(
         &self,
         forces: impl Fn(usize) -> f64,

@@ -5,9 +5,9 @@
 //! ```
 //!
 //! with F the torque over the radius, forward as a force on the tyre, and K an estimate of the longitudinal stiffness
-//! -dF/d(xi). A wheel of the inertia J = K tau R^2/V turns like that. So its creep varies little and slowly, and the mean
-//! torque of a record of the length T is K tau (xi(T) - xi(0))/T. The time tau is one revolution, half of it until the
-//! warm-up has ended: the force follows creep over a length that is shorter by far, at any speed.
+//! -dF/d(xi). A wheel of the inertia J = K tau R^2/V turns like that. So its creep varies little and slowly, and the
+//! mean torque of a record of the length T is K tau (xi(T) - xi(0))/T. The time tau is one revolution, half of it until
+//! the warm-up has ended: the force follows creep over a length that is shorter by far, at any speed.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,8 +1,8 @@
 //! Velocities by tangential forces, beside those by normal ones (`velocity_table`).
 //!
 //! A lateral number has three components of force, each in its own shape across. The tyre answers all of them at the s
-//! of the run's rule by C_zx, C_zy and, along the tread, C_xx and C_xy, wave by wave ([`TractionLines`]), without poles:
-//! shear waves are not among those of the normal motion.
+//! of the run's rule by C_zx, C_zy and, along the tread, C_xx and C_xy, wave by wave ([`TractionLines`]). There are no
+//! poles of them: shear waves are not among those of the normal motion.
 
 use num_complex::Complex64;
 

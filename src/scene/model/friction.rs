@@ -97,7 +97,7 @@ keys! {
 pub enum LongitudinalCreep {
     /// The same all the time.
     Given(f64),
-    /// That of a wheel without a torque.
+    /// Creep of a wheel without a torque.
     Free,
 }
 

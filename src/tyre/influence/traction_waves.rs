@@ -1,13 +1,13 @@
 //! Answer of single waves to all components of traction over frequency: what tangential forces move outwards.
 //!
-//! Of a wave the inverse of C, a stiffness, is known at frequencies of equal distance in asinh(f), and interpolated by
+//! The inverse of a wave's C, a stiffness, is known at frequencies of equal distance in asinh(f), and interpolated by
 //! cubics: where the wave resonates C is sharp and its inverse is smooth, as for one component (`surface_waves`). The
 //! inner face follows the surface by D C^-1, smooth likewise. Aliases of a wave on elements are short and have no sharp
 //! resonance: their sum is interpolated as it is. It goes to one alias either way: of waves so short rubber, nearly
 //! incompressible, couples nothing.
 //!
-//! The frequencies stand for whatever s a rule has for them. Components and shapes are those of [`super::traction_sums`];
-//! -n is known apart where the tyre turns, else by the parity of the pairs.
+//! The frequencies stand for whatever s a rule has for them. Components and shapes are those of
+//! [`super::traction_sums`]; -n is known apart where the tyre turns, else by the parity of the pairs.
 
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;

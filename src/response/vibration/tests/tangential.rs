@@ -9,7 +9,8 @@ use crate::tyre::influence::{CellGrid, CellSums, CellTruncation, traction_shape}
 
 const COLUMNS_HERE: usize = 6;
 const ACROSS_HERE: usize = 3;
-const NUMBERS: [usize; 3] = [1, 2, 3];
+/// Highest lateral number.
+const HIGHEST: usize = 3;
 /// Column and cell across of the force, and the column that is observed.
 const DRIVEN: (usize, usize) = (1, 0);
 const SEEN: usize = 4;
@@ -23,7 +24,7 @@ fn stepped(
     lags: usize,
 ) -> Vec<(usize, [f64; 2])> {
     let grid = CellGrid::new(tyre, layout.elements, ACROSS_HERE);
-    let truncation = CellTruncation { lateral_terms: Some(NUMBERS.len()), aliases: Some(1) };
+    let truncation = CellTruncation { lateral_terms: Some(HIGHEST), aliases: Some(1) };
     let sums = CellSums::new(tyre, grid.clone(), truncation, 1e-9, 10.0 / layout.time_step);
     let rows = sums.traction_rows();
     let transform = TractionTransform::new(&grid, COLUMNS_HERE, &rows);
@@ -66,7 +67,7 @@ fn summed(
     (axis, shares): (usize, &[(usize, f64)]),
 ) -> Complex64 {
     let grid = CellGrid::new(tyre, layout.elements, ACROSS_HERE);
-    let truncation = CellTruncation { lateral_terms: Some(NUMBERS.len()), aliases: Some(1) };
+    let truncation = CellTruncation { lateral_terms: Some(HIGHEST), aliases: Some(1) };
     let sums = CellSums::new(tyre, grid.clone(), truncation, 1e-9, 10.0 / layout.time_step);
     let s = TransferKind::Rule.symbol(layout.rule, layout.angular_frequency(bin), layout.time_step);
     let at = sums.at(s);
@@ -96,16 +97,18 @@ fn tangential_forces_move_the_tread_as_the_steps_of_the_contact_do() {
     let guided = Tyre { sides: Sides::Guided, ..plate.clone() };
     let turning = Tyre { angular_velocity: -100.0, ..default };
     for (name, tyre) in [("supported", plate), ("guided", guided), ("turning", turning)] {
+        let numbers: Vec<usize> =
+            CellGrid::new(&tyre, 16, ACROSS_HERE).lateral_numbers().take_while(|m| *m <= HIGHEST).collect();
         let layout = SegmentLayout {
             rule: TimeRule::Bdf2,
             time_step: 2e-4,
-            across: Across::Resolved { components: 3 * NUMBERS.len(), kept: 1 },
+            across: Across::Resolved { components: 3 * numbers.len(), kept: 1 },
             circumference: tyre.circumference,
             ..layout(16, 1, 4, 0)
         };
-        let (elements, count) = (layout.elements, NUMBERS.len());
+        let (elements, count) = (layout.elements, numbers.len());
         let grid = CellGrid::new(&tyre, elements, ACROSS_HERE);
-        let shares = NUMBERS.map(|m| (m, grid.mean_shape(m)));
+        let shares: Vec<(usize, f64)> = numbers.iter().map(|&m| (m, grid.mean_shape(m))).collect();
         let forces = TangentialForces::new(&tyre, &layout, &shares, 1e-9);
         let bin = 1;
         let width = layout.channels() * layout.bins();
@@ -124,7 +127,7 @@ fn tangential_forces_move_the_tread_as_the_steps_of_the_contact_do() {
                         let along = if axis == 1 { Complex64::new(0.0, sign) } else { Complex64::ONE };
                         let distance = SEEN as f64 - DRIVEN.0 as f64;
                         let turn = Complex64::from_polar(1.0, sign * 2.0 * PI * n as f64 * distance / elements as f64);
-                        for (index, &m) in NUMBERS.iter().enumerate() {
+                        for (index, &m) in numbers.iter().enumerate() {
                             let channel = (1 + component) * count + index;
                             let shape = traction_shape(&grid, component, m, DRIVEN.1);
                             amplitude += along * turn * shape * ways[way][channel * layout.bins() + bin];

@@ -58,7 +58,9 @@ impl RoadAhead {
         elements: Option<(i64, i64)>,
         reached: i64,
     ) -> Self {
-        let period = surface.period().filter(|&period| period <= LONGEST_PERIOD).unwrap_or(0);
+        // Curves that a tread has its part in come again with the tyre, too.
+        let repeats = !matches!(form, SliceForm::Voids(..));
+        let period = surface.period().filter(|&period| repeats && period <= LONGEST_PERIOD).unwrap_or(0);
         let begun = queue.end();
         let maker = RoadMaker::new(surface, form);
         let (period, made) = (vec![None; period as usize], (begun, begun));

@@ -43,8 +43,13 @@ fn ribs_are_as_soft_as_finite_elements_say() {
             exact_void: 0.0,
         };
         let blocks = Blocks::of(&map, thickness, modulus, None);
-        // The rib in the middle has cuts on both sides.
-        let own = blocks.compliance[blocks.of_cell[wide + gap] as usize];
+        // The rib in the middle has cuts on both sides; one of 4 mm is no third of the tread deep and divides nothing.
+        let block = blocks.of_cell[wide + gap];
+        assert_eq!(block == NO_BLOCK, depth < thickness / 3.0);
+        let own = match blocks.compliance.get(block as usize) {
+            Some(own) => *own,
+            None => compliance(rib, 2.0, depth, true, modulus),
+        };
         let error = own / number(case, "extra_compliance") - 1.0;
         let shape = rib / (4.0 * depth);
         let expected = depth / (4.0 / 3.0 * (1.0 + shape * shape) * modulus);

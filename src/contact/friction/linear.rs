@@ -2,8 +2,9 @@
 //!
 //! A sticking cell has three unknowns, a slipping one two: its normal force, which carries mu F_z along the slip with
 //! it, and tau across. The unknowns are preconditioned by what is near a cell in the inverses of the free fields of each
-//! component: of all pressed cells for normal forces, of those that stick for tangential ones. The equations are neither symmetric nor definite where friction is large, so that no conjugate
-//! gradients serve (Saad & Schultz 1986, *SIAM J. Sci. Stat. Comput.* 7, 856).
+//! component: of all pressed cells for normal forces, of those that stick for tangential ones. The equations are neither
+//! symmetric nor definite where friction is large, so that no conjugate gradients serve (Saad & Schultz 1986, *SIAM J.
+//! Sci. Stat. Comput.* 7, 856).
 
 use std::ops::Range;
 

@@ -1,5 +1,5 @@
-//! Rolling over cells with friction beside rolling without it, at sizes of presets, the past by poles: a step, all told.
-//! Poles are fitted before, or come from the cache.
+//! Rolling over cells with friction beside rolling without it, at sizes of presets, the past by poles: a step, all
+//! told. Poles are fitted before, or come from the cache.
 //!
 //! `cargo bench --bench friction`.
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a benchmark may panic, in its helpers, too")]

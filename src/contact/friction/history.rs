@@ -21,9 +21,9 @@ pub(crate) enum TractionHistory {
 /// State of a [`TractionHistory`] between two steps.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub(crate) enum TractionHistoryState {
-    /// Of sums.
+    /// State of sums.
     Direct(TractionPastState),
-    /// Of poles: the step of the block, and the numbers that evolve.
+    /// State of poles: the step of the block, and the numbers that evolve.
     Modal((usize, Vec<f64>)),
 }
 

@@ -1,8 +1,8 @@
 //! Channels of a wave that are still heard a block after a force.
 //!
-//! What a channel displaces after so many steps is sampled on the unit circle, relative to the norm of the wave's matrix
-//! there, of its components relative to their largest values. The channels that are heard least go, as long as what all
-//! of them leave out stays within a part of the tolerance.
+//! The displacement by a channel after so many steps is sampled on the unit circle, relative to the norm of the wave's
+//! matrix there, of its components relative to their largest values. The channels that are heard least go, as long as
+//! what all of them leave out stays within a part of the tolerance.
 
 use std::f64::consts::PI;
 

@@ -1,10 +1,10 @@
 //! Linear equations of all pressed cells near a guess, solved by generalised minimal residuals.
 //!
 //! A sticking cell has three unknowns, a slipping one two: its normal force, which carries mu F_z along the slip with
-//! it, and tau across. The unknowns are preconditioned by what is near a cell in the inverses of the free fields of each
-//! component: of all pressed cells for normal forces, of those that stick for tangential ones. The equations are neither
-//! symmetric nor definite where friction is large, so that no conjugate gradients serve (Saad & Schultz 1986, *SIAM J.
-//! Sci. Stat. Comput.* 7, 856).
+//! it, and tau across. The unknowns are preconditioned by what is near a cell in the inverses of the free fields of
+//! each component: of all pressed cells for normal forces, of those that stick for tangential ones. The equations are
+//! neither symmetric nor definite where friction is large, so that no conjugate gradients serve (Saad & Schultz 1986,
+//! *SIAM J. Sci. Stat. Comput.* 7, 856).
 
 use std::ops::Range;
 

@@ -1,9 +1,9 @@
 //! Neighbouring waves side by side in the lanes of vectors: the channels of their tractions, and a pass over them.
 //!
-//! A channel is driven by one sum of the forces and displaces all components. In a block of [`STEPS`] steps channels are
-//! gone through once: forces of the block before the last are taken in, and displacements of this block are foretold as
-//! if no more forces came. What the forces of the block before and of this one do is summed with the first weights of
-//! the recursion. Most channels are over by then, and are left out of the pass (module `late`).
+//! A channel is driven by one sum of the forces and displaces all components. In a block of [`STEPS`] steps channels
+//! are gone through once: forces of the block before the last are taken in, and displacements of this block are
+//! foretold as if no more forces came. The response to the forces of the block before and of this one is summed with
+//! the first weights of the recursion. Most channels are over by then, and are left out of the pass (module `late`).
 //!
 //! b_l = g (b_(l-1) - c b_(l-2)) + w F_l, with c = 1/4 of bdf2 and 0 of bdf1; forces and displacements have the phases
 //! of `tyre::poles::tractions`. Odd parts go from the real to the imaginary system and back.

@@ -9,8 +9,8 @@
 //!
 //! G_line the influence of lines ([`line_influence`]) by the same G.
 //!
-//! 1. The depth at which the mean pressure is [`TOP_PRESSURE`] within [`NEAR`], by a power of the depth through the last
-//!    two loads, with searches of a low tolerance.
+//! 1. The depth at which the mean pressure is [`TOP_PRESSURE`] within [`NEAR`], by a power of the depth through the
+//!    last two loads, with searches of a low tolerance.
 //! 2. [`APPROACHES`] depths up to there, closer at first, each search from the forces of the one before.
 //! 3. The points of each slice as a concave curve ([`Yielding`]).
 

@@ -2,8 +2,8 @@
 //!
 //! With phases D = diag(1, i, i) taken into forces and displacements, C' = D C D^-1 of a tyre at rest is real at real s
 //! and symmetric; of one that turns it is E + i O with such functions E and O. For each wave:
-//! 1. it starts from the poles of its neighbour, or from those of its trace, components relative to their largest values
-//!    (module `wavenumber`);
+//! 1. it starts from the poles of its neighbour, or from those of its trace, components relative to their largest
+//!    values (module `wavenumber`);
 //! 2. residues of all components follow by least squares; where an error exceeds the tolerance, samples are added,
 //!    poles are relocated with all components, and some are added;
 //! 3. poles that contribute least go, as long as relocation makes up for them;

@@ -38,14 +38,15 @@ const LEAST_TOLERANCE: f64 = 3e-10;
 const LEAST_FRICTION_TOLERANCE: f64 = 1e-9;
 /// Products of all components, each as nine single ones, that the search with friction takes for an instant, and
 /// transforms of its past beside those of normal forces (measured).
-const FRICTION_PRODUCTS: f64 = 45.0;
+const FRICTION_PRODUCTS: f64 = 15.0;
 const FRICTION_TRANSFORMS: f64 = 3.0;
 /// Parts of the past with friction: pairs of components, of a tyre that turns each twice.
 const FRICTION_PARTS: f64 = 9.0;
-/// Channels of the past with friction for a pole of normal forces, and multiply-adds of one of them beside one of its
-/// poles (measured).
-const FRICTION_CHANNELS: f64 = 1.5;
-const FRICTION_CHANNEL: f64 = 2.0;
+/// Channels of the past with friction for a pole of normal forces, multiply-adds of one of them beside one of those, and
+/// the time of a wave's fit beside one of normal forces (measured, 256 x 16).
+const FRICTION_CHANNELS: f64 = 4.7;
+const FRICTION_CHANNEL: f64 = 0.7;
+const FRICTION_FIT: f64 = 10.0;
 /// Tolerance of fewer poles relative to that of the fit.
 const FEWER_POLES: f64 = 1.0;
 /// Poles of a wave, conjugates counted, at a tolerance of 1e-5, and how many less for each factor of ten above it
@@ -256,7 +257,8 @@ impl Amounts {
         self.poles = poles;
         self.count(Counter::Poles, poles);
         // A fit of 512 elements is one of 257 sums; a single wave takes a quarter of that (measured).
-        self.add(Stage::Fit, Unit::Fit, 0.25 * waves / 257.0, Place::BeforeOnAll);
+        let fit = if has_tractions { FRICTION_FIT } else { 1.0 };
+        self.add(Stage::Fit, Unit::Fit, 0.25 * fit * waves / 257.0, Place::BeforeOnAll);
         self.fit_memory_per_thread = expected_fit::BYTES;
         // Waves of odd and of even number.
         self.fit_memory = 2.0 * wave_bytes(&plan.decisions.tyre, scene.numerics.influence_tolerance);

@@ -13,12 +13,12 @@ use crate::tyre::influence::{COMPONENTS, PAIRS};
 use crate::tyre::poles::tractions::TractionModel;
 
 /// Samples, and the lowest in parts of the highest.
-const SAMPLES: usize = 24;
+const SAMPLES: usize = 16;
 const LOWEST: f64 = 1e-4;
 /// Part of the largest norm below which errors are not relative to it.
 const LEAST_SCALE: f64 = 3e-3;
 /// Part of the tolerance that may be left out.
-const LEFT_OUT: f64 = 1.0;
+const LEFT_OUT: f64 = 0.3;
 
 /// A frequency on the unit circle.
 struct Sample {
@@ -45,7 +45,7 @@ pub(super) fn late_channels(
     tolerance: f64,
 ) -> Vec<bool> {
     let (poles, pairs, channels) = model.wave(wave);
-    let count = poles.len();
+    let (count, parts) = (poles.len(), if model.turns() { 2 } else { 1 });
     // Even parts, then odd parts.
     let residues: Vec<[[Complex64; PAIRS]; 2]> = channels
         .iter()
@@ -76,7 +76,7 @@ pub(super) fn late_channels(
             let both = |pole: Complex64| [(s - pole).inv(), after(pole, rule, time_step, passed, zeta)];
             let [upper, late_upper] = both(pole);
             let [lower, late_lower] = if index < pairs { both(pole.conj()) } else { [Complex64::ZERO; 2] };
-            whole.iter_mut().zip(residues).for_each(|(whole, residues)| add(whole, residues, [upper, lower]));
+            whole.iter_mut().zip(residues).take(parts).for_each(|(whole, own)| add(whole, own, [upper, lower]));
             late.push([late_upper, late_lower]);
         }
         Sample { late, size: norm(&whole[0]).hypot(norm(&whole[1])) }
@@ -94,23 +94,19 @@ pub(super) fn late_channels(
     };
     let mut order: Vec<(f64, usize)> = (0..count).map(|index| (heard(index), index)).collect();
     order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let error = |left_out: usize| {
-        let of = |sample: &Sample| {
-            let mut sum = [[Complex64::ZERO; PAIRS]; 2];
-            for &(_, index) in &order[..left_out] {
-                sum.iter_mut().zip(&residues[index]).for_each(|(sum, own)| add(sum, own, sample.late[index]));
-            }
-            norm(&sum[0]).hypot(norm(&sum[1])) / sample.size
-        };
-        samples.iter().map(of).fold(0.0, f64::max)
-    };
-    let (mut none, mut some) = (0, count + 1);
-    while none + 1 < some {
-        let middle = (none + some) / 2;
-        if error(middle) <= LEFT_OUT * tolerance { none = middle } else { some = middle }
-    }
     let mut late = vec![true; count];
-    order[..none].iter().for_each(|(_, index)| late[*index] = false);
+    let mut sums = vec![[[Complex64::ZERO; PAIRS]; 2]; SAMPLES];
+    for &(_, index) in &order {
+        let mut error = 0.0_f64;
+        for (sum, sample) in sums.iter_mut().zip(&samples) {
+            sum.iter_mut().zip(&residues[index]).take(parts).for_each(|(sum, own)| add(sum, own, sample.late[index]));
+            error = error.max(norm(&sum[0]).hypot(norm(&sum[1])) / sample.size);
+        }
+        if error > LEFT_OUT * tolerance {
+            break;
+        }
+        late[index] = false;
+    }
     late
 }
 

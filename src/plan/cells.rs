@@ -42,8 +42,8 @@ const FRICTION_PRODUCTS: f64 = 15.0;
 const FRICTION_TRANSFORMS: f64 = 3.0;
 /// Parts of the past with friction: pairs of components, of a tyre that turns each twice.
 const FRICTION_PARTS: f64 = 9.0;
-/// Channels of the past with friction for a pole of normal forces, multiply-adds of one of them beside one of those, and
-/// the time of a wave's fit beside one of normal forces (measured, 256 x 16).
+/// Channels of the past with friction for a pole of normal forces, multiply-adds of one of them beside one of those,
+/// and the time of a wave's fit beside one of normal forces (measured, 256 x 16).
 const FRICTION_CHANNELS: f64 = 4.7;
 const FRICTION_CHANNEL: f64 = 0.7;
 const FRICTION_FIT: f64 = 10.0;

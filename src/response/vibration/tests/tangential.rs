@@ -115,7 +115,7 @@ fn tangential_forces_move_the_tread_as_the_steps_of_the_contact_do() {
         for component in [0, 1] {
             let steps = [500, 2000].map(|lags| stepped(&tyre, &layout, (component, bin), lags));
             for (axis, field) in [VibrationField::Tread, VibrationField::Tangential].into_iter().enumerate() {
-                // Amplitude of the velocity at the column that is seen, waves without a motion across alike.
+                // Amplitude of the velocity at the column that is seen.
                 let mut amplitude = Complex64::ZERO;
                 for n in 0..=elements / 2 {
                     let mut ways = [(); 2].map(|()| vec![Complex64::ZERO; width]);
@@ -146,7 +146,8 @@ fn tangential_forces_move_the_tread_as_the_steps_of_the_contact_do() {
                 println!("{name}, force {component}, {field:?}: {exact:.3e} m/s, off by {error:.1e}, steps {missed:?}");
                 assert!(error < 1e-4, "{name}, force {component}, {field:?}: {error:e}");
                 // A tyre that creeps forgets slowly: what a longer memory holds is nearer.
-                assert!(missed[1] < 0.02, "{name}, force {component}, {field:?}: {missed:?}");
+                let is_nearer = missed[1] < 0.05 && missed[1] < missed[0];
+                assert!(is_nearer, "{name}, force {component}, {field:?}: {missed:?}");
             }
         }
     }

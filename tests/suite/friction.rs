@@ -381,9 +381,10 @@ fn the_past_by_poles_gives_the_forces_of_sums() {
     let friction = with_creep();
     for (road, bound) in [(SMOOTH, 1e-4), ("kind = \"made\"\nseed = 3", 1e-4)] {
         let direct = finite(&friction, road);
-        let poles = [("numerics.history", "\"modal\""), ("numerics.pole_tolerance", "1e-5")];
         let modal: Vec<&str> = direct.lines().filter(|line| !line.starts_with("memory = ")).collect();
-        let found = [edit(&modal.join("\n"), &poles), direct].map(|text| totals(&scene(&text)));
+        let modal = edit(&modal.join("\n"), &[("numerics.history", "\"modal\"")]);
+        let modal = add(&modal, "numerics", "pole_tolerance = 1e-5");
+        let found = [modal, direct].map(|text| totals(&scene(&text)));
         let errors = [0, 1, 2].map(|which| difference(&found[0], &found[1], which));
         println!("{road:?}: {errors:?}");
         assert!(errors.into_iter().all(|error| error < bound), "{road}: {errors:?}");
@@ -393,11 +394,11 @@ fn the_past_by_poles_gives_the_forces_of_sums() {
 #[test]
 fn presets_take_friction() {
     let rolling = "speed_kmh = 80.0\nduration = 0.01\naxle = { indentation = 0.012 }";
-    let text =
-        scene_text(64, "kind = \"made\"\nseed = 3", rolling, "", "[contact]\nzone = \"cells\"\n[friction]\nmu = 0.9");
-    let kept = |line: &&str| !["elements", "substeps", "time_rule", "history"].iter().any(|key| line.starts_with(key));
-    let text: Vec<&str> = text.lines().filter(kept).collect();
-    let text = edit(&text.join("\n"), &[("numerics.preset", "\"draft\""), ("numerics.fmax", "500.0")]);
+    let more = "[contact]\nzone = \"cells\"\n[friction]\nmu = 0.9";
+    let preset = "preset = \"draft\"\nfmax = 500.0";
+    let text = scene_text(64, "kind = \"made\"\nseed = 3", rolling, preset, more);
+    let kept: Vec<&str> = text.lines().filter(|line| !line.starts_with("elements")).collect();
+    let text = kept.join("\n");
     let plan = Plan::of(&scene(&text)).unwrap();
     let choice = |key: &str| plan.choices.iter().find(|choice| choice.key == key).map(|choice| choice.value.clone());
     assert_eq!(choice("numerics.time_rule").as_deref(), Some("bdf2"));

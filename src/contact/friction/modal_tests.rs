@@ -15,15 +15,15 @@ use crate::tyre::influence::{CellGrid, CellSums, CellTruncation};
 use crate::tyre::poles::cells::CellFitOptions;
 use crate::tyre::poles::tractions::{TractionModel, fit_tractions};
 
-const ELEMENTS: usize = 32;
+const ELEMENTS: usize = 16;
 const ACROSS: usize = 4;
 const COLUMNS: usize = 12;
 const TIME_STEP: f64 = 2e-4;
 const STEPS: usize = 70;
-const TOLERANCE: f64 = 1e-5;
+const TOLERANCE: f64 = 1e-4;
 
 fn sums(tyre: &Tyre) -> CellSums {
-    let truncation = CellTruncation { lateral_terms: Some(6), aliases: Some(1) };
+    let truncation = CellTruncation { lateral_terms: Some(3), aliases: Some(1) };
     CellSums::new(tyre, CellGrid::new(tyre, ELEMENTS, ACROSS), truncation, 1e-9, 40.0 / TIME_STEP)
 }
 
@@ -68,31 +68,40 @@ fn difference(a: &[Vector], b: &[Vector], component: usize) -> f64 {
     a.iter().zip(b).fold(0.0_f64, |worst, (a, b)| worst.max((a[component] - b[component]).abs())) / largest
 }
 
-#[test]
-fn the_past_by_poles_is_that_of_sums() {
-    let default = crate::scene::Scene::from_str(DEFAULT, "scene").unwrap().scene.tyre;
-    let turning = Tyre { angular_velocity: -100.0, ..default.clone() };
-    let guided = Tyre { sides: Sides::Guided, ..default.clone() };
-    for (name, tyre) in [("flat", tyre(0.25)), ("curved", default), ("turning", turning), ("guided", guided)] {
-        let sums = sums(&tyre);
-        let (model, rows) = (model(&sums), sums.traction_rows());
-        let waves = model.len();
-        println!("{name}: {waves} waves, {} channels, error {:.1e}", model.order(), model.error());
-        assert!(model.error() <= TOLERANCE, "{name}: {:e}", model.error());
-        for rule in [TimeRule::Bdf2, TimeRule::Bdf1] {
-            let transform = TractionTransform::new(sums.grid(), COLUMNS, &rows);
-            let mut direct = TractionPast::new(&sums, &rows, transform, rule, TIME_STEP, STEPS + 2);
-            let exact = roll(|first, forces, out| {
-                direct.add_displacement(first, out);
-                direct.push(first, forces);
-            });
-            let double = by_poles::<f64>(&sums, &model, rule);
-            let single = by_poles::<f32>(&sums, &model, rule);
-            for component in 0..3 {
-                let errors = [&double, &single].map(|found| difference(found, &exact, component));
-                println!("  {rule:?}, component {component}: {:.1e}, single precision {:.1e}", errors[0], errors[1]);
-                assert!(errors[0] < 10.0 * TOLERANCE && errors[1] < 2e-4, "{name}, {component}: {errors:?}");
-            }
+/// Holds the past by poles of a tyre against sums.
+fn hold(name: &str, tyre: &Tyre) {
+    let sums = sums(tyre);
+    let (model, rows) = (model(&sums), sums.traction_rows());
+    let waves = model.len();
+    println!("{name}: {waves} waves, {} channels, error {:.1e}", model.order(), model.error());
+    assert!(model.error() <= TOLERANCE, "{name}: {:e}", model.error());
+    for rule in [TimeRule::Bdf2, TimeRule::Bdf1] {
+        let transform = TractionTransform::new(sums.grid(), COLUMNS, &rows);
+        let mut direct = TractionPast::new(&sums, &rows, transform, rule, TIME_STEP, STEPS + 2);
+        let exact = roll(|first, forces, out| {
+            direct.add_displacement(first, out);
+            direct.push(first, forces);
+        });
+        let double = by_poles::<f64>(&sums, &model, rule);
+        let single = by_poles::<f32>(&sums, &model, rule);
+        for component in 0..3 {
+            let errors = [&double, &single].map(|found| difference(found, &exact, component));
+            println!("  {rule:?}, component {component}: {:.1e}, single precision {:.1e}", errors[0], errors[1]);
+            assert!(errors.into_iter().all(|error| error < TOLERANCE), "{name}, {component}: {errors:?}");
         }
     }
+}
+
+#[test]
+fn the_past_by_poles_is_that_of_sums() {
+    hold("flat", &tyre(0.25));
+    hold("guided", &Tyre { sides: Sides::Guided, ..tyre(0.25) });
+}
+
+#[test]
+#[ignore = "minutes: waves of a curved tyre"]
+fn the_past_of_a_turning_tyre_by_poles_is_that_of_sums() {
+    let curved = crate::scene::Scene::from_str(DEFAULT, "scene").unwrap().scene.tyre;
+    hold("curved", &curved);
+    hold("turning", &Tyre { angular_velocity: -100.0, ..curved });
 }

@@ -74,12 +74,13 @@ impl Plan {
     }
 
     /// Returns the bands of waves that carry the past of cells, seen through a window of so many columns. Finite sums
-    /// are kept whole.
+    /// are kept whole, and so are all waves of tractions.
     pub(crate) fn wave_bands(&self, columns: usize) -> Vec<WaveBand> {
         let numerics = &self.scene.numerics;
         let finite = numerics.lateral_terms.is_some() || numerics.wavenumber_aliases.is_some();
+        let is_whole = finite || self.scene.has_tractions();
         let band = |part, fades_in, fades_out| WaveBand { part, fades_in, fades_out, folded: false };
-        let borders = self.border(HANDED_OVER).zip(self.border(FOLDED)).filter(|_| !finite);
+        let borders = self.border(HANDED_OVER).zip(self.border(FOLDED)).filter(|_| !is_whole);
         let Some((longer, shorter)) = borders else { return vec![WaveBand::WHOLE] };
         let least = (PATCH * columns as f64).ceil() as usize;
         let whole_rings = (1..=numerics.elements).filter(|part| numerics.elements.is_multiple_of(2 * part));
@@ -90,7 +91,7 @@ impl Plan {
             bands = vec![band(1, None, Some(longer)), band(part, Some(longer), None)];
         }
         let beside = self.scene.tyre.width - self.scene.tyre.contact_width;
-        // Whoever asks for the power of single waves is told of the tyre's own.
+        // The power of single waves is that of the tyre's own.
         let alone = self.scene.outputs.vibration.is_some();
         if shorter[0] * beside > FAR_SIDES && !alone {
             let last = bands.pop().unwrap_or(WaveBand::WHOLE);

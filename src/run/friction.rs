@@ -24,7 +24,8 @@ use crate::scene::{Friction, History, LoadedScene, LongitudinalCreep};
 use crate::storage::Cache;
 use crate::storage::cache::key;
 use crate::tyre::influence::{CellRow, CellSums};
-use crate::tyre::poles::tractions::{TractionModel, fit_tractions};
+use crate::tyre::poles::traction_model::TractionModel;
+use crate::tyre::poles::tractions::fit_tractions;
 
 /// Remedy of a fit that is refused.
 const RIGHT: &str = "another tolerance, or history = \"direct\"";

@@ -38,6 +38,8 @@ use crate::numeric::Element;
 
 /// Stages of a rule at most.
 pub(crate) const MOST_STAGES: usize = 3;
+/// Part of b_(l-2) that bdf2 takes from b_(l-1).
+const BEFORE_LAST: f64 = 0.25;
 
 /// A number of every lane, complex or, of real poles, the one real part.
 pub(crate) type Number<E, S, const PARTS: usize> = [<E as Element>::Vector<S>; PARTS];
@@ -214,7 +216,7 @@ impl Recursion for Bdf2 {
         state: &mut State<E, S, P>,
     ) -> Instants<E, S> {
         let mut y = state.end;
-        add::<E, _, _>(simd, E::splat(simd, E::rounded(-0.25)), state.before, &mut y);
+        add::<E, _, _>(simd, E::splat(simd, E::rounded(-BEFORE_LAST)), state.before, &mut y);
         state.before = state.end;
         state.end = times::<E, _, _>(simd, maps.whole, y);
         [state.end[0]; MOST_STAGES]
@@ -461,6 +463,11 @@ impl TimeRule {
         matches!(self, Self::Bdf2)
     }
 
+    /// Returns c of a rule of one stage, b_l = g (b_(l-1) - c b_(l-2)) + w F_l.
+    pub(crate) const fn before_last(self) -> f64 {
+        if self.looks_back() { BEFORE_LAST } else { 0.0 }
+    }
+
     /// Returns the products that passing over so many steps takes, of two states: step by step, or by squares of R.
     pub(crate) fn products_of_skip(self, steps: usize) -> usize {
         match self {
@@ -487,7 +494,7 @@ impl TimeRule {
             }
             let base: Complex64 = bases[now].iter().zip(&of_step).map(|(part, b)| b * part).sum();
             let next = match self {
-                Self::Bdf2 => g * (last - 0.25 * before),
+                Self::Bdf2 => g * (last - BEFORE_LAST * before),
                 Self::Trapezoidal if lag == 0 => g * last + w,
                 _ => g * base,
             };

@@ -7,6 +7,8 @@
 //! A matrix of rank one to each block, symmetric and positive semi-definite, without memory: a product takes two
 //! additions to each cell. Blocks are material and go through the window with their cells.
 
+use std::ops::Range;
+
 use crate::counters::Work;
 use crate::numeric::Element;
 use crate::tyre::tread_pattern::blocks::{Blocks, NO_BLOCK};
@@ -100,12 +102,17 @@ impl BlockTerm {
         self.norm
     }
 
+    /// Returns the cells of so many that are looked at: all of the window, whatever part was looked at, or that part.
+    fn range(&self, count: usize) -> Range<usize> {
+        let start = if count == self.local.len() { 0 } else { self.start };
+        start..start + count
+    }
+
     /// Adds what forces do to a part of the window, or to all of it.
     pub(super) fn add<R: Element>(&mut self, forces: &[R], out: &mut [R]) {
-        // All of the window begins where it does, whatever part was looked at.
-        let start = if forces.len() == self.local.len() { 0 } else { self.start };
-        let local = &self.local[start..start + forces.len()];
-        let Self { weights, sums, .. } = self;
+        let range = self.range(forces.len());
+        let Self { weights, sums, local, .. } = self;
+        let local = &local[range];
         sums.fill(0.0);
         for (force, &block) in forces.iter().zip(local) {
             sums[block as usize] += force.double();
@@ -118,8 +125,7 @@ impl BlockTerm {
 
     /// Adds what one force does to the part of the window that is looked at.
     pub(super) fn add_one(&self, cell: usize, force: f32, out: &mut [f32]) {
-        let start = if out.len() == self.local.len() { 0 } else { self.start };
-        let local = &self.local[start..start + out.len()];
+        let local = &self.local[self.range(out.len())];
         let block = local[cell];
         let shift = (self.weights[block as usize] * f64::from(force)) as f32;
         if shift.abs() > 0.0 {

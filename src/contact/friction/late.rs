@@ -10,7 +10,7 @@ use num_complex::Complex64;
 
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::{COMPONENTS, PAIRS};
-use crate::tyre::poles::tractions::TractionModel;
+use crate::tyre::poles::traction_model::TractionModel;
 
 /// Samples, and the lowest in parts of the highest.
 const SAMPLES: usize = 16;
@@ -113,7 +113,7 @@ pub(super) fn late_channels(
 /// Returns what a pole of unit residue displaces at a frequency, later than so many steps after its force.
 fn after(pole: Complex64, rule: TimeRule, time_step: f64, passed: usize, zeta: Complex64) -> Complex64 {
     let (g, w) = rule.coefficients(pole, Complex64::ONE, time_step);
-    let before = if rule.looks_back() { 0.25 } else { 0.0 };
+    let before = rule.before_last();
     let mut rest = w / (1.0 - g * (zeta - before * zeta * zeta));
     let (mut now, mut last, mut turn) = (w, Complex64::ZERO, Complex64::ONE);
     for _ in 0..=passed {

@@ -14,7 +14,7 @@ use crate::numeric::Element;
 use crate::storage::state::StateError;
 use crate::tyre::influence::COMPONENTS;
 use crate::tyre::poles::Modes;
-use crate::tyre::poles::tractions::TractionModel;
+use crate::tyre::poles::traction_model::TractionModel;
 
 /// Groups that a thread goes through at a time, at least.
 const TOGETHER: usize = 16;

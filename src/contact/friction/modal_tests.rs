@@ -13,7 +13,8 @@ use crate::test_models::tyre;
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::{CellGrid, CellSums, CellTruncation};
 use crate::tyre::poles::cells::CellFitOptions;
-use crate::tyre::poles::tractions::{TractionModel, fit_tractions};
+use crate::tyre::poles::traction_model::TractionModel;
+use crate::tyre::poles::tractions::fit_tractions;
 
 const ELEMENTS: usize = 16;
 const ACROSS: usize = 4;

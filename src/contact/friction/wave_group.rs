@@ -18,7 +18,7 @@ use crate::numeric::Element;
 use crate::time_rule::TimeRule;
 use crate::tyre::influence::{COMPONENTS, PAIRS};
 use crate::tyre::poles::Modes;
-use crate::tyre::poles::tractions::{Channel, TractionModel};
+use crate::tyre::poles::traction_model::{Channel, TractionModel};
 
 /// Steps of a block.
 pub(super) const STEPS: usize = 4;
@@ -150,7 +150,7 @@ impl<E: Element> WaveGroup<E> {
             count,
             pairs: Channels::new(&pairs, turns),
             reals: Channels::new(&reals, turns),
-            before: if rule.looks_back() { 0.25 } else { 0.0 },
+            before: rule.before_last(),
             within: Vec::new(),
             turns,
             forces: vec![E::default(); BLOCKS * STEPS * FIELD * E::MOST_LANES],

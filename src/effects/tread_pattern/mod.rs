@@ -8,7 +8,7 @@ use super::observer::{EffectObserver, End, Found, Observer, Step};
 use super::section::{ReportError, Section, pictures};
 use super::stored::Stored;
 use crate::counters::Meter;
-use crate::plan::decisions::{takes_depths, tread_map};
+use crate::plan::decisions::{taken_pattern, takes_depths, tread_map};
 use crate::plan::{Amounts, Decisions, Plan};
 use crate::results::files::ResultFiles;
 use crate::results::tread_pattern::{pattern_csv, pitch_spectrum, tread_picture};
@@ -47,7 +47,7 @@ impl Effect for TreadPatternEffect {
     }
 
     fn add_amounts(&self, plan: &Plan, amounts: &mut Amounts) {
-        if plan.scene.pattern().is_some_and(|_| takes_depths(&plan.scene)) {
+        if taken_pattern(&plan.scene).is_some() {
             // Depths, crowns with depths, blocks and cuts of every cell.
             let cells = plan.scene.numerics.elements * plan.decisions.cells_across.unwrap_or(1);
             amounts.hold("depths of the tread", 40.0 * cells as f64);
@@ -68,7 +68,7 @@ impl Effect for TreadPatternEffect {
 
     fn begin(&self, begin: &mut Begin<'_>) -> Result<Option<Box<dyn EffectObserver>>, RunError> {
         let Begin { plan, .. } = *begin;
-        if plan.tread_map().is_none() {
+        if taken_pattern(&plan.scene).is_none() {
             return Ok(None);
         }
         let steps = plan.scene.numerics.elements * plan.scene.numerics.substeps;

@@ -1,7 +1,7 @@
 //! Zone of the contact, texture, and how points in contact feel each other.
 
 use super::row::{Decided, Row, given};
-use super::tread_pattern::takes_depths;
+use super::tread_pattern::taken_pattern;
 use super::values::Decisions;
 use crate::road::Lattice;
 use crate::scene::{Road, Scene, SliceCoupling, Slices, Switch, Tread, Tyre, Zone};
@@ -100,7 +100,7 @@ fn texture(scene: &Scene, decisions: &mut Decisions) -> Decided {
         (decisions.slices, decisions.cells_across) = (Slices::None, Some(cells_across(scene)));
         return Decided { on: true, form: "heights of cells".to_owned(), reason };
     }
-    if scene.pattern().is_some() && takes_depths(scene) {
+    if taken_pattern(scene).is_some() {
         let across = scene.contact.cells_across.unwrap_or_else(|| square_cells(&scene.tyre, scene.numerics.elements));
         (decisions.slices, decisions.cells_across) = (Slices::Winkler, Some(across));
         let along = decisions.cells_along.or(scene.contact.cells_along).unwrap_or(1);

@@ -2,7 +2,7 @@
 
 use super::row::{Decided, Row, given};
 use super::values::Decisions;
-use crate::scene::{BlockModel, Scene, Slices, Switch, Zone};
+use crate::scene::{BlockModel, Scene, Slices, Switch, TreadPattern, Zone};
 use crate::tyre::tread_pattern::PatternFault;
 use crate::tyre::tread_pattern::blocks::Blocks;
 use crate::tyre::tread_pattern::map::{TreadCells, TreadMap};
@@ -44,9 +44,14 @@ pub(crate) fn takes_depths(scene: &Scene) -> bool {
     scene.contact.zone == Zone::Cells || scene.contact.slices == Slices::Winkler && scene.effects.texture != Switch::Off
 }
 
+/// Returns the pattern of the tread where contact takes it in.
+pub(crate) fn taken_pattern(scene: &Scene) -> Option<&TreadPattern> {
+    scene.pattern().filter(|_| takes_depths(scene))
+}
+
 /// Returns the map of the tread where contact takes it in, or its fault; `None` without a pattern.
 pub(crate) fn tread_map(scene: &Scene, decisions: &Decisions) -> Option<Result<TreadMap, PatternFault>> {
-    let pattern = scene.pattern().filter(|_| takes_depths(scene))?;
+    let pattern = taken_pattern(scene)?;
     let along = if decisions.zone == Zone::Cells { 1 } else { decisions.cells_along.unwrap_or(1) };
     let columns = scene.numerics.elements * along;
     let cells = TreadCells { columns, across: decisions.cells_across.unwrap_or(1) };
@@ -91,7 +96,7 @@ fn form(map: &TreadMap, scene: &Scene) -> String {
 
 fn blocks(scene: &Scene, decisions: &mut Decisions) -> Decided {
     let row = |on, form: String, reason: &str| Decided { on, form, reason: reason.to_owned() };
-    let Some(pattern) = scene.pattern().filter(|_| takes_depths(scene)) else {
+    let Some(pattern) = taken_pattern(scene) else {
         return row(false, String::new(), "there is no tread pattern");
     };
     if scene.contact.zone != Zone::Cells {

@@ -12,7 +12,7 @@
 //! - `row`: a row of fits, each started from its neighbour;
 //! - [`cache`]: models in the cache on disk;
 //! - [`cells`]: the same for waves one by one, the past of contact cells;
-//! - [`tractions`]: all components of tractions, over common poles;
+//! - [`tractions`]: all components of tractions, over common poles; [`traction_model`]: what is kept of them;
 //! - [`lateral`]: the same for the waves of one lateral number, both faces;
 //! - `tangential`: how the surface moves sideways under normal forces, over the same poles;
 //! - [`scaling`]: what a fit costs.
@@ -43,6 +43,7 @@ mod sampled;
 pub(crate) mod scaling;
 mod table;
 mod tangential;
+pub(crate) mod traction_model;
 pub(crate) mod tractions;
 mod tree;
 #[cfg(test)]

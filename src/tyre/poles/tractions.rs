@@ -1,4 +1,4 @@
-//! Rational models of the waves that carry the past of tractions: all components over common poles.
+//! Fit of the waves that carry the past of tractions: all components over common poles.
 //!
 //! With phases D = diag(1, i, i) taken into forces and displacements, C' = D C D^-1 of a tyre at rest is real at real s
 //! and symmetric; of one that turns it is E + i O with such functions E and O. For each wave:
@@ -16,20 +16,18 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use num_complex::Complex64;
-use serde::{Deserialize, Serialize};
 
 use super::cells::CellFitOptions;
 use super::error::{FitError, RefusalReason};
 use super::ladder::{Ladder, REAL, RUNGS};
 use super::row::{RowTarget, fit_row};
-use super::table::PoleTable;
+use super::traction_model::{Channel, TractionModel};
 use super::wavenumber::new_pole;
 use crate::numeric::in_parallel;
 use crate::numeric::rational::partial_fractions::{is_pair, order, sort};
 use crate::numeric::rational::vector_fitting::{Elimination, relocate, residues};
 use crate::numeric::rational::{PartialFractions, Parts as RationalParts, RationalError, Samples};
 use crate::scene::Sides;
-use crate::storage::{Cached, Format, Kind};
 use crate::tyre::influence::{COMPONENTS, CellRow, CellSums, CellSumsAt, CellWave, FaceValues, PAIRS, TractionParts};
 
 /// Part of the trace's largest value below which errors are not relative to it.
@@ -61,86 +59,6 @@ const SCALE_STRIDE: usize = 256;
 const REFUSED_FROM: f64 = 10.0;
 /// Tolerance from which on relocations may take products instead of reflections.
 const PRODUCTS_FROM: f64 = 1e-6;
-
-/// Part of the influence of a wave at a pole: output times input.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize)]
-pub(crate) struct Channel {
-    /// Share of each force.
-    pub input: [Complex64; COMPONENTS],
-    /// Displacement by component \[m/(N s)\].
-    pub output: [Complex64; COMPONENTS],
-    /// The same of the odd part; 0 at rest.
-    pub odd: [Complex64; COMPONENTS],
-}
-
-impl Channel {
-    /// Returns the residues of the even and of the odd part of a pair of components.
-    fn residues(&self, a: usize, b: usize) -> [Complex64; 2] {
-        [self.output[a] * self.input[b], self.odd[a] * self.input[b]]
-    }
-}
-
-/// Poles and channels of a list of waves; a pole with several channels stands there as often.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
-pub(crate) struct TractionModel {
-    poles: PoleTable,
-    channels: Vec<Channel>,
-    turns: bool,
-    /// Largest error of all waves.
-    error: f64,
-    evaluations: u64,
-}
-
-impl TractionModel {
-    /// Returns the waves.
-    pub(crate) fn len(&self) -> usize {
-        self.poles.functions()
-    }
-
-    /// Returns the channels of all waves, conjugates counted.
-    pub(crate) fn order(&self) -> usize {
-        self.poles.order()
-    }
-
-    /// Returns the evaluations of the compliance that the fits took.
-    pub(crate) fn evaluations(&self) -> u64 {
-        self.evaluations
-    }
-
-    /// Returns the largest error of a wave.
-    #[cfg(test)]
-    pub(crate) fn error(&self) -> f64 {
-        self.error
-    }
-
-    /// Tells whether there are odd parts.
-    pub(crate) fn turns(&self) -> bool {
-        self.turns
-    }
-
-    /// Returns a wave's poles by channel, how many of them are pairs, and the channels.
-    pub(crate) fn wave(&self, wave: usize) -> (&[Complex64], usize, &[Channel]) {
-        let (poles, pairs) = self.poles.of(wave);
-        (poles, pairs, &self.channels[self.poles.range(wave)])
-    }
-
-    /// Returns the residues of a pair of components by channel: even part, odd part.
-    pub(crate) fn residues(&self, wave: usize, a: usize, b: usize) -> [Vec<Complex64>; 2] {
-        let (_, _, channels) = self.wave(wave);
-        [0, 1].map(|part| channels.iter().map(|channel| channel.residues(a, b)[part]).collect())
-    }
-}
-
-impl Cached for TractionModel {
-    const KIND: Kind = Kind {
-        extension: "tractions",
-        format: Format { magic: b"TWAVETRA", version: 1, name: "a model of tractions of contact cells" },
-    };
-
-    fn is_sound(&self) -> bool {
-        self.poles.is_sound() && self.channels.len() == self.poles.stored()
-    }
-}
 
 /// Exact functions of the waves at the rungs.
 struct Exact<'a> {

@@ -129,9 +129,8 @@ impl Blocks {
                 let along = match ring {
                     Some(train) => {
                         let x = ((cell / across) as f64 + 0.5) * dx;
-                        let pitch = train.starts.partition_point(|start| *start <= x).saturating_sub(1);
+                        let (pitch, within) = train.within(x);
                         let own = parts_of(train.lengths[pitch]);
-                        let within = (x - train.starts[pitch]) / train.lengths[pitch];
                         pitch as i64 * columns + ((within * own as f64) as i64).min(own - 1)
                     }
                     None => (column - from).rem_euclid(columns) * parts[0] / columns,

@@ -146,10 +146,7 @@ impl TreadMap {
         for i in 0..self.columns {
             let x = (i as f64 + 0.5) * self.size[0];
             let part = match (period, &self.train) {
-                (RasterPeriod::Pitch, Some(train)) => {
-                    let pitch = train.starts.partition_point(|start| *start <= x).saturating_sub(1);
-                    (x - train.starts[pitch]) / train.lengths[pitch]
-                }
+                (RasterPeriod::Pitch, Some(train)) => train.within(x).1,
                 _ => x / around,
             };
             let row = ((part * rows as f64) as usize).min(rows - 1);

@@ -55,6 +55,12 @@ impl PitchTrain {
         self.starts.len()
     }
 
+    /// Returns the pitch that a place is in \[m\], and how far on in it, in parts of its length.
+    pub(super) fn within(&self, x: f64) -> (usize, f64) {
+        let pitch = self.starts.partition_point(|start| *start <= x).saturating_sub(1);
+        (pitch, (x - self.starts[pitch]) / self.lengths[pitch])
+    }
+
     /// Returns A_k.
     pub(crate) fn amplitude(&self, order: usize) -> Complex64 {
         amplitude(&self.starts, self.circumference, order)

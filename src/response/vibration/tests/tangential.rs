@@ -96,7 +96,8 @@ fn tangential_forces_move_the_tread_as_the_steps_of_the_contact_do() {
     let default = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
     let guided = Tyre { sides: Sides::Guided, ..plate.clone() };
     let turning = Tyre { angular_velocity: -100.0, ..default };
-    for (name, tyre) in [("supported", plate), ("guided", guided), ("turning", turning)] {
+    // A guided tyre that creeps forgets slowly: steps must go on for longer.
+    for (name, tyre, lags) in [("supported", plate, 2000), ("guided", guided, 4000), ("turning", turning, 2000)] {
         let numbers: Vec<usize> =
             CellGrid::new(&tyre, 16, ACROSS_HERE).lateral_numbers().take_while(|m| *m <= HIGHEST).collect();
         let layout = SegmentLayout {
@@ -113,7 +114,7 @@ fn tangential_forces_move_the_tread_as_the_steps_of_the_contact_do() {
         let bin = 1;
         let width = layout.channels() * layout.bins();
         for component in [0, 1] {
-            let steps = [500, 2000].map(|lags| stepped(&tyre, &layout, (component, bin), lags));
+            let steps = [500, lags].map(|lags| stepped(&tyre, &layout, (component, bin), lags));
             for (axis, field) in [VibrationField::Tread, VibrationField::Tangential].into_iter().enumerate() {
                 // Amplitude of the velocity at the column that is seen.
                 let mut amplitude = Complex64::ZERO;
@@ -145,8 +146,8 @@ fn tangential_forces_move_the_tread_as_the_steps_of_the_contact_do() {
                 });
                 println!("{name}, force {component}, {field:?}: {exact:.3e} m/s, off by {error:.1e}, steps {missed:?}");
                 assert!(error < 1e-4, "{name}, force {component}, {field:?}: {error:e}");
-                // A tyre that creeps forgets slowly: what a longer memory holds is nearer.
-                let is_nearer = missed[1] < 0.05 && missed[1] < missed[0];
+                // The longer memory is nearer.
+                let is_nearer = missed[1] < 0.02 && missed[1] < missed[0];
                 assert!(is_nearer, "{name}, force {component}, {field:?}: {missed:?}");
             }
         }

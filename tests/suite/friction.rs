@@ -508,6 +508,53 @@ fn a_locked_wheel_on_falling_friction_sticks_and_slips() {
     assert!(sticking > late.len() / 10 && sticking < 9 * late.len() / 10, "{sticking} of {}", late.len());
 }
 
+/// Returns the mean period of stick and slip of a locked wheel at 0.1 m/s with steps of so many seconds, and its
+/// standard error \[s\].
+fn period_of_stick_slip(time_step: f64) -> [f64; 2] {
+    let (speed, elements, seconds) = (0.1, 128, 3.0);
+    let substeps = (1.95 / f64::from(elements) / speed / time_step).round();
+    let friction = "[friction]\nlaw = \"falling\"\nmu_slow = 1.0\nmu_fast = 0.3\nspeed_scale = 0.1\n\
+                    memory_length = 1e-4\nspeed_floor = 1e-3\n[friction.creep]\nlongitudinal = 1.0\nramp = 0.01";
+    let numerics = format!(
+        "substeps = {substeps}\ntime_rule = \"bdf2\"\nhistory = \"modal\"\npole_tolerance = 1e-5\n\
+         contact_tolerance = 1e-8"
+    );
+    let rolling =
+        format!("speed_kmh = 0.36\nwarm_up = 0.0\nduration = {seconds}\naxle = {{ indentation = 0.014, ramp = 0.01 }}");
+    let more = format!("[contact]\nzone = \"cells\"\ncells_across = 1\n{friction}");
+    let text = scene_text(elements as usize, SMOOTH, &rolling, &numerics, &more);
+    let text = edit(&text, &[("numerics.lateral_terms", "1"), ("numerics.wavenumber_aliases", "0")]);
+    let found = totals(&scene(&text));
+    let late: Vec<f64> = found[found.len() / 2..].iter().map(|total| total[1]).collect();
+    let mean = late.iter().sum::<f64>() / late.len() as f64;
+    let passage = |(step, pair): (usize, &[f64])| {
+        let [below, above] = [pair[0] - mean, pair[1] - mean];
+        (below < 0.0 && above >= 0.0).then(|| step as f64 + below / (below - above))
+    };
+    let passages: Vec<f64> = late.windows(2).enumerate().filter_map(passage).collect();
+    let periods: Vec<f64> = passages.windows(2).map(|pair| (pair[1] - pair[0]) * time_step).collect();
+    let count = periods.len() as f64;
+    let period = periods.iter().sum::<f64>() / count;
+    let variance = periods.iter().map(|own| (own - period).powi(2)).sum::<f64>() / (count - 1.0);
+    [period, (variance / count).sqrt()]
+}
+
+#[test]
+#[ignore = "225 000 steps: a minute"]
+fn the_period_of_stick_and_slip_converges_with_the_time_step() {
+    let found = [200e-6, 100e-6, 50e-6, 25e-6].map(|time_step| {
+        let [period, error] = period_of_stick_slip(time_step);
+        println!("steps of {:.0} us: {:.2} ms, standard error {:.2} ms", 1e6 * time_step, 1e3 * period, 1e3 * error);
+        period
+    });
+    let changes = [0, 1, 2].map(|at| found[at] - found[at + 1]);
+    let order = (changes[0] / changes[2]).log2() / 2.0;
+    println!("order {order:.2}, limit {:.2} ms", 1e3 * (found[3] - changes[2] / (order.exp2() - 1.0)));
+    // Cycles are not alike: each period is a mean of some 150 of them.
+    assert!((0.5..1.5).contains(&order), "{changes:?}");
+    assert!(changes[2].abs() < 0.05 * found[3], "{found:?}");
+}
+
 #[test]
 fn tables_of_friction_are_written_as_they_are_read() {
     let falling = "[friction]\nlaw = \"falling\"\nmu_slow = 1.0\nmu_fast = 0.3\nspeed_scale = 0.1\n\

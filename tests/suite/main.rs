@@ -28,6 +28,7 @@ mod faults;
 mod first_run;
 mod fit_tyre;
 mod friction;
+mod friction_energy;
 mod friction_motion;
 mod fuzzing;
 mod gallery;

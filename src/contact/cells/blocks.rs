@@ -108,6 +108,11 @@ impl BlockTerm {
         start..start + count
     }
 
+    /// Returns the block of each of so many cells that are looked at, 0 for none, and c_b/A_b of these blocks \[m/N\].
+    pub(super) fn looked_at(&self, count: usize) -> (&[u32], &[f64]) {
+        (&self.local[self.range(count)], &self.weights)
+    }
+
     /// Adds what forces do to a part of the window, or to all of it.
     pub(super) fn add<R: Element>(&mut self, forces: &[R], out: &mut [R]) {
         let range = self.range(forces.len());

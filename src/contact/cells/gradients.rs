@@ -4,7 +4,9 @@
 //!
 //! 1. Working set A: F > 0 or u < d. Stop when |u - d| over F > 0 and d - u elsewhere are below the goal.
 //! 2. Residual r = d - u on A; preconditioned residual z = (W r) on A, W a small stencil: the middle of the inverse of
-//!    the free field's T.
+//!    the free field's T. Where blocks yield, U D U^T beside the free field, with U_ib = 1 on block b and D = c_b/A_b, it
+//!    becomes W - W U C U^T W, C_b = 1/(A_b/c_b + (U^T W U)_bb) on A: what Woodbury's formula has, but for what one block
+//!    does to another.
 //! 3. Direction t = z + beta t on A, beta = max(0, z.(r - r_old)/(z_old.r_old)), but nowhere negative where F = 0:
 //!    it forgets by itself when A changes.
 //! 4. F += alpha t, alpha = r.t/(t.G t), and u += alpha G t; forces below 0 are cut, which u is told of too.
@@ -14,6 +16,7 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
+use super::blocks::BlockTerm;
 use super::instant::InstantCells;
 use crate::numeric::Element;
 
@@ -38,22 +41,13 @@ pub(super) struct Gradients {
     arch: Arch,
     /// Cells of the part of the window that is looked at.
     count: usize,
-    /// Cells on either side that the stencil reaches.
-    radius: usize,
-    /// W by distance along and across, (radius + 1)^2.
-    stencil: Vec<f32>,
-    /// Row length of the residual with its edges of zeros.
-    stride: usize,
+    filter: Filter,
     /// u - d.
     miss: Vec<f32>,
     /// F.
     forces: Vec<f64>,
     /// r.
     residual: Vec<f32>,
-    /// r with edges.
-    edged: Vec<f32>,
-    /// Sums of two of its rows.
-    lines: Vec<f32>,
     /// z.
     preconditioned: Vec<f32>,
     /// r of the iteration before.
@@ -66,6 +60,113 @@ pub(super) struct Gradients {
     last: f32,
     /// Cuts of forces that would have been below 0.
     cut: Vec<f32>,
+    /// Blocks that yield, where the tread has some.
+    blocks: Option<Box<BlockShares>>,
+}
+
+/// W with room for a product.
+struct Filter {
+    arch: Arch,
+    across: usize,
+    /// Cells on either side that the stencil reaches.
+    radius: usize,
+    /// W by distance along and across, (radius + 1)^2.
+    stencil: Vec<f32>,
+    /// Row length of a field with its edges of zeros.
+    stride: usize,
+    /// A field with edges.
+    edged: Vec<f32>,
+    /// Sums of two of its rows.
+    lines: Vec<f32>,
+}
+
+impl Filter {
+    fn new(cells: &InstantCells, radius: usize) -> Self {
+        let (columns, across) = (cells.columns(), cells.across());
+        let stride = across.next_multiple_of(4 * LANES) + 2 * radius;
+        Self {
+            arch: Arch::new(),
+            across,
+            radius,
+            stencil: cells.inverse_stencil(radius),
+            stride,
+            edged: vec![0.0; (columns + 2 * radius) * stride],
+            lines: vec![0.0; (radius + 1) * stride],
+        }
+    }
+
+    /// Computes W times a field.
+    fn apply(&mut self, field: &[f32], out: &mut [f32]) {
+        let Self { arch, across, radius, stencil, stride, edged, lines } = self;
+        let (across, radius, stride) = (*across, *radius, *stride);
+        let inner = edged[radius * stride..].chunks_exact_mut(stride);
+        for (line, row) in inner.zip(field.chunks_exact(across)) {
+            line[radius..radius + across].copy_from_slice(row);
+        }
+        // What a longer part has left there.
+        edged[(radius + field.len() / across) * stride..][..radius * stride].fill(0.0);
+        arch.dispatch(Stencil { radius, weights: stencil, stride, across, residual: edged, lines, out });
+    }
+}
+
+/// Part of the preconditioner that blocks have.
+#[derive(Default)]
+struct BlockShares {
+    /// Block of each cell, 0 for none.
+    of_cell: Vec<u32>,
+    /// C by block, 0 for cells of none.
+    factors: Vec<f32>,
+    sums: Vec<f32>,
+    /// U C U^T z on A, and W times that.
+    spread: Vec<f32>,
+    off: Vec<f32>,
+}
+
+impl BlockShares {
+    /// Finds C of the blocks on the cells of A, where `residual` is not 0.
+    fn take(&mut self, blocks: &BlockTerm, filter: &Filter, residual: &[f32]) {
+        let Self { of_cell, factors, sums, spread, off } = self;
+        let Filter { across, radius, stencil, .. } = filter;
+        let (across, radius, columns) = (*across, *radius, residual.len() / *across);
+        let (local, weights) = blocks.looked_at(residual.len());
+        of_cell.clear();
+        of_cell.extend_from_slice(local);
+        spread.resize(residual.len(), 0.0);
+        off.resize(residual.len(), 0.0);
+        sums.clear();
+        sums.resize(weights.len(), 0.0);
+        for (cell, &block) in of_cell.iter().enumerate().filter(|(cell, _)| residual[*cell].abs() > 0.0) {
+            let (i, j) = (cell / across, cell % across);
+            for column in i.saturating_sub(radius)..(i + radius + 1).min(columns) {
+                let weights = &stencil[column.abs_diff(i) * (radius + 1)..];
+                for place in j.saturating_sub(radius)..(j + radius + 1).min(across) {
+                    let other = column * across + place;
+                    if of_cell[other] == block && residual[other].abs() > 0.0 {
+                        sums[block as usize] += weights[place.abs_diff(j)];
+                    }
+                }
+            }
+        }
+        let factor = |(weight, sum): (&f64, &f32)| (weight / (1.0 + weight * f64::from(*sum).max(0.0))) as f32;
+        factors.clear();
+        factors.extend(weights.iter().zip(&*sums).map(factor));
+    }
+
+    /// Takes W U C U^T z off z.
+    fn take_off(&mut self, filter: &mut Filter, residual: &[f32], z: &mut [f32]) {
+        let Self { of_cell, factors, sums, spread, off } = self;
+        sums.fill(0.0);
+        let is_active = |residual: &f32| residual.abs() > 0.0;
+        for ((z, residual), &block) in z.iter().zip(residual).zip(&*of_cell) {
+            sums[block as usize] += if is_active(residual) { *z } else { 0.0 };
+        }
+        sums.iter_mut().zip(&*factors).for_each(|(sum, factor)| *sum *= factor);
+        for ((spread, residual), &block) in spread.iter_mut().zip(residual).zip(&*of_cell) {
+            *spread = if is_active(residual) { sums[block as usize] } else { 0.0 };
+        }
+        filter.apply(spread, off);
+        z.iter_mut().zip(&*off).for_each(|(z, off)| *z -= off);
+    }
 }
 
 /// W r.
@@ -220,27 +321,22 @@ impl WithSimd for Dispatched<'_> {
 impl Gradients {
     /// Makes room for a window, with a stencil that reaches so far.
     pub(super) fn new(cells: &InstantCells, radius: usize) -> Self {
-        let (columns, across) = (cells.columns(), cells.across());
-        let stride = across.next_multiple_of(4 * LANES) + 2 * radius;
-        let room = (columns * across).next_multiple_of(LANES);
+        let room = cells.cells().next_multiple_of(LANES);
         let zeros = || vec![0.0; room];
         Self {
             arch: Arch::new(),
             count: 0,
-            radius,
-            stencil: cells.inverse_stencil(radius),
-            stride,
+            filter: Filter::new(cells, radius),
             miss: zeros(),
             forces: vec![0.0; room],
             residual: zeros(),
-            edged: vec![0.0; (columns + 2 * radius) * stride],
-            lines: vec![0.0; (radius + 1) * stride],
             preconditioned: zeros(),
             previous: zeros(),
             direction: zeros(),
             response: zeros(),
             cut: zeros(),
             last: 0.0,
+            blocks: cells.blocks().map(|_| Box::default()),
         }
     }
 
@@ -292,15 +388,18 @@ impl Gradients {
     /// Improves the forces on the part of the window until the conditions are met to `goal` or after `most` iterations.
     pub(super) fn run(&mut self, cells: &mut InstantCells, forces: &mut [f64], goal: f32, most: u64) -> Progress {
         let mut progress = Progress::default();
-        let (count, across) = (forces.len(), cells.across());
+        let count = forces.len();
         self.forces[..count].copy_from_slice(forces);
         loop {
             progress.left = self.pass(Pass::Residual)[0];
             if progress.iterations == most || progress.left <= goal {
                 break;
             }
+            if let (0, Some(shares), Some(blocks)) = (progress.iterations, &mut self.blocks, cells.blocks()) {
+                shares.take(blocks, &self.filter, &self.residual[..count]);
+            }
             progress.iterations += 1;
-            self.precondition(count, across);
+            self.precondition(count);
             let [mut product, mut change] = self.pass(Pass::Precondition);
             if product <= 0.0 {
                 // W cut down to A need not be positive definite; the residual itself always leads on.
@@ -330,18 +429,13 @@ impl Gradients {
         progress
     }
 
-    /// Computes z = W r, off A, too.
-    fn precondition(&mut self, count: usize, across: usize) {
-        let Self { arch, radius, stencil, stride, residual, edged, lines, preconditioned, .. } = self;
-        let (radius, stride) = (*radius, *stride);
-        let inner = edged[radius * stride..].chunks_exact_mut(stride);
-        for (line, row) in inner.zip(residual[..count].chunks_exact(across)) {
-            line[radius..radius + across].copy_from_slice(row);
+    /// Computes z, off A, too.
+    fn precondition(&mut self, count: usize) {
+        let (residual, z) = (&self.residual[..count], &mut self.preconditioned[..count]);
+        self.filter.apply(residual, z);
+        if let Some(blocks) = &mut self.blocks {
+            blocks.take_off(&mut self.filter, residual, z);
         }
-        // What a longer part has left there.
-        edged[(radius + count / across) * stride..][..radius * stride].fill(0.0);
-        let out = &mut preconditioned[..count];
-        arch.dispatch(Stencil { radius, weights: stencil, stride, across, residual: edged, lines, out });
     }
 
     /// Tells u of the cuts: a few one by one, many by a product.

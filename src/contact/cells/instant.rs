@@ -125,6 +125,11 @@ impl InstantCells {
         }
     }
 
+    /// Returns the blocks that yield by themselves.
+    pub(super) fn blocks(&self) -> Option<&BlockTerm> {
+        self.blocks.as_deref()
+    }
+
     /// Returns the cells along.
     pub fn columns(&self) -> usize {
         self.influence.columns

@@ -44,9 +44,14 @@ pub(crate) enum State {
     Slipping([f64; 2], f64, f64),
 }
 
+/// Returns the length of a tangential vector.
+pub(crate) fn length([x, y]: [f64; 2]) -> f64 {
+    (x * x + y * y).sqrt()
+}
+
 /// Projects a tangential force onto the disc of so large forces.
 pub(crate) fn onto_disc(force: [f64; 2], bound: f64) -> [f64; 2] {
-    let size = force[0].hypot(force[1]);
+    let size = length(force);
     if size <= bound { force } else { force.map(|component| component * (bound / size)) }
 }
 
@@ -70,7 +75,7 @@ impl Conditions<'_> {
         let [x, y, z] = self.trial(cell, force, displacement, rigidity);
         let normal = (force[2] - z.max(0.0)).abs();
         let [px, py] = onto_disc([x, y], self.friction[cell] * force[2]);
-        [normal, (force[0] - px).hypot(force[1] - py)]
+        [normal, length([force[0] - px, force[1] - py])]
     }
 
     /// Returns the state of a cell near a guess. Rigidities along x and y are the same, so that projections are such.
@@ -79,7 +84,7 @@ impl Conditions<'_> {
         if z.is_nan() || z <= 0.0 {
             return State::Open;
         }
-        let (bound, size) = (self.friction[cell] * force[2].max(0.0), x.hypot(y));
+        let (bound, size) = (self.friction[cell] * force[2].max(0.0), length([x, y]));
         if size > bound || self.friction[cell] <= 0.0 {
             let beta = if size > 0.0 { bound / size } else { 0.0 };
             let direction = if size > 0.0 { [x / size, y / size] } else { [1.0, 0.0] };

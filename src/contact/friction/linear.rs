@@ -9,17 +9,12 @@
 use std::ops::Range;
 
 use super::conditions::{Conditions, State};
-use super::product::{TractionProduct, Vector};
-use crate::counters::Work;
+use super::nearby::NearbyInverse;
+use super::product::{Vector, WindowProduct};
 use crate::tyre::influence::{COMPONENTS, TractionInfluence};
 
 /// Directions that are kept.
 const DIRECTIONS: usize = 60;
-
-/// Columns by which windows of products differ.
-const COLUMNS: usize = 8;
-/// Cells on either side that an inverse is taken of.
-const RADIUS: usize = 2;
 
 /// Equations of the pressed cells.
 pub(crate) struct Equations {
@@ -30,20 +25,12 @@ pub(crate) struct Equations {
     scale: Vec<f64>,
     right: Vec<f64>,
     directions: Vec<Vec<f64>>,
-    /// Products with the influence between columns that hold all pressed cells, by their number; made as needed.
-    products: Vec<Option<TractionProduct>>,
-    /// First cell of these columns and past the last, and which product is theirs.
-    range: Range<usize>,
-    which: usize,
-    /// Work of products.
-    work: Work,
+    /// Part of the window that holds all pressed cells.
+    part: Range<usize>,
     forces: Vec<Vector>,
     displacements: Vec<Vector>,
-    /// Inverses of the free fields nearby by component.
-    stencils: [Vec<f64>; COMPONENTS],
+    nearby: NearbyInverse,
     across: usize,
-    /// Forces to be preconditioned, with room round the window.
-    padded: Vec<Vector>,
 }
 
 /// Result of a solution.
@@ -57,59 +44,37 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 impl Equations {
-    /// Makes room for the window of an influence with its product; `own` is the influence of a cell on itself \[m/N\].
-    pub(crate) fn new(influence: &TractionInfluence, product: &TractionProduct, own: Vector) -> Self {
+    /// Makes room for the window of an influence; `own` is that of a cell on itself \[m/N\].
+    pub(crate) fn new(influence: &TractionInfluence, own: Vector) -> Self {
         let TractionInfluence { columns, across, .. } = *influence;
         let cells = columns * across;
-        let padded = (columns + 2 * RADIUS) * (across + 2 * RADIUS);
         Self {
             cells: Vec::new(),
             unknowns: 0,
             scale: Vec::new(),
             right: Vec::new(),
             directions: Vec::new(),
-            products: (0..columns.div_ceil(COLUMNS)).map(|_| None).collect(),
-            range: 0..cells,
-            which: 0,
-            work: Work::default(),
+            part: 0..cells,
             forces: vec![[0.0; 3]; cells],
             displacements: vec![[0.0; 3]; cells],
-            stencils: product.inverse_stencils(RADIUS, own),
+            nearby: NearbyInverse::new(influence, own),
             across,
-            padded: vec![[0.0; 3]; padded],
         }
-    }
-
-    /// Takes out the work of all products since this was last done.
-    pub(crate) fn take_work(&mut self) -> Work {
-        std::mem::take(&mut self.work)
-    }
-
-    /// Finds the columns of all pressed cells, and their product.
-    fn take_columns(&mut self, influence: &TractionInfluence) {
-        let (Some((first, ..)), Some((last, ..))) = (self.cells.first(), self.cells.last()) else { return };
-        let (first, last) = (first / self.across, last / self.across);
-        self.which = (last - first) / COLUMNS;
-        let columns = influence.columns.min((self.which + 1) * COLUMNS);
-        let first = first.min(influence.columns - columns);
-        self.range = first * self.across..(first + columns) * self.across;
-        let made = &mut self.products[self.which];
-        made.get_or_insert_with(|| TractionProduct::new(&influence.narrowed(columns)));
     }
 
     /// Sets the equations up; `own` is the influence of a cell on itself \[m/N\].
     pub(crate) fn set(
         &mut self,
-        influence: &TractionInfluence,
+        product: &WindowProduct,
         conditions: &Conditions<'_>,
-        states: impl Iterator<Item = State>,
+        states: impl Iterator<Item = (usize, State)>,
         own: Vector,
     ) {
         (self.unknowns, self.cells) = (0, std::mem::take(&mut self.cells));
         self.cells.clear();
         self.scale.clear();
         self.right.clear();
-        for (cell, state) in states.enumerate() {
+        for (cell, state) in states {
             let [sx, sy] = conditions.shift[cell];
             let first = self.unknowns;
             match state {
@@ -128,7 +93,9 @@ impl Equations {
             }
             self.cells.push((cell, state, first));
         }
-        self.take_columns(influence);
+        if let (Some((first, ..)), Some((last, ..))) = (self.cells.first(), self.cells.last()) {
+            self.part = product.part(&(first / self.across..last / self.across + 1));
+        }
     }
 
     /// Finds the forces of unknowns.
@@ -147,13 +114,9 @@ impl Equations {
     }
 
     /// Finds the left sides of the equations, scaled, for unknowns.
-    fn apply(&mut self, friction: &[f64], unknowns: &[f64], out: &mut [f64]) {
+    fn apply(&mut self, product: &mut WindowProduct, friction: &[f64], unknowns: &[f64], out: &mut [f64]) {
         self.expand(friction, unknowns);
-        let Self { products, range, which, work, forces, displacements, .. } = self;
-        if let Some(product) = &mut products[*which] {
-            product.displacement(&forces[range.clone()], &mut displacements[range.clone()]);
-            *work += product.work();
-        }
+        product.displacement(&self.part, &self.forces, &mut self.displacements);
         for &(cell, state, first) in &self.cells {
             let [x, y, z] = self.displacements[cell];
             out[first] = z * self.scale[first];
@@ -170,41 +133,23 @@ impl Equations {
         }
     }
 
-    /// Returns the place of a cell with room round the window.
-    fn place(&self, cell: usize) -> usize {
-        (cell / self.across + RADIUS) * (self.across + 2 * RADIUS) + cell % self.across + RADIUS
-    }
-
     /// Finds unknowns that nearly have these residuals.
     fn precondition(&mut self, residuals: &[f64], out: &mut [f64]) {
-        for &(cell, state, first) in &self.cells {
-            let (place, z) = (self.place(cell), residuals[first]);
-            self.padded[place] = match state {
-                State::Slipping(..) => [0.0, 0.0, z],
-                _ => [residuals[first + 1], residuals[first + 2], z],
-            };
-        }
-        let (width, row) = (2 * RADIUS + 1, self.across + 2 * RADIUS);
-        let [sx, sy, sz] = &self.stencils;
-        for &(cell, state, first) in &self.cells {
-            let corner = self.place(cell) - RADIUS * (row + 1);
-            let mut sum = [0.0; COMPONENTS];
-            for a in 0..width {
-                let near = &self.padded[corner + a * row..][..width];
-                let weights = sx[a * width..].iter().zip(&sy[a * width..]).zip(&sz[a * width..]);
-                for ([x, y, z], ((wx, wy), wz)) in near.iter().zip(weights) {
-                    sum = [sum[0] + wx * x, sum[1] + wy * y, sum[2] + wz * z];
-                }
+        let Self { cells, nearby, part, across, .. } = self;
+        for &(cell, state, first) in &*cells {
+            *nearby.ask(cell, 2) = residuals[first];
+            if state == State::Sticking {
+                (*nearby.ask(cell, 0), *nearby.ask(cell, 1)) = (residuals[first + 1], residuals[first + 2]);
             }
-            out[first] = sum[2];
+        }
+        nearby.find(part.start / *across..part.end / *across);
+        for &(cell, state, first) in &*cells {
+            out[first] = nearby.found(cell, 2);
             match state {
                 State::Slipping(..) => out[first + 1] = residuals[first + 1],
-                _ => (out[first + 1], out[first + 2]) = (sum[0], sum[1]),
+                _ => (out[first + 1], out[first + 2]) = (nearby.found(cell, 0), nearby.found(cell, 1)),
             }
-        }
-        for &(cell, ..) in &self.cells {
-            let place = self.place(cell);
-            self.padded[place] = [0.0; COMPONENTS];
+            (0..COMPONENTS).for_each(|component| *nearby.ask(cell, component) = 0.0);
         }
     }
 
@@ -212,6 +157,7 @@ impl Equations {
     /// or to the `least` \[N\] that is of use.
     pub(crate) fn solve(
         &mut self,
+        product: &mut WindowProduct,
         conditions: &Conditions<'_>,
         forces: &mut [Vector],
         [reduction, least]: [f64; 2],
@@ -230,7 +176,7 @@ impl Equations {
         let (mut residual, mut products) = (vec![0.0; count], 0);
         let mut goal = least;
         while count > 0 && products < most {
-            self.apply(friction, &unknowns, &mut residual);
+            self.apply(product, friction, &unknowns, &mut residual);
             products += 1;
             let right = self.right.iter().zip(&self.scale);
             residual.iter_mut().zip(right).for_each(|(own, (right, scale))| *own = right * scale - *own);
@@ -241,7 +187,7 @@ impl Equations {
             if first <= goal || !first.is_finite() {
                 break;
             }
-            let steps = self.minimise(friction, (&residual, first), goal, most - products);
+            let steps = self.minimise(product, friction, (&residual, first), [goal, (most - products) as f64]);
             products += steps.len() as u64;
             let mut change = vec![0.0; count];
             for (step, direction) in steps.iter().zip(&self.directions) {
@@ -259,7 +205,13 @@ impl Equations {
     }
 
     /// Finds the steps along the directions that make a residual smallest.
-    fn minimise(&mut self, friction: &[f64], (residual, first): (&[f64], f64), goal: f64, most: u64) -> Vec<f64> {
+    fn minimise(
+        &mut self,
+        product: &mut WindowProduct,
+        friction: &[f64],
+        (residual, first): (&[f64], f64),
+        [goal, most]: [f64; 2],
+    ) -> Vec<f64> {
         let most = DIRECTIONS.min(most as usize);
         let mut directions = std::mem::take(&mut self.directions);
         directions.clear();
@@ -271,7 +223,7 @@ impl Equations {
             let place = columns.len();
             let (mut near, mut next) = (vec![0.0; self.unknowns], vec![0.0; self.unknowns]);
             self.precondition(&directions[place], &mut near);
-            self.apply(friction, &near, &mut next);
+            self.apply(product, friction, &near, &mut next);
             let mut column = Vec::with_capacity(place + 2);
             for direction in &directions {
                 let share = dot(direction, &next);

@@ -3,6 +3,7 @@
 //! - [`product`]: displacements of all cells by the forces on all of them within an instant;
 //! - [`conditions`]: contact and friction law of a cell, how far it is missed, and the linear equation that stands for
 //!   it near a guess;
+//! - [`nearby`]: forces from what is near each cell;
 //! - [`linear`]: solution of the linear equations of all cells;
 //! - [`sweeps`]: cell after cell, which ends where linear equations do not;
 //! - [`search`]: the forces of an instant;
@@ -20,6 +21,7 @@ mod late;
 pub(crate) mod law;
 mod linear;
 pub(crate) mod modal;
+mod nearby;
 pub(crate) mod past;
 pub(crate) mod product;
 pub(crate) mod search;

@@ -1,249 +1,313 @@
-//! Products of the influence between cells with the forces on all of them, through Fourier transforms.
+//! Products of the influence between cells with the forces on all of them, wave by wave along.
 //!
-//! With transforms longer than all distances nothing wraps round:
-//! 1. rows of cells along, real, to their waves;
-//! 2. these across: F(k, l);
-//! 3. u_a(k, l) = sum_b T_ab(k, l) F_b(k, l) + H_ab(k, l) F_b(k, -l), since H is a function of j + j';
-//! 4. back across, where the uniform parts are added, and along.
+//! Across, the cells at y and -y are taken together, as sums and as differences, which a tyre that is even about its
+//! middle does not mix. Along, transforms as long as there are distances: nothing wraps round, and windows are short
+//! enough for products with cosines and sines.
+//! 1. f+_j = f_j + f_-j and f-_j = f_j - f_-j, component by component; the middle cell counts once;
+//! 2. F(k) of each row along;
+//! 3. u^s_a(k, j) = sum over b, t, j' of W^st_ab(k, j, j') F^t_b(k, j'), real and imaginary parts of W apart, without
+//!    blocks that are 0;
+//! 4. back along, u_j = u+_j + u-_j, u_-j = u+_j - u-_j.
+//!
+//! Vectors hold waves along.
 
 use std::f64::consts::TAU;
-use std::sync::Arc;
+use std::ops::Range;
 
+use faer::linalg::matmul::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
 use num_complex::Complex64;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
-use rustfft::{Fft, FftPlanner};
+use pulp::{Arch, Simd, WithSimd};
 
 use crate::counters::Work;
-use crate::numeric::{transform_length, transform_multiply_adds};
+use crate::numeric::Element;
 use crate::tyre::influence::{COMPONENTS, TractionInfluence};
 
 /// Forces or displacements of a cell: forward, to the left, into the tyre.
 pub(crate) type Vector = [f64; COMPONENTS];
 
+/// Sums and differences.
+const SIDES: usize = 2;
+/// Part of the largest weight of a pair below which a block of it is rounding.
+const ROUNDING: f64 = 1e-13;
+/// Columns by which parts of a window differ that have products of their own.
+const STRIDE: usize = 8;
+
+/// G between the cells of a window, with products for parts of it, as long as they are needed.
+pub(crate) struct WindowProduct {
+    influence: TractionInfluence,
+    /// By length of a part; made as needed.
+    parts: Vec<Option<TractionProduct>>,
+    /// Work of products.
+    work: Work,
+}
+
 /// G in the waves of a window, with room for a product.
 pub(crate) struct TractionProduct {
     columns: usize,
     across: usize,
-    along: Transforms,
-    forward: Arc<dyn Fft<f64>>,
-    inverse: Arc<dyn Fft<f64>>,
-    /// Transforms of T and H by pair, wave along and wave across; empty ones are zero.
-    toeplitz: Vec<Vec<Complex64>>,
-    hankel: Vec<Vec<Complex64>>,
-    uniform: Option<Uniform>,
-    /// Waves of the forces by component, wave along and wave across, then of displacements.
-    forces: Vec<Vec<Complex64>>,
-    displacements: Vec<Vec<Complex64>>,
-    scratch: Vec<Complex64>,
+    /// Waves along, in whole vectors.
+    waves: usize,
+    /// cos and -sin, columns x 2 waves.
+    forward: Vec<f64>,
+    /// The way back, 2 waves x columns.
+    back: Vec<f64>,
+    blocks: Vec<Block>,
+    /// By block, j, j' and wave.
+    weights: Vec<f64>,
+    /// By component, side and j: columns; then waves of forces and displacements, real and imaginary parts.
+    rows: Vec<f64>,
+    forces: Vec<f64>,
+    displacements: Vec<f64>,
+    arch: Arch,
 }
 
-/// Real transforms along with their room.
-struct Transforms {
-    forward: Arc<dyn RealToComplex<f64>>,
-    inverse: Arc<dyn ComplexToReal<f64>>,
-    real: Vec<f64>,
-    waves: Vec<Complex64>,
-    scratch: Vec<Complex64>,
+/// Weights between one component and side of displacements and one of forces.
+#[derive(Clone, Copy)]
+struct Block {
+    /// First rows.
+    to: usize,
+    from: usize,
+    is_imaginary: bool,
 }
 
-/// Parts that a uniform lateral motion stands for, by wave along.
-struct Uniform {
-    /// Transforms of D by wave across.
-    driven: [Vec<Complex64>; COMPONENTS],
-    /// Those of O along alone, by cell across.
-    observed: [Vec<Complex64>; COMPONENTS],
-    /// Lateral motion by wave along.
-    motion: Vec<Complex64>,
+/// Returns the number of a component and a side.
+fn field(component: usize, side: usize) -> usize {
+    component * SIDES + side
 }
 
-impl Transforms {
-    fn new(length: usize) -> Self {
-        let mut planner = RealFftPlanner::<f64>::new();
-        let (forward, inverse) = (planner.plan_fft_forward(length), planner.plan_fft_inverse(length));
-        let scratch = vec![Complex64::ZERO; forward.get_scratch_len().max(inverse.get_scratch_len())];
-        Self { real: forward.make_input_vec(), waves: forward.make_output_vec(), forward, inverse, scratch }
+/// Returns the waves along of a table whose rows stand for distances, wave by wave.
+pub(super) fn transformed(table: &[f64], width: usize, columns: usize) -> Vec<Complex64> {
+    let length = 2 * columns - 1;
+    let turns: Vec<Complex64> = (0..length).map(|n| Complex64::cis(-TAU * n as f64 / length as f64)).collect();
+    let mut out = vec![Complex64::ZERO; columns * width];
+    for (wave, out) in out.chunks_exact_mut(width).enumerate() {
+        for (row, values) in table.chunks_exact(width).enumerate() {
+            let turn = turns[wave * (row + columns) % length];
+            out.iter_mut().zip(values).for_each(|(out, value)| *out += turn * value);
+        }
+    }
+    out
+}
+
+impl WindowProduct {
+    /// Makes the products with an influence.
+    pub(crate) fn new(influence: TractionInfluence) -> Self {
+        let parts = (0..influence.columns.div_ceil(STRIDE)).map(|_| None).collect();
+        Self { influence, parts, work: Work::default() }
     }
 
-    /// Transforms a sequence that is 0 where it is not told.
-    fn waves(&mut self, values: impl Iterator<Item = (usize, f64)>) -> &[Complex64] {
-        self.real.fill(0.0);
-        values.for_each(|(place, value)| self.real[place] = value);
-        // Planned lengths: nothing to refuse.
-        let _ = self.forward.process_with_scratch(&mut self.real, &mut self.waves, &mut self.scratch);
-        &self.waves
+    /// Returns the influence.
+    pub(crate) fn influence(&self) -> &TractionInfluence {
+        &self.influence
     }
 
-    /// Transforms waves to their sequence.
-    fn sequence(&mut self, waves: impl Iterator<Item = Complex64>) -> &[f64] {
-        self.waves.iter_mut().zip(waves).for_each(|(own, wave)| *own = wave);
-        let last = self.waves.len() - 1;
-        (self.waves[0].im, self.waves[last].im) = (0.0, 0.0);
-        let _ = self.inverse.process_with_scratch(&mut self.waves, &mut self.real, &mut self.scratch);
-        &self.real
+    /// Takes out the work of all products since this was last done.
+    pub(crate) fn take_work(&mut self) -> Work {
+        std::mem::take(&mut self.work)
+    }
+
+    /// Returns the columns of the shortest part that has a product and holds some columns.
+    fn length(&self, columns: usize) -> usize {
+        self.influence.columns.min(columns.div_ceil(STRIDE).max(1) * STRIDE)
+    }
+
+    /// Returns the cells of the shortest part that has a product and holds some columns.
+    pub(crate) fn part(&self, columns: &Range<usize>) -> Range<usize> {
+        let (across, length) = (self.influence.across, self.length(columns.len()));
+        let first = columns.start.min(self.influence.columns - length);
+        first * across..(first + length) * across
+    }
+
+    /// Finds u = G F within a part.
+    pub(crate) fn displacement(&mut self, part: &Range<usize>, forces: &[Vector], out: &mut [Vector]) {
+        let Self { influence, parts, work } = self;
+        let columns = part.len() / influence.across;
+        let make = || TractionProduct::new(&influence.narrowed(columns));
+        let product = parts[(columns - 1) / STRIDE].get_or_insert_with(make);
+        *work += product.work();
+        product.displacement(&forces[part.clone()], &mut out[part.clone()]);
     }
 }
 
 impl TractionProduct {
     /// Makes the product with an influence.
     pub(crate) fn new(influence: &TractionInfluence) -> Self {
-        let TractionInfluence { columns, across, pairs, uniform } = influence;
-        let (columns, across) = (*columns, *across);
-        let (p, q) = (transform_length(2 * columns - 1), transform_length(2 * across - 1));
-        let mut planner = FftPlanner::new();
-        let (forward, inverse) = (planner.plan_fft_forward(q), planner.plan_fft_inverse(q));
-        let room = forward.get_inplace_scratch_len().max(inverse.get_inplace_scratch_len());
+        let (columns, across) = (influence.columns, influence.across);
+        let (half, waves) = (across.div_ceil(2), columns.next_multiple_of(f64::MOST_LANES));
+        let length = 2 * columns - 1;
+        let turn = |wave: usize, column: usize| Complex64::cis(-TAU * (wave * column % length) as f64 / length as f64);
+        let (mut forward, mut back) = (vec![0.0; columns * 2 * waves], vec![0.0; 2 * waves * columns]);
+        for wave in 0..columns {
+            // A wave and its conjugate.
+            let times = if wave == 0 { 1.0 } else { 2.0 } / length as f64;
+            for column in 0..columns {
+                let turn = turn(wave, column);
+                (forward[2 * column * waves + wave], forward[(2 * column + 1) * waves + wave]) = (turn.re, turn.im);
+                back[wave * columns + column] = times * turn.re;
+                back[(waves + wave) * columns + column] = times * turn.im;
+            }
+        }
+        let rows = COMPONENTS * SIDES * half;
+        let room = || vec![0.0; rows * 2 * waves];
         let mut this = Self {
             columns,
             across,
-            along: Transforms::new(p),
+            waves,
             forward,
-            inverse,
-            toeplitz: Vec::new(),
-            hankel: Vec::new(),
-            uniform: None,
-            forces: Vec::new(),
-            displacements: Vec::new(),
-            scratch: vec![Complex64::ZERO; room],
+            back,
+            blocks: Vec::new(),
+            weights: Vec::new(),
+            rows: vec![0.0; rows * columns],
+            forces: room(),
+            displacements: room(),
+            arch: Arch::new(),
         };
-        let width = influence.width();
-        for pair in pairs {
-            let toeplitz = this.transformed(&pair.toeplitz, width, |s| (s + q + 1 - across) % q);
-            let hankel = this.transformed(&pair.hankel, width, |s| s);
-            this.toeplitz.push(toeplitz);
-            this.hankel.push(hankel);
+        for pair in 0..COMPONENTS * COMPONENTS {
+            this.add_pair(influence, pair);
         }
-        this.uniform = uniform.as_ref().map(|uniform| Uniform {
-            driven: uniform.driven.each_ref().map(|driven| this.transformed(driven, across, |j| j)),
-            observed: uniform.observed.each_ref().map(|observed| this.transformed_along(observed, across)),
-            motion: vec![Complex64::ZERO; p / 2 + 1],
-        });
-        let field = || vec![Complex64::ZERO; (p / 2 + 1) * q];
-        this.forces = (0..COMPONENTS).map(|_| field()).collect();
-        this.displacements = (0..COMPONENTS).map(|_| field()).collect();
         this
     }
 
-    /// Transforms a table along whose rows stand for distances, wave by wave.
-    fn transformed_along(&mut self, table: &[f64], width: usize) -> Vec<Complex64> {
-        let (p, columns) = (self.along.real.len(), self.columns);
-        let mut out = vec![Complex64::ZERO; if table.is_empty() { 0 } else { (p / 2 + 1) * width }];
-        for place in 0..if table.is_empty() { 0 } else { width } {
-            let rows = table.iter().skip(place).step_by(width).enumerate();
-            let waves = self.along.waves(rows.map(|(row, &value)| ((row + p + 1 - columns) % p, value)));
-            for (out, wave) in out[place..].iter_mut().step_by(width).zip(waves) {
-                *out = wave / p as f64;
-            }
-        }
-        out
-    }
-
-    /// Transforms a table along and across, its numbers across at the places told.
-    fn transformed(&mut self, table: &[f64], width: usize, place: impl Fn(usize) -> usize) -> Vec<Complex64> {
-        let along = self.transformed_along(table, width);
-        let q = self.forward.len();
-        let mut out = vec![Complex64::ZERO; along.len() / width * q];
-        for (out, along) in out.chunks_exact_mut(q).zip(along.chunks_exact(width)) {
-            along.iter().enumerate().for_each(|(s, &value)| out[place(s)] = value / q as f64);
-        }
-        self.forward.process_with_scratch(&mut out, &mut self.scratch);
-        out
-    }
-
-    /// Returns the middle of the inverses of T_xx, T_yy and T_zz, (2 radius + 1)^2 by distance along and across, times
-    /// `own`.
-    pub(crate) fn inverse_stencils(&self, radius: usize, own: Vector) -> [Vec<f64>; COMPONENTS] {
-        /// Part of the largest wave of T below which none is taken to be.
-        const FLOOR: f64 = 1e-3;
-        let (p, q) = (self.along.real.len(), self.forward.len());
-        let cosines = |length: usize, distance: usize| -> Vec<f64> {
-            (0..length).map(|wave| (TAU * (wave * distance % length) as f64 / length as f64).cos()).collect()
+    /// Adds the blocks of a pair.
+    fn add_pair(&mut self, influence: &TractionInfluence, pair: usize) {
+        let (columns, across, waves) = (self.columns, self.across, self.waves);
+        let (a, b, half, width) = (pair / COMPONENTS, pair % COMPONENTS, across.div_ceil(2), influence.width());
+        let of = |table: &[f64], width: usize| {
+            if table.is_empty() { Vec::new() } else { transformed(table, width, columns) }
         };
-        let of_component = |component: usize| {
-            let waves = &self.toeplitz[component * (COMPONENTS + 1)];
-            let largest = waves.iter().fold(0.0_f64, |largest, wave| largest.max(wave.re));
-            let inverse: Vec<f64> = waves.iter().map(|wave| wave.re.max(FLOOR * largest).recip()).collect();
-            let mut near = vec![0.0; (radius + 1) * (radius + 1)];
-            for (place, near) in near.iter_mut().enumerate() {
-                let (along, across) = (cosines(p, place / (radius + 1)), cosines(q, place % (radius + 1)));
-                for (k, (row, along)) in inverse.chunks_exact(q).zip(along).enumerate() {
-                    let sides = if k == 0 || 2 * k == p { 1.0 } else { 2.0 };
-                    *near += sides * along * row.iter().zip(&across).map(|(value, cosine)| value * cosine).sum::<f64>();
-                }
-                // T is kept over its length, and so would its inverse be.
-                *near *= own[component] / ((p * q) as f64).powi(2);
-            }
-            let width = 2 * radius + 1;
-            let at =
-                |place: usize| near[(place / width).abs_diff(radius) * (radius + 1) + (place % width).abs_diff(radius)];
-            (0..width * width).map(at).collect()
+        let tables = &influence.pairs[pair];
+        let [toeplitz, hankel] = [&tables.toeplitz, &tables.hankel].map(|table| of(table, width));
+        let uniform = influence.uniform.as_deref();
+        let driven = uniform.filter(|_| b == 1).map_or_else(Vec::new, |tables| of(&tables.driven[a], across));
+        let observed = uniform.filter(|_| a == 1).map_or_else(Vec::new, |tables| of(&tables.observed[b], across));
+        if [&toeplitz, &hankel, &driven, &observed].iter().all(|table| table.is_empty()) {
+            return;
+        }
+        let entry = |wave: usize, i: usize, j: usize| {
+            let at = |table: &[Complex64], width: usize, place: usize| {
+                table.get(wave * width + place).copied().unwrap_or_default()
+            };
+            at(&toeplitz, width, i + across - 1 - j) + at(&hankel, width, i + j)
+                - at(&driven, across, i)
+                - at(&observed, across, j)
         };
-        std::array::from_fn(of_component)
+        let of_block = |number: usize| {
+            let (side, other) = (number / SIDES, number % SIDES);
+            let sign = |side: usize| if side == 0 { 0.5 } else { -0.5 };
+            let mut parts = [(); 2].map(|()| vec![0.0; half * half * waves]);
+            for (place, wave) in (0..half * half).flat_map(|place| (0..columns).map(move |wave| (place, wave))) {
+                let (i, j) = (place / half, place % half);
+                let (far_i, far_j) = (across - 1 - i, across - 1 - j);
+                let near = |j: usize| 0.5 * entry(wave, i, j) + sign(side) * entry(wave, far_i, j);
+                let value = 0.5 * near(j) + sign(other) * near(far_j);
+                (parts[0][place * waves + wave], parts[1][place * waves + wave]) = (value.re, value.im);
+            }
+            let [to, from] = [field(a, side), field(b, other)].map(|field| field * half);
+            parts.into_iter().enumerate().map(move |(part, weights)| {
+                let largest = weights.iter().fold(0.0_f64, |largest, weight| largest.max(weight.abs()));
+                (Block { to, from, is_imaginary: part == 1 }, weights, largest)
+            })
+        };
+        let all: Vec<(Block, Vec<f64>, f64)> = (0..SIDES * SIDES).flat_map(of_block).collect();
+        let least = ROUNDING * all.iter().fold(0.0_f64, |most, (.., largest)| most.max(*largest));
+        for (block, weights, _) in all.into_iter().filter(|(.., largest)| *largest > least) {
+            self.blocks.push(block);
+            self.weights.extend(weights);
+        }
     }
 
     /// Returns the work of a product.
     pub(crate) fn work(&self) -> Work {
-        let (p, q) = (self.along.real.len(), self.forward.len());
-        let fields = (2 * COMPONENTS) as f64;
-        let transforms = fields
-            * (0.5 * self.across as f64 * transform_multiply_adds(p) + (p / 2) as f64 * transform_multiply_adds(q));
-        let pairs: usize = self.toeplitz.iter().chain(&self.hankel).map(Vec::len).sum();
-        Work { multiply_adds: transforms as u64 + 4 * pairs as u64, bytes: 16 * (pairs as u64 + (6 * p * q) as u64) }
+        let transforms = 2 * self.rows.len() * 2 * self.waves;
+        let numbers = 2 * self.forward.len() + 4 * self.forces.len() + self.weights.len();
+        Work { multiply_adds: (transforms + 2 * self.weights.len()) as u64, bytes: 8 * numbers as u64 }
     }
 
     /// Finds u = G F.
     pub(crate) fn displacement(&mut self, forces: &[Vector], out: &mut [Vector]) {
-        let (columns, across, q) = (self.columns, self.across, self.forward.len());
-        for (component, waves) in self.forces.iter_mut().enumerate() {
-            waves.fill(Complex64::ZERO);
-            for j in 0..across {
-                let cells = (0..columns).map(|i| (i, forces[i * across + j][component]));
-                let row = self.along.waves(cells);
-                waves[j..].iter_mut().step_by(q).zip(row).for_each(|(own, wave)| *own = *wave);
-            }
-        }
-        if let Some(Uniform { observed, motion, .. }) = &mut self.uniform {
-            motion.fill(Complex64::ZERO);
-            for (observed, waves) in observed.iter().zip(&self.forces) {
-                let rows = observed.chunks_exact(across).zip(waves.chunks_exact(q));
-                for (motion, (observed, waves)) in motion.iter_mut().zip(rows) {
-                    *motion += observed.iter().zip(waves).map(|(a, b)| a * b).sum::<Complex64>();
-                }
-            }
-        }
-        for waves in &mut self.forces {
-            self.forward.process_with_scratch(waves, &mut self.scratch);
-        }
-        for (a, u) in self.displacements.iter_mut().enumerate() {
-            u.fill(Complex64::ZERO);
-            for (b, forces) in self.forces.iter().enumerate() {
-                let pair = COMPONENTS * a + b;
-                for (u, (t, f)) in u.iter_mut().zip(self.toeplitz[pair].iter().zip(forces)) {
-                    *u += t * f;
-                }
-                let rows = self.hankel[pair].chunks_exact(q).zip(forces.chunks_exact(q));
-                for (u, (h, f)) in u.chunks_exact_mut(q).zip(rows) {
-                    u[0] += h[0] * f[0];
-                    for (u, (h, f)) in u[1..].iter_mut().zip(h[1..].iter().zip(f[1..].iter().rev())) {
-                        *u += h * f;
+        let (columns, across, half) = (self.columns, self.across, self.across.div_ceil(2));
+        for (column, cells) in forces.chunks_exact(across).enumerate() {
+            for j in 0..half {
+                let (near, far) = (cells[j], cells[across - 1 - j]);
+                for component in 0..COMPONENTS {
+                    let (near, far) = (near[component], far[component]);
+                    let sides = if 2 * j + 1 == across { [near, 0.0] } else { [near + far, near - far] };
+                    for (side, value) in sides.into_iter().enumerate() {
+                        self.rows[(field(component, side) * half + j) * columns + column] = value;
                     }
                 }
             }
-            if let Some(uniform) = &self.uniform {
-                let rows = uniform.driven[a].chunks_exact(q).zip(self.forces[1].chunks_exact(q));
-                for (u, (driven, f)) in u.chunks_exact_mut(q).zip(rows) {
-                    u.iter_mut().zip(driven).for_each(|(u, driven)| *u -= driven * f[0]);
-                }
+        }
+        let (count, width) = (COMPONENTS * SIDES * half, 2 * self.waves);
+        matmul(
+            MatMut::from_row_major_slice_mut(&mut self.forces, count, width),
+            Accum::Replace,
+            MatRef::from_row_major_slice(&self.rows, count, columns),
+            MatRef::from_row_major_slice(&self.forward, columns, width),
+            1.0,
+            Par::Seq,
+        );
+        let arch = self.arch;
+        arch.dispatch(Multiply { product: self, half });
+        matmul(
+            MatMut::from_row_major_slice_mut(&mut self.rows, count, columns),
+            Accum::Replace,
+            MatRef::from_row_major_slice(&self.displacements, count, width),
+            MatRef::from_row_major_slice(&self.back, width, columns),
+            1.0,
+            Par::Seq,
+        );
+        for (column, cells) in out.chunks_exact_mut(across).enumerate() {
+            for j in 0..half {
+                let at =
+                    |component: usize, side: usize| self.rows[(field(component, side) * half + j) * columns + column];
+                // The difference of the middle cell is 0.
+                cells[across - 1 - j] = std::array::from_fn(|component| at(component, 0) - at(component, 1));
+                cells[j] = std::array::from_fn(|component| at(component, 0) + at(component, 1));
             }
-            self.inverse.process_with_scratch(u, &mut self.scratch);
-            if let (1, Some(uniform)) = (a, &self.uniform) {
-                for (u, motion) in u.chunks_exact_mut(q).zip(&uniform.motion) {
-                    u[..across].iter_mut().for_each(|u| *u -= motion);
-                }
-            }
-            for j in 0..across {
-                let row = self.along.sequence(u[j..].iter().step_by(q).copied());
-                for (out, value) in out[j..].iter_mut().step_by(across).zip(row) {
-                    out[a] = *value;
+        }
+    }
+}
+
+/// Products of all waves.
+struct Multiply<'a> {
+    product: &'a mut TractionProduct,
+    half: usize,
+}
+
+impl WithSimd for Multiply<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { product: TractionProduct { waves, blocks, weights, forces, displacements, .. }, half } = self;
+        let vectors = *waves / f64::lanes::<S>();
+        let (weights, forces) = (f64::vectors::<S>(weights), f64::vectors::<S>(forces));
+        let out = f64::vectors_mut::<S>(displacements);
+        out.fill(simd.splat_f64s(0.0));
+        // Plain indices: adaptors of iterators are not inlined here.
+        for (number, block) in blocks.iter().enumerate() {
+            let weights = &weights[number * half * half * vectors..][..half * half * vectors];
+            let forces = &forces[block.from * 2 * vectors..][..half * 2 * vectors];
+            let out = &mut out[block.to * 2 * vectors..][..half * 2 * vectors];
+            for j in 0..half {
+                let weights = &weights[j * half * vectors..][..half * vectors];
+                let out = &mut out[2 * j * vectors..][..2 * vectors];
+                for v in 0..vectors {
+                    let (mut re, mut im) = (out[v], out[vectors + v]);
+                    for other in 0..half {
+                        let weight = weights[other * vectors + v];
+                        let (f_re, f_im) = (forces[2 * other * vectors + v], forces[(2 * other + 1) * vectors + v]);
+                        if block.is_imaginary {
+                            re = simd.negate_mul_add_e_f64s(weight, f_im, re);
+                            im = simd.mul_add_e_f64s(weight, f_re, im);
+                        } else {
+                            re = simd.mul_add_e_f64s(weight, f_re, re);
+                            im = simd.mul_add_e_f64s(weight, f_im, im);
+                        }
+                    }
+                    (out[v], out[vectors + v]) = (re, im);
                 }
             }
         }

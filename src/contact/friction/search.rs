@@ -2,17 +2,20 @@
 //!
 //! 1. From the guess, semismooth Newton steps (Alart & Curnier 1991, *Comput. Methods Appl. Mech. Engrg.* 92, 353) on
 //!    all three components together: states of the cells, their linear equations (module `linear`), the nearest
-//!    feasible forces, u = G F. Each step is solved as exactly as it can be of use;
-//! 2. the end, if all conditions are met;
+//!    feasible forces, u = G F. Each step is solved as exactly as it can be of use; only columns that may touch are
+//!    looked at, and a few beside them;
+//! 2. the end, if all conditions are met on the whole window; else steps go on with all of it;
 //! 3. where a few steps do not make the best result better, sweeps from cell to cell (module `sweeps`) come before the
 //!    next steps; uses are counted;
 //! 4. an instant that has no end after [`MOST_ROUNDS`] of these is unsettled, and is told so.
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
-use super::conditions::{Conditions, State};
+use super::conditions::{Conditions, length};
 use super::linear::Equations;
-use super::product::{TractionProduct, Vector};
+use super::product::{Vector, WindowProduct};
 use super::sweeps::sweep;
 use crate::counters::Work;
 use crate::tyre::influence::TractionInfluence;
@@ -27,6 +30,8 @@ const MOST_ROUNDS: usize = 9;
 const MOST_STEPS: usize = 40;
 /// Products that the linear equations of a step may take.
 const MOST_PRODUCTS: u64 = 400;
+/// Columns that are looked at beside those that may touch.
+const MARGIN: usize = 2;
 /// Least and largest reduction of the residual of linear equations; between these it is what is missed.
 const FINE: f64 = 1e-4;
 const COARSE: f64 = 0.1;
@@ -66,8 +71,9 @@ impl FrictionResiduals {
 
 /// Search with its room.
 pub(crate) struct FrictionSearch {
-    influence: TractionInfluence,
-    product: TractionProduct,
+    product: WindowProduct,
+    /// Cells that are looked at.
+    part: Range<usize>,
     /// Influence of a cell in the middle on itself \[m/N\].
     own: Vector,
     rigidity: Vector,
@@ -87,11 +93,10 @@ impl FrictionSearch {
         let block = influence.block(middle, middle);
         let own = [block[0][0], block[1][1], block[2][2]];
         let tangential = 1.0 / own[0].max(own[1]);
-        let product = TractionProduct::new(&influence);
         Self {
-            equations: Equations::new(&influence, &product, own),
-            product,
-            influence,
+            equations: Equations::new(&influence, own),
+            product: WindowProduct::new(influence),
+            part: 0..cells,
             own,
             rigidity: [tangential, tangential, 1.0 / own[2]],
             tolerance,
@@ -104,7 +109,7 @@ impl FrictionSearch {
 
     /// Returns the influence within an instant.
     pub(crate) fn influence(&self) -> &TractionInfluence {
-        &self.influence
+        self.product.influence()
     }
 
     /// Returns u = G F of the last solution \[m\].
@@ -130,15 +135,33 @@ impl FrictionSearch {
     /// Finds u = G F of any forces \[m\].
     pub(crate) fn displace(&mut self, forces: &[Vector], out: &mut [Vector]) {
         self.counts.products += 1;
-        self.counts.work += self.product.work();
-        self.product.displacement(forces, out);
+        self.product.displacement(&(0..forces.len()), forces, out);
+        self.counts.work += self.product.take_work();
+    }
+
+    /// Returns all cells.
+    fn whole(&self) -> Range<usize> {
+        0..self.displacements.len()
+    }
+
+    /// Returns the part of the window that holds the cells which may touch near a guess.
+    fn near(&self, conditions: &Conditions<'_>, forces: &[Vector]) -> Range<usize> {
+        let across = self.influence().across;
+        let may_touch = |cell: &usize| forces[*cell][2] > 0.0 || conditions.required[*cell] > 0.0;
+        let mut cells = self.whole();
+        let columns = match (cells.clone().find(may_touch), cells.rfind(may_touch)) {
+            (Some(first), Some(last)) => (first / across).saturating_sub(MARGIN)..last / across + 1 + MARGIN,
+            _ => 0..0,
+        };
+        self.product.part(&columns)
     }
 
     /// Tells how far forces and displacements are from the conditions.
     fn residuals(&self, conditions: &Conditions<'_>, forces: &[Vector]) -> FrictionResiduals {
         let (mut largest, mut normal, mut tangential) = (0.0_f64, 0.0_f64, 0.0_f64);
         let mut power = [0.0; 2];
-        for (cell, (&force, &u)) in forces.iter().zip(&self.displacements).enumerate() {
+        let looked_at = self.part.clone().zip(&forces[self.part.clone()]).zip(&self.displacements[self.part.clone()]);
+        for ((cell, &force), &u) in looked_at {
             if conditions.required[cell] == f64::NEG_INFINITY {
                 continue;
             }
@@ -147,8 +170,8 @@ impl FrictionSearch {
             normal = if n > normal || n.is_nan() { n } else { normal };
             tangential = if t > tangential || t.is_nan() { t } else { tangential };
             largest = largest.max(force[2]);
-            let [gx, gy] = conditions.slip(cell, u);
-            let possible = conditions.friction[cell] * force[2] * gx.hypot(gy);
+            let slip @ [gx, gy] = conditions.slip(cell, u);
+            let possible = conditions.friction[cell] * force[2] * length(slip);
             power[0] += conditions.friction[cell] * force[2];
             power[1] += possible + force[0] * gx + force[1] * gy;
         }
@@ -164,8 +187,8 @@ impl FrictionSearch {
         for (cell, force) in forces.iter_mut().enumerate() {
             *force = conditions.feasible(cell, *force);
         }
-        self.look(forces);
-        let mut best = self.residuals(conditions, forces);
+        self.part = self.near(conditions, forces);
+        let mut best = self.look(conditions, forces);
         self.best.copy_from_slice(forces);
         // True while `displacements` are those of the best forces.
         let mut is_known = true;
@@ -188,55 +211,60 @@ impl FrictionSearch {
                 }
             }
             forces.copy_from_slice(&self.best);
+            let is_part = self.part != self.whole();
+            if is_part {
+                self.part = self.whole();
+                best = self.look(conditions, forces);
+                is_known = true;
+            }
             if best.worst() <= self.tolerance {
                 break;
+            }
+            if is_part {
+                continue;
             }
             if round == MOST_ROUNDS || best.worst().is_nan() {
                 self.is_unsettled = true;
                 break;
             }
             self.counts.rounds += 1;
-            self.look(forces);
+            self.look(conditions, forces);
             let may_touch =
                 |cell: &usize| forces[*cell][2] > 0.0 || self.displacements[*cell][2] < conditions.required[*cell];
             let near: Vec<usize> = (0..forces.len()).filter(may_touch).collect();
-            sweep(&self.influence, conditions, &near, forces, &mut self.displacements, SWEEPS << round);
-            self.look(forces);
+            sweep(self.product.influence(), conditions, &near, forces, &mut self.displacements, SWEEPS << round);
             // Newton steps go on from here, better or not.
-            best = self.residuals(conditions, forces);
+            best = self.look(conditions, forces);
             self.best.copy_from_slice(forces);
             is_known = true;
         }
         if !is_known {
-            self.look(forces);
+            self.look(conditions, forces);
         }
+        self.counts.work += self.product.take_work();
         best
     }
 
-    /// Finds u = G F.
-    fn look(&mut self, forces: &[Vector]) {
+    /// Finds u = G F on the part that is looked at, and how far the conditions are missed there.
+    fn look(&mut self, conditions: &Conditions<'_>, forces: &[Vector]) -> FrictionResiduals {
         self.counts.products += 1;
-        self.counts.work += self.product.work();
-        self.product.displacement(forces, &mut self.displacements);
+        self.product.displacement(&self.part, forces, &mut self.displacements);
+        self.residuals(conditions, forces)
     }
 
     /// Takes a Newton step; returns how far its forces miss the conditions.
     fn newton_step(&mut self, conditions: &Conditions<'_>, forces: &mut [Vector], missed: f64) -> FrictionResiduals {
         let (displacements, rigidity) = (&self.displacements, self.rigidity);
-        let state =
-            |(cell, (&force, &u)): (usize, (&Vector, &Vector))| -> State { conditions.state(cell, force, u, rigidity) };
-        let states = forces.iter().zip(displacements).enumerate().map(state);
-        self.equations.set(&self.influence, conditions, states, self.own);
+        let state = |cell: usize| (cell, conditions.state(cell, forces[cell], displacements[cell], rigidity));
+        self.equations.set(&self.product, conditions, self.part.clone().map(state), self.own);
         let largest = forces.iter().fold(0.0_f64, |largest, force| largest.max(force[2]));
         let exact = [missed.clamp(FINE, COARSE), 0.3 * self.tolerance * largest];
-        let solved = self.equations.solve(conditions, forces, exact, MOST_PRODUCTS);
+        let solved = self.equations.solve(&mut self.product, conditions, forces, exact, MOST_PRODUCTS);
         self.counts.products += solved.products;
         self.counts.steps += 1;
-        self.counts.work += self.equations.take_work();
         for (cell, force) in forces.iter_mut().enumerate() {
             *force = conditions.feasible(cell, *force);
         }
-        self.look(forces);
-        self.residuals(conditions, forces)
+        self.look(conditions, forces)
     }
 }

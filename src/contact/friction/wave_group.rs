@@ -21,7 +21,7 @@ use crate::tyre::poles::Modes;
 use crate::tyre::poles::traction_model::{Channel, TractionModel};
 
 /// Steps of a block.
-pub(super) const STEPS: usize = 4;
+pub(super) const STEPS: usize = 8;
 /// Blocks whose forces are kept.
 const BLOCKS: usize = 3;
 /// Lags of the first weights: to the first step of the block before.

@@ -1,4 +1,4 @@
-//! Balance of work under friction: what the axle and the road put in is dissipated by the waves of the tyre and by slip.
+//! Balance of work under friction: the waves of the tyre and slip dissipate what axle and road put in.
 
 use std::f64::consts::TAU;
 

@@ -4,9 +4,9 @@
 //!
 //! 1. Working set A: F > 0 or u < d. Stop when |u - d| over F > 0 and d - u elsewhere are below the goal.
 //! 2. Residual r = d - u on A; preconditioned residual z = (W r) on A, W a small stencil: the middle of the inverse of
-//!    the free field's T. Where blocks yield, U D U^T beside the free field, with U_ib = 1 on block b and D = c_b/A_b, it
-//!    becomes W - W U C U^T W, C_b = 1/(A_b/c_b + (U^T W U)_bb) on A: what Woodbury's formula has, but for what one block
-//!    does to another.
+//!    the free field's T. Where blocks yield, U D U^T beside the free field, with U_ib = 1 on block b and D = c_b/A_b,
+//!    it becomes W - W U C U^T W, C_b = 1/(A_b/c_b + (U^T W U)_bb) on A: what Woodbury's formula has, but for what one
+//!    block does to another.
 //! 3. Direction t = z + beta t on A, beta = max(0, z.(r - r_old)/(z_old.r_old)), but nowhere negative where F = 0:
 //!    it forgets by itself when A changes.
 //! 4. F += alpha t, alpha = r.t/(t.G t), and u += alpha G t; forces below 0 are cut, which u is told of too.

@@ -1,7 +1,7 @@
 //! Forces that nearly displace cells as asked for, from what is near each cell: the preconditioner of linear equations.
 //!
-//! Each component by itself: the middle of the inverse of its free field T, without the tyre's sides. Vectors hold cells
-//! across.
+//! Each component by itself: the middle of the inverse of its free field T, without the tyre's sides. Vectors hold
+//! cells across.
 
 use std::f64::consts::TAU;
 

@@ -1,0 +1,175 @@
+//! LU factors of a complex band matrix, with partial pivoting within the band.
+
+use num_complex::Complex64;
+
+/// Band matrix, or its factors.
+#[derive(Clone, Debug)]
+pub(crate) struct Banded {
+    size: usize,
+    /// Largest distance of an entry from the diagonal.
+    band: usize,
+    /// Row by row, columns from `row - band` to `row + 2 band`: pivoting fills the last `band` of them.
+    entries: Vec<Complex64>,
+    /// By column, the row that its pivot stood in.
+    pivots: Vec<usize>,
+    /// By row, the factor that brought its largest entry to 1.
+    scales: Vec<f64>,
+}
+
+impl Banded {
+    /// Makes a matrix of zeros.
+    pub(crate) fn zeros(size: usize, band: usize) -> Self {
+        let entries = vec![Complex64::ZERO; size * (3 * band + 1)];
+        Self { size, band, entries, pivots: Vec::new(), scales: Vec::new() }
+    }
+
+    /// Returns the bytes of such a matrix.
+    pub(crate) fn bytes(size: usize, band: usize) -> usize {
+        16 * size * (3 * band + 1)
+    }
+
+    /// Counts the complex multiply-adds of its factors.
+    pub(crate) fn multiply_adds(size: usize, band: usize) -> f64 {
+        2.0 * size as f64 * (band * band) as f64
+    }
+
+    fn place(&self, row: usize, column: usize) -> usize {
+        row * (3 * self.band + 1) + column + self.band - row
+    }
+
+    /// Adds to an entry within the band.
+    pub(crate) fn add(&mut self, row: usize, column: usize, value: Complex64) {
+        let place = self.place(row, column);
+        self.entries[place] += value;
+    }
+
+    /// Factorises the matrix in place; false if a pivot is zero or no number.
+    pub(crate) fn factorise(&mut self) -> bool {
+        let (size, band, width) = (self.size, self.band, 3 * self.band + 1);
+        self.scales = self
+            .entries
+            .chunks_exact(width)
+            .map(|row| row.iter().map(|entry| entry.norm()).fold(0.0, f64::max).recip())
+            .collect();
+        for (row, scale) in self.entries.chunks_exact_mut(width).zip(&self.scales) {
+            row.iter_mut().for_each(|entry| *entry *= scale);
+        }
+        self.pivots.clear();
+        for column in 0..size {
+            let last = (column + band).min(size - 1);
+            let mut pivot = (column, 0.0);
+            for row in column..=last {
+                let found = self.entries[self.place(row, column)].norm_sqr();
+                if found > pivot.1 {
+                    pivot = (row, found);
+                }
+            }
+            if !(pivot.1 > 0.0 && pivot.1.is_finite()) {
+                return false;
+            }
+            self.pivots.push(pivot.0);
+            let end = (column + 2 * band).min(size - 1);
+            let own = self.place(column, column);
+            let (upper, lower) = self.entries.split_at_mut(own + end - column + 1);
+            let own = &mut upper[own..];
+            // Where the entries behind begin, `lower` begins.
+            let begin = column * width + end + band - column + 1;
+            let below = |row: usize| row * width + column + band - row - begin;
+            if pivot.0 != column {
+                own.swap_with_slice(&mut lower[below(pivot.0)..][..end - column + 1]);
+            }
+            let inverse = own[0].inv();
+            for row in column + 1..=last {
+                let row = &mut lower[below(row)..][..end - column + 1];
+                if row[0] == Complex64::ZERO {
+                    continue;
+                }
+                let factor = row[0] * inverse;
+                row[0] = factor;
+                for (entry, above) in row[1..].iter_mut().zip(&own[1..]) {
+                    entry.re -= factor.re * above.re - factor.im * above.im;
+                    entry.im -= factor.re * above.im + factor.im * above.re;
+                }
+            }
+        }
+        true
+    }
+
+    /// Solves in place for so many right sides, row by row.
+    pub(crate) fn solve(&self, rights: &mut [Complex64], count: usize) {
+        if count == 0 {
+            return;
+        }
+        for (row, scale) in rights.chunks_exact_mut(count).zip(&self.scales) {
+            row.iter_mut().for_each(|value| *value *= scale);
+        }
+        let take = |into: &mut [Complex64], from: &[Complex64], factor: Complex64| {
+            for (into, from) in into.iter_mut().zip(from) {
+                into.re -= factor.re * from.re - factor.im * from.im;
+                into.im -= factor.re * from.im + factor.im * from.re;
+            }
+        };
+        for column in 0..self.size {
+            let (above, below) = rights.split_at_mut((column + 1) * count);
+            let own = &mut above[column * count..];
+            let pivot = self.pivots[column];
+            if pivot != column {
+                own.swap_with_slice(&mut below[(pivot - column - 1) * count..][..count]);
+            }
+            let last = (column + self.band).min(self.size - 1);
+            for (row, into) in (column + 1..=last).zip(below.chunks_exact_mut(count)) {
+                take(into, own, self.entries[self.place(row, column)]);
+            }
+        }
+        for row in (0..self.size).rev() {
+            let (above, below) = rights.split_at_mut((row + 1) * count);
+            let own = &mut above[row * count..];
+            let end = (row + 2 * self.band).min(self.size - 1);
+            for (column, from) in (row + 1..=end).zip(below.chunks_exact(count)) {
+                take(own, from, self.entries[self.place(row, column)]);
+            }
+            let inverse = self.entries[self.place(row, row)].inv();
+            own.iter_mut().for_each(|value| *value *= inverse);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn systems_that_need_pivots_are_solved_to_rounding() {
+        let (size, band) = (40, 5);
+        let mut random = 1_u64;
+        let mut next = || {
+            random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (random >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        let mut matrix = Banded::zeros(size, band);
+        let mut dense = vec![Complex64::ZERO; size * size];
+        for row in 0..size {
+            for column in row.saturating_sub(band)..=(row + band).min(size - 1) {
+                // Small diagonals, and rows of very different sizes.
+                let scale = if row == column { 1e-9 } else { 1.0 } * 10.0_f64.powi(3 * (row % 4) as i32);
+                let value = Complex64::new(next(), next()) * scale;
+                matrix.add(row, column, value);
+                dense[row * size + column] = value;
+            }
+        }
+        let exact: Vec<Complex64> = (0..2 * size).map(|_| Complex64::new(next(), next())).collect();
+        let mut rights = vec![Complex64::ZERO; 2 * size];
+        for row in 0..size {
+            for column in 0..size {
+                for right in 0..2 {
+                    rights[2 * row + right] += dense[row * size + column] * exact[2 * column + right];
+                }
+            }
+        }
+        assert!(matrix.factorise());
+        matrix.solve(&mut rights, 2);
+        let worst = rights.iter().zip(&exact).map(|(found, exact)| (found - exact).norm()).fold(0.0, f64::max);
+        assert!(worst < 1e-10, "{worst:e}");
+        assert!(!Banded::zeros(3, 1).factorise(), "a matrix of zeros");
+    }
+}

@@ -28,9 +28,9 @@ impl Banded {
         16 * size * (3 * band + 1)
     }
 
-    /// Counts the complex multiply-adds of its factors.
-    pub(crate) fn multiply_adds(size: usize, band: usize) -> f64 {
-        2.0 * size as f64 * (band * band) as f64
+    /// Counts the complex multiply-adds of its factors and of so many right sides.
+    pub(crate) fn multiply_adds(size: usize, band: usize, rights: usize) -> f64 {
+        size as f64 * (2 * band * band + 3 * band * rights) as f64
     }
 
     fn place(&self, row: usize, column: usize) -> usize {

@@ -157,12 +157,6 @@ impl PatchSheet {
         Ok(FactoredPatch { patch: self, factored, wavenumber })
     }
 
-    /// Returns the numbers of the grid's cells that the sheet holds, in the order along.
-    pub(crate) fn grid_cells(&self) -> impl Iterator<Item = usize> + use<> {
-        let (cells, around) = (self.cells, self.grid.around);
-        (0..2 * cells).map(move |cell| (cell + around - cells) % around)
-    }
-
     /// Returns the drive of the edges by a transfer of the welded body.
     pub(crate) fn drive(&self, transfer: &Transfer) -> Drive {
         let edges = self.edges(transfer.wavenumber);
@@ -258,10 +252,17 @@ impl PatchSheet {
 
 impl FactoredPatch<'_> {
     /// Solves for the field in the sheet of some transfers of the welded body, each on the sheet's cells.
-    pub(crate) fn solve(&self, transfers: &[&Transfer]) -> Vec<Vec<Complex64>> {
+    pub(crate) fn solve(&self, transfers: &[Transfer]) -> Vec<Vec<Complex64>> {
         let drives: Vec<Drive> = transfers.iter().map(|transfer| self.patch.drive(transfer)).collect();
         debug_assert!(transfers.iter().all(|transfer| (transfer.wavenumber / self.wavenumber - 1.0).abs() < 1e-9));
         self.factored.solve(&drives)
+    }
+
+    /// Solves for the field of ends that are driven by 1 \[1/m\] alike, on the sheet's cells.
+    pub(crate) fn between_equal_ends(&self) -> Vec<Complex64> {
+        let ends = vec![Complex64::ONE; self.patch.sheet.cells()[1]];
+        let drive = Drive { edges: [ends.clone(), ends, Vec::new(), Vec::new()], sources: Vec::new() };
+        self.factored.solve(&[drive]).remove(0)
     }
 }
 

@@ -153,6 +153,18 @@ impl Sheet {
         [numbers.iter().flatten().count(), band.max().unwrap_or(0).max(1)]
     }
 
+    /// Counts the complex multiply-adds of its factors and of so many right sides.
+    pub(crate) fn multiply_adds(&self, rights: usize) -> f64 {
+        let [open, band] = self.unknowns();
+        Banded::multiply_adds(open, band, rights)
+    }
+
+    /// Returns the bytes of its factors.
+    pub(crate) fn bytes(&self) -> usize {
+        let [open, band] = self.unknowns();
+        Banded::bytes(open, band)
+    }
+
     fn numbers(&self) -> Vec<Option<usize>> {
         let mut open = 0..;
         self.heights.iter().map(|&height| if height > 0.0 { open.next() } else { None }).collect()

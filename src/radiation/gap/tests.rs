@@ -209,10 +209,8 @@ fn groove(patch: f64, width: f64, depth: f64) -> Resonance {
     let sheet = sheet_of(patch, &channels);
     let response = (0..41).map(|step| 700.0 + 20.0 * f64::from(step)).map(|frequency| {
         let wavenumber = TAU * frequency / AIR.sound_speed;
-        let ends = vec![Complex64::ONE; sheet.sheet.cells()[1]];
-        let drive = Drive { edges: [ends.clone(), ends, Vec::new(), Vec::new()], ..Drive::default() };
-        let factored = sheet.sheet.factorise(&AIR, TAU * frequency, &sheet.edges(wavenumber)).unwrap();
-        (frequency, sheet.amid(&factored.solve(&[drive])[0], 0.0).norm())
+        let factored = sheet.factorise(&AIR, wavenumber).unwrap();
+        (frequency, sheet.amid(&factored.between_equal_ends(), 0.0).norm())
     });
     Resonance::of(&response.collect::<Vec<_>>()).unwrap()
 }
@@ -263,8 +261,7 @@ fn off_boundary_elements(frequency: f64) -> f64 {
     let body = tyre(0.108);
     let transfers = transfers(&body, frequency);
     let patch = sheet_of(0.108, &[]);
-    let all: Vec<&Transfer> = transfers.iter().collect();
-    let fields = patch.factorise(&AIR, TAU * frequency / AIR.sound_speed).unwrap().solve(&all);
+    let fields = patch.factorise(&AIR, TAU * frequency / AIR.sound_speed).unwrap().solve(&transfers);
     let mut worst: f64 = 0.0;
     for (transfer, field) in transfers.iter().zip(&fields) {
         let (known, found) = (patch.outside(transfer), patch.on_grid(field));

@@ -1,6 +1,6 @@
 //! Air under the patch: the field in grooves that run round the tyre, in place of the zeros of G.
 
-use num_complex::Complex64;
+use num_complex::{Complex32, Complex64};
 
 use super::planned::Sound;
 use crate::numeric::{in_parallel, lagrange, single};
@@ -9,7 +9,7 @@ use crate::radiation::gap::GapAir;
 use crate::radiation::gap::patch::{Channel, PatchSheet};
 use crate::radiation::gap::resonance::Resonance;
 use crate::radiation::transfer::contact_distance;
-use crate::radiation::{Body, FrequencyTransfers, RadiationError, TransferSet};
+use crate::radiation::{Body, FrequencyTransfers, RadiationError, Transfer, TransferSet};
 use crate::response::pressure::UnderPatch;
 use crate::results::table::{csv, optional, row};
 use crate::sound::Air;
@@ -41,6 +41,16 @@ pub(crate) struct GrooveFields {
     amid: Vec<Vec<Vec<f64>>>,
 }
 
+/// Field at a frequency.
+struct Solved {
+    /// \[Hz\].
+    frequency: f64,
+    /// By groove, amid it.
+    responses: Vec<Complex64>,
+    /// By point, |G| amid each groove, and G exp(i k r0) on the grid's cells \[1/m\].
+    fields: Vec<(Vec<f64>, Vec<Complex32>)>,
+}
+
 /// Work and memory of an open patch, before it is solved.
 pub(super) struct OpenAmounts {
     /// Complex multiply-adds.
@@ -59,9 +69,9 @@ impl OpenAmounts {
         let air = Air::at(sound.radiation.temperature)?;
         let OpenPatch { sheet, .. } = OpenPatch::of(sound, &body, &air)?;
         let (points, intervals) = (sound.points() as f64, 2 * (sound.range(&air).first().len() - 1));
-        // Of the frequencies of boundary elements, and as many middles as are tried, or found wanting.
-        let [known, tried] = [FOUND_WANTING * intervals as f64, (2.0 + FOUND_WANTING) * intervals as f64];
-        let solved = tried * sheet.sheet.multiply_adds(1) + known * sheet.sheet.multiply_adds(sound.points());
+        let known = FOUND_WANTING * intervals as f64;
+        // Of each interval the middle is tried, too.
+        let solved = known * (sheet.sheet.multiply_adds(1) + sheet.sheet.multiply_adds(sound.points() + 1));
         let values = (2 * sheet.cells * sheet.sheet.cells()[1] + Sound::GRID.around * Sound::GRID.across) as f64;
         let factors = (rayon::current_num_threads() * sheet.sheet.bytes()) as f64;
         Some(Self { multiply_adds: solved, bytes: 8.0 * points * known * values + factors })
@@ -94,102 +104,104 @@ impl<'a> OpenPatch<'a> {
         HIGHEST * self.air.sound_speed / self.sheet.height_at_ends()
     }
 
-    /// Computes the responses amid all grooves to a field that is the same before and behind the tyre.
-    fn responses(&self, frequency: f64) -> Result<Vec<Complex64>, RadiationError> {
+    /// Solves at a frequency: for the responses amid all grooves to a field that is the same before and behind the tyre,
+    /// and for the fields of transfers.
+    fn solve(&self, frequency: f64, transfers: &[Transfer]) -> Result<Solved, RadiationError> {
         let factored = self.sheet.factorise(&self.air, self.wavenumber(frequency))?;
-        let field = factored.between_equal_ends();
-        Ok(self.channels.iter().map(|channel| self.sheet.amid(&field, channel.position)).collect())
+        let amid = |field: &[Complex64]| -> Vec<Complex64> {
+            self.channels.iter().map(|channel| self.sheet.amid(field, channel.position)).collect()
+        };
+        let responses = amid(&factored.between_equal_ends());
+        let solved = factored.solve(transfers);
+        let fields = solved.iter().zip(transfers).map(|(field, transfer)| {
+            let late = transfer.wavenumber * contact_distance(self.body, transfer.receiver);
+            let turn = Complex64::from_polar(1.0, late);
+            let values = self.sheet.on_grid(field).into_iter().map(|value| single(turn * value)).collect();
+            (amid(field).into_iter().map(|value| value.norm()).collect(), values)
+        });
+        let fields = fields.collect();
+        Ok(Solved { frequency, responses, fields })
     }
 
     fn wavenumber(&self, frequency: f64) -> f64 {
         std::f64::consts::TAU * frequency / self.air.sound_speed
     }
 
-    /// Finds the responses at known frequencies, and at as many between them as keep the tolerance.
-    fn frequencies(&self, known: &[f64]) -> Result<Vec<(f64, Vec<Complex64>)>, RadiationError> {
-        let solve = |wanted: &[f64]| -> Result<Vec<(f64, Vec<Complex64>)>, RadiationError> {
-            let found = in_parallel::map(wanted, |&frequency| Ok((frequency, self.responses(frequency)?)));
-            found.into_iter().collect()
+    /// Tells whether a cubic through responses at other frequencies misses a response by more than the tolerance.
+    fn is_missed(&self, known: &[Solved], exact: &Solved) -> bool {
+        let at: Vec<f64> = known.iter().map(|solved| solved.frequency).collect();
+        let near = lagrange::cubic_neighbours(&at, exact.frequency);
+        let weights: Vec<f64> = lagrange::weights(&at[near.clone()], exact.frequency).collect();
+        let one = |(groove, exact): (usize, &Complex64)| {
+            let pairs = known[near.clone()].iter().zip(&weights);
+            let guess: Complex64 = pairs.map(|(known, weight)| known.responses[groove] * weight).sum();
+            20.0 * (1.0 + (guess - exact).norm() / exact.norm()).log10()
         };
-        let mut found = solve(known)?;
-        let mut open: Vec<[f64; 2]> = known.windows(2).map(|ends| [ends[0], ends[1]]).collect();
-        while !open.is_empty() {
-            let wanted: Vec<f64> = open.iter().map(|[low, high]| 0.5 * (low + high)).collect();
-            let middles = solve(&wanted)?;
-            let at: Vec<f64> = found.iter().map(|(frequency, _)| *frequency).collect();
-            let is_off = |(frequency, exact): &(f64, Vec<Complex64>)| {
-                let near = lagrange::cubic_neighbours(&at, *frequency);
-                let weights: Vec<f64> = lagrange::weights(&at[near.clone()], *frequency).collect();
-                let one = |(groove, exact): (usize, &Complex64)| {
-                    let known = found[near.clone()].iter().zip(&weights);
-                    let guess: Complex64 = known.map(|((_, values), weight)| values[groove] * weight).sum();
-                    20.0 * (1.0 + (guess - exact).norm() / exact.norm()).log10()
-                };
-                exact.iter().enumerate().map(one).fold(0.0, f64::max) > self.tolerance
-            };
-            let mut next = Vec::new();
-            let mut more = Vec::new();
-            for ([low, high], middle) in open.iter().zip(middles) {
-                if is_off(&middle) {
-                    if high - low >= 4.0 * FINEST {
-                        next.extend([[*low, middle.0], [middle.0, *high]]);
-                    }
-                    more.push(middle);
-                }
-            }
-            found.extend(more);
-            found.sort_by(|one, other| one.0.total_cmp(&other.0));
-            open = next;
-        }
-        Ok(found)
+        exact.responses.iter().enumerate().map(one).fold(0.0, f64::max) > self.tolerance
     }
 
-    /// Solves for the field of all transfers of a set.
+    /// Solves for the field of all transfers of a set, at its frequencies and at those between them without which
+    /// cubics miss the grooves' responses.
     ///
     /// # Errors
     /// [`RadiationError::Singular`].
     pub(super) fn open(&self, set: TransferSet) -> Result<Opened, RadiationError> {
-        let known: Vec<f64> = set.frequencies().iter().map(|found| found.frequency).collect();
         let points = set.frequencies().first().map_or(0, |found| found.transfers.len());
-        let responses = self.frequencies(&known)?;
-        let missing: Vec<f64> =
-            responses.iter().map(|(frequency, _)| *frequency).filter(|frequency| !known.contains(frequency)).collect();
-        let between = in_parallel::map(&missing, |&frequency| FrequencyTransfers {
-            frequency,
-            transfers: (0..points).filter_map(|point| set.at(self.body, point, frequency)).collect(),
-        });
-        let mut all = set.into_frequencies();
-        all.extend(between);
-        let set = TransferSet::new(all);
-        let fields = in_parallel::map(set.frequencies(), |found| self.field(found));
-        let fields: Vec<Vec<Vec<Complex64>>> = fields.into_iter().collect::<Result<_, _>>()?;
-        let mut under: Vec<UnderPatch> = (0..points)
-            .map(|_| UnderPatch { cells: self.sheet.cells, ends: self.sheet.sheet.y.clone(), values: Vec::new() })
-            .collect();
-        let mut amid = vec![Vec::new(); points];
-        for (found, fields) in set.frequencies().iter().zip(fields) {
-            for (point, (field, transfer)) in fields.into_iter().zip(&found.transfers).enumerate() {
-                let one = |channel: &Channel| self.sheet.amid(&field, channel.position).norm();
-                amid[point].push(self.channels.iter().map(one).collect());
-                let late = transfer.wavenumber * contact_distance(self.body, transfer.receiver);
-                let turn = Complex64::from_polar(1.0, late);
-                let values = self.sheet.on_grid(&field).into_iter().map(|value| single(turn * value));
-                under[point].values.push(values.collect());
+        let at_known = in_parallel::map(set.frequencies(), |found| self.solve(found.frequency, &found.transfers));
+        let mut known: Vec<Solved> = at_known.into_iter().collect::<Result<_, _>>()?;
+        let mut open: Vec<[f64; 2]> = known.windows(2).map(|ends| [ends[0].frequency, ends[1].frequency]).collect();
+        let mut added = Vec::new();
+        while !open.is_empty() {
+            let middles = in_parallel::map(&open, |[low, high]| self.solve(0.5 * (low + high), &[]));
+            let middles: Vec<Solved> = middles.into_iter().collect::<Result<_, _>>()?;
+            let missed: Vec<bool> = middles.iter().map(|middle| self.is_missed(&known, middle)).collect();
+            let mut next = Vec::new();
+            for (([low, high], middle), _) in open.iter().zip(&middles).zip(&missed).filter(|(_, missed)| **missed) {
+                added.push(middle.frequency);
+                if high - low >= 4.0 * FINEST {
+                    next.extend([[*low, middle.frequency], [middle.frequency, *high]]);
+                }
             }
+            known.extend(middles.into_iter().zip(missed).filter(|(_, missed)| *missed).map(|(middle, _)| middle));
+            known.sort_by(|one, other| one.frequency.total_cmp(&other.frequency));
+            open = next;
         }
+        let between = in_parallel::map(&added, |&frequency| {
+            let transfers: Vec<Transfer> =
+                (0..points).filter_map(|point| set.at(self.body, point, frequency)).collect();
+            Ok((self.solve(frequency, &transfers)?, FrequencyTransfers { frequency, transfers }))
+        });
+        let between: Vec<(Solved, FrequencyTransfers)> = between.into_iter().collect::<Result<_, _>>()?;
+        let (solved, more): (Vec<Solved>, Vec<FrequencyTransfers>) = between.into_iter().unzip();
+        let mut all = set.into_frequencies();
+        all.extend(more);
+        // Those between were known without fields so far.
+        known.retain(|known| !added.contains(&known.frequency));
+        known.extend(solved);
+        known.sort_by(|one, other| one.frequency.total_cmp(&other.frequency));
+        Ok(self.opened(TransferSet::new(all), known, points))
+    }
+
+    /// Sorts the fields by points.
+    fn opened(&self, set: TransferSet, known: Vec<Solved>, points: usize) -> Opened {
         let of = |groove: usize| {
-            let response: Vec<(f64, f64)> = responses.iter().map(|(f, values)| (*f, values[groove].norm())).collect();
+            let response: Vec<(f64, f64)> =
+                known.iter().map(|solved| (solved.frequency, solved.responses[groove].norm())).collect();
             Resonance::of(&response)
         };
         let resonances = (0..self.channels.len()).map(of).collect();
-        let frequencies = set.frequencies().iter().map(|found| found.frequency).collect();
-        Ok(Opened { set, under, fields: GrooveFields { resonances, frequencies, amid } })
-    }
-
-    /// Solves for the field of the transfers at a frequency, by point, on the sheet's cells.
-    fn field(&self, found: &FrequencyTransfers) -> Result<Vec<Vec<Complex64>>, RadiationError> {
-        let factored = self.sheet.factorise(&self.air, self.wavenumber(found.frequency))?;
-        Ok(factored.solve(&found.transfers))
+        let frequencies = known.iter().map(|solved| solved.frequency).collect();
+        let ends = &self.sheet.sheet.y;
+        let sealed = || UnderPatch { cells: self.sheet.cells, ends: ends.clone(), values: Vec::new() };
+        let mut under: Vec<UnderPatch> = (0..points).map(|_| sealed()).collect();
+        let mut amid = vec![Vec::new(); points];
+        for solved in known {
+            for (point, (levels, values)) in solved.fields.into_iter().enumerate() {
+                amid[point].push(levels);
+                under[point].values.push(values);
+            }
+        }
+        Opened { set, under, fields: GrooveFields { resonances, frequencies, amid } }
     }
 }
 

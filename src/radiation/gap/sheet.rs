@@ -212,9 +212,16 @@ impl Sheet {
     }
 }
 
+/// Drives that are solved for together: the rows of a band stay in a processor's nearest memory.
+const TOGETHER: usize = 32;
+
 impl FactoredSheet {
     /// Solves for the pressures of some drives: by drive, by cell; 0 where the gap is closed.
     pub(crate) fn solve(&self, drives: &[Drive]) -> Vec<Vec<Complex64>> {
+        drives.chunks(TOGETHER).flat_map(|some| self.solve_together(some)).collect()
+    }
+
+    fn solve_together(&self, drives: &[Drive]) -> Vec<Vec<Complex64>> {
         let count = drives.len();
         let mut rights = vec![Complex64::ZERO; self.open * count];
         for (column, drive) in drives.iter().enumerate() {

@@ -20,6 +20,7 @@ const GROOVE: &str = "[tread_pattern]\ngrooves = [{ position = 0.0, width = 0.06
 const HEARD: &str = "[[receiver]]\nname = \"beside\"\nposition = [0.3, 0.6, 0.2]\n\
                      [radiation]\nfmax = 500.0\nnodes_per_wavelength = 5.0\nfrequency_tolerance = \"0.5 dB\"\n\
                      audio = false\n";
+const DRAFT: &str = "[[receiver]]\nposition = [0.3, 0.6, 0.2]\n[radiation]\nquality = \"draft\"\nfmax = 500.0\n";
 const OPEN: &str = "[air_pumping]\npatch = \"grooves\"\n";
 
 /// A scene of so many revolutions, with the keys of its contact and other tables after them.
@@ -82,7 +83,7 @@ fn ways_of_the_air_that_a_scene_cannot_have_are_refused_with_their_places() {
         (SLICES, format!("{GROOVE}{OPEN}"), "air_pumping", "no [[receiver]]"),
         (SLICES, format!("{HEARD}{OPEN}"), "air_pumping.patch", "no grooves"),
         (SLICES, heard("acoustic_gap = 0.001"), "radiation.acoustic_gap", "not by both"),
-        (SLICES, heard("quality = \"draft\""), "radiation.quality", "mouths"),
+        (SLICES, format!("{GROOVE}{DRAFT}{OPEN}"), "radiation.quality", "mouths"),
         ("slices = \"winkler\"\ncells_across = 4\ntread = \"uncoupled\"", heard(""), "contact.tread", "no volume"),
         (SLICES, format!("{GROOVE}{HEARD}[air_pumping]\npatch = \"voids\"\n"), "air_pumping.patch", "voids"),
         (SLICES, format!("{GROOVE}{HEARD}[air_pumping]\nsqueeze = true\n"), "air_pumping.squeeze", "not a key"),

@@ -87,7 +87,7 @@ fn decide_sides(scene: &Scene) -> Decided {
 
 const PATCH: Row = Row {
     title: "air under the patch",
-    short: "air_pumping",
+    short: "air",
     decide: |scene, _| decide_patch(scene),
     switch: Some(|scene, on| {
         scene.effects.air_pumping = match (on, &scene.air_pumping) {

@@ -60,7 +60,8 @@ pub(super) struct OpenAmounts {
 }
 
 impl OpenAmounts {
-    /// Forecasts an open patch of a length \[m\]; `None` of a sealed one, or for a body or air that the run will refuse.
+    /// Forecasts an open patch of a length \[m\]; `None` of a sealed one, or for a body or air that the run will
+    /// refuse.
     pub(super) fn of(plan: &Plan, sound: &Sound, at_rest: f64) -> Option<Self> {
         if sound.channels.is_empty() {
             return None;
@@ -104,8 +105,8 @@ impl<'a> OpenPatch<'a> {
         HIGHEST * self.air.sound_speed / self.sheet.height_at_ends()
     }
 
-    /// Solves at a frequency: for the responses amid all grooves to a field that is the same before and behind the tyre,
-    /// and for the fields of transfers.
+    /// Solves at a frequency: for the responses amid all grooves to a field that is the same before and behind the
+    /// tyre, and for the fields of transfers.
     fn solve(&self, frequency: f64, transfers: &[Transfer]) -> Result<Solved, RadiationError> {
         let factored = self.sheet.factorise(&self.air, self.wavenumber(frequency))?;
         let amid = |field: &[Complex64]| -> Vec<Complex64> {
@@ -212,7 +213,8 @@ impl GrooveFields {
             let Resonance { frequency, .. } = (*found)?;
             let is_near = (passing / frequency - 1.0).abs() <= NEAR;
             is_near.then(|| {
-                format!("pitches pass at {passing:.0} Hz, and tread_pattern.grooves[{groove}] resonates at {frequency:.0} Hz")
+                let resonates = format!("tread_pattern.grooves[{groove}] resonates at {frequency:.0} Hz");
+                format!("pitches pass at {passing:.0} Hz, and {resonates}")
             })
         };
         self.resonances.iter().enumerate().filter_map(one).collect()
@@ -259,3 +261,75 @@ impl GrooveFields {
 
 /// Part of a groove's resonance within which what passes excites it.
 const NEAR: f64 = 0.1;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::double;
+    use crate::scene::{DEFAULT, Receiver, ReceiverPlace, Scene};
+
+    #[test]
+    fn frequencies_are_added_where_a_groove_resonates_until_cubics_meet_its_response() {
+        let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
+        let place = ReceiverPlace::Position { position: [0.0, 7.5, 1.2] };
+        scene.receivers = vec![Receiver { name: String::new(), place }];
+        let plan = Plan::new(&scene);
+        let mut sound = plan.sound().unwrap();
+        sound.channels = vec![Channel { position: 0.0, width: 0.012, depth: 0.008 }];
+        let body = plan.radiating_body(&sound.radiation, 0.108).unwrap();
+        let air = Air::at(20.0).unwrap();
+        let open = OpenPatch::of(&sound, &body, &air).unwrap();
+        assert!((3000.0..3700.0).contains(&open.highest()), "{}", open.highest());
+        // A field of 1 everywhere, as late as at the receiver.
+        let (receiver, grid) = (sound.positions[0], Sound::GRID);
+        let late = contact_distance(&body, receiver);
+        let at = |frequency: f64| {
+            let wavenumber = open.wavenumber(frequency);
+            let value = single(Complex64::from_polar(1.0, -wavenumber * late));
+            let values = vec![value; grid.around * grid.across];
+            let transfers = vec![Transfer { receiver, wavenumber, grid, sides: 1, values }];
+            FrequencyTransfers { frequency, transfers }
+        };
+        let known: Vec<f64> = (0..8).map(|step| 700.0 + 100.0 * f64::from(step)).collect();
+        let set = TransferSet::new(known.iter().map(|&frequency| at(frequency)).collect());
+        let opened = open.open(set).unwrap();
+        let frequencies = &opened.fields.frequencies;
+        assert!(frequencies.len() > known.len() && opened.set.frequencies().len() == frequencies.len());
+        let resonance = opened.fields.resonances[0].unwrap();
+        assert!((1000.0..1200.0).contains(&resonance.frequency), "{resonance:?}");
+        let under = &opened.under[0];
+        let strips = under.ends.len() - 1;
+        for frequency in [933.0, 1058.0, 1104.0, 1171.0, 1262.0] {
+            let near = lagrange::cubic_neighbours(frequencies, frequency);
+            let weights: Vec<f64> = lagrange::weights(&frequencies[near.clone()], frequency).collect();
+            let exact = open.solve(frequency, &at(frequency).transfers).unwrap();
+            let exact = &exact.fields[0].1;
+            // Amid the patch, all across: 0 on ribs, and steps to the groove.
+            let row = under.cells * strips..(under.cells + 1) * strips;
+            let (mut off, mut size, mut ribs) = (0.0_f64, 0.0_f64, 0);
+            for place in row {
+                let known = under.values[near.clone()].iter().zip(&weights);
+                let found: Complex64 = known.map(|(values, weight)| double(values[place]) * weight).sum();
+                off = off.max((found - double(exact[place])).norm());
+                size = size.max(double(exact[place]).norm());
+                ribs += usize::from(exact[place] == Complex32::ZERO);
+            }
+            // The tolerance is 0.2 dB.
+            assert!(off < 0.03 * size, "{frequency} Hz: {off} of {size}");
+            assert!(ribs > strips / 2 && ribs < strips, "{ribs} of {strips}");
+        }
+        // Pitches that pass there are told of.
+        assert_eq!(opened.fields.near(1.05 * resonance.frequency).len(), 1);
+        assert!(opened.fields.near(1.2 * resonance.frequency).is_empty());
+    }
+
+    #[test]
+    fn waves_across_follow_the_narrowest_rib_or_groove() {
+        let channel = |position, width| Channel { position, width, depth: 0.008 };
+        let waves = crate::effects::sound::planned::waves_for;
+        assert_eq!(waves(&[channel(0.0, 0.01)], 0.11), 22);
+        // The rib beside it has 5 mm.
+        assert_eq!(waves(&[channel(0.045, 0.01)], 0.11), 44);
+        assert_eq!(waves(&[], 0.11), 2);
+    }
+}

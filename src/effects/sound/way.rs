@@ -213,8 +213,8 @@ impl Seeking<'_> {
         let (highest, fmax) = (open.highest(), self.sound.radiation.fmax);
         if fmax > highest {
             let wrong = format!(
-                "{fmax} Hz: where the field outside is taken over, the gap between tyre and road is more than a sixth of \
-                 that wavelength high"
+                "{fmax} Hz: where the field outside is taken over, the gap between tyre and road is more than a sixth \
+                 of that wavelength high"
             );
             let right = format!("at most {:.0} Hz, or no [air_pumping]", 10.0 * (highest / 10.0).floor());
             return Err(self.refused("radiation.fmax", wrong, &right));

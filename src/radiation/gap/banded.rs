@@ -47,7 +47,7 @@ impl Banded {
         self.entries[place] += value;
     }
 
-    /// Factorises the matrix in place; false if a pivot is zero or no number.
+    /// Makes the factors in place; false if a pivot is zero or no number.
     pub(crate) fn factorise(&mut self) -> bool {
         let (size, band, width) = (self.size, self.band, 3 * self.band + 1);
         self.scales = self

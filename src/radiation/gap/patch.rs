@@ -130,8 +130,8 @@ impl PatchSheet {
             .fold(f64::INFINITY, |least, &height| least.min(height))
     }
 
-    /// Returns the part by which a wave that runs out falls on a metre at the sheet's ends, by the horn's flare, half of
-    /// h'/h, and by its width \[1/m\].
+    /// Returns the part by which a wave that runs out falls on a metre at the sheet's ends: by the horn's flare, half
+    /// of h'/h, and by its width \[1/m\].
     fn spreading(&self) -> f64 {
         let (reach, half_patch) = (self.reach(), self.half_patch);
         reach / (reach.powi(2) - half_patch.powi(2)) + 0.5 / reach
@@ -148,7 +148,7 @@ impl PatchSheet {
         [end, end, side, side]
     }
 
-    /// Factorises the sheet at a wavenumber \[rad/m\].
+    /// Makes the factors of the sheet at a wavenumber \[rad/m\].
     ///
     /// # Errors
     /// [`RadiationError::Singular`].

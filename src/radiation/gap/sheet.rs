@@ -170,7 +170,7 @@ impl Sheet {
         self.heights.iter().map(|&height| if height > 0.0 { open.next() } else { None }).collect()
     }
 
-    /// Factorises the equations at an angular frequency \[rad/s\].
+    /// Makes the factors of the equations at an angular frequency \[rad/s\].
     ///
     /// # Errors
     /// [`RadiationError::Singular`].

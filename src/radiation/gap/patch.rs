@@ -1,8 +1,7 @@
 //! The sheet of air under a tyre: its channels through the patch, and the wedges up to where the field outside is taken
 //! over.
 //!
-//! Along, the sheet reaches over whole cells of a transfer's grid to [`REACH`] beyond the patch; each cell is cut into
-//! [`PARTS`]. Across, it is the straight tread, cut at the sides of the channels. Its height is the rise of the round
+//! Along, the sheet has the cells of a transfer's grid, to [`REACH`] beyond the patch. Across, it is the straight tread, cut at the sides of the channels. Its height is the rise of the round
 //! tyre over the road, and the depth of the channels; the ribs between them are closed within the patch. With the total
 //! Green function G of the welded body the edges are
 //!
@@ -27,8 +26,6 @@ use crate::radiation::transfer::{Transfer, TransferGrid, across_points, half_tre
 /// Reach of the sheet beyond the patch, before and behind it \[m\]: there the gap of a car tyre is an eighth of the
 /// wavelength at 2.5 kHz.
 pub(crate) const REACH: f64 = 0.06;
-/// Parts of a cell of the grid along.
-pub(crate) const PARTS: usize = 2;
 /// Largest width of a cell across \[m\].
 const ACROSS: f64 = 3e-3;
 /// Least cells across a channel or a rib.
@@ -82,9 +79,7 @@ impl PatchSheet {
         let turn = std::f64::consts::TAU / grid.around as f64;
         let outer = (half_patch + REACH).min(radius * FLATTEST);
         let cells = ((outer / radius).asin() / turn - 1e-9).ceil().max(1.0) as usize;
-        let count = (2 * cells * PARTS) as i64;
-        let x: Vec<f64> =
-            (0..=count).map(|part| radius * ((part - count / 2) as f64 * turn / PARTS as f64).sin()).collect();
+        let x: Vec<f64> = (-(cells as i64)..=cells as i64).map(|end| radius * (end as f64 * turn).sin()).collect();
         let y = across(half_width, channels);
         let rise = |x: f64| {
             let x = x.abs();
@@ -178,11 +173,11 @@ impl PatchSheet {
         // G and its outward derivative at a side: its polynomial is a cubic, so is the difference nearly exact.
         let side = |y: f64, edge: &Edge| -> Vec<Complex64> {
             let near = [y, y * (1.0 - SIDE_STEP), y * (1.0 + SIDE_STEP)].map(|y| self.weights(transfer, y));
-            let value = |part: usize| {
-                let cell = (part / PARTS) as i64 - cells;
+            let value = |place: usize| {
+                let cell = place as i64 - cells;
                 let [on, inside, outside] = near.each_ref().map(|weights| self.at(transfer, cell, weights));
                 let slope = (outside - inside) / (2.0 * SIDE_STEP * self.half_width);
-                on * edge.pressure + slope * (edge.slope_by_height * self.ribs[part])
+                on * edge.pressure + slope * (edge.slope_by_height * self.ribs[place])
             };
             (0..along).map(value).collect()
         };
@@ -228,18 +223,15 @@ impl PatchSheet {
         self.reach() / (std::f64::consts::TAU * self.cells as f64 / self.grid.around as f64).sin()
     }
 
-    /// Returns the means over the grid's cells of values on the sheet's cells, those across after each other; where
-    /// ribs are welded they count as 0, as in a transfer.
+    /// Returns the means over the grid's cells of values on the sheet's: where ribs are welded they count as 0, as in a
+    /// transfer.
     pub(crate) fn on_grid(&self, values: &[Complex64]) -> Vec<Complex64> {
         let across = self.sheet.cells()[1];
-        let mut means = vec![Complex64::ZERO; 2 * self.cells * across];
-        for (part, (values, beyond)) in values.chunks_exact(across).zip(&self.beyond).enumerate() {
-            let means = &mut means[part / PARTS * across..][..across];
-            for ((mean, value), is_channel) in means.iter_mut().zip(values).zip(&self.is_channel) {
-                *mean += value * (if *is_channel { 1.0 } else { *beyond } / PARTS as f64);
-            }
-        }
-        means
+        let mean = |(values, beyond): (&[Complex64], &f64)| -> Vec<Complex64> {
+            let part = |is_channel: &bool| if *is_channel { 1.0 } else { *beyond };
+            values.iter().zip(&self.is_channel).map(|(value, is_channel)| value * part(is_channel)).collect()
+        };
+        values.chunks_exact(across).zip(&self.beyond).flat_map(mean).collect()
     }
 
     /// Returns the pressure amid the patch at a distance across, of values on the sheet's cells.

@@ -37,8 +37,8 @@ const PATTERN: &str = "[contact]\nzone = \"cells\"\ncells_across = 4\n[tread_pat
 const GROOVES: &str = "[contact]\nslices = \"winkler\"\ncells_across = 4\n\
                        [tread_pattern]\ngrooves = [{ position = 0.0, width = 0.06, depth = 0.008 }]\n\
                        [[receiver]]\nposition = [0.1, 1.0, 0.3]\n\
-                       [radiation]\nfmax = 200.0\nnodes_per_wavelength = 4.0\nfrequency_tolerance = \"1 dB\"\naudio = false\n\
-                       [air_pumping]\npatch = \"grooves\"";
+                       [radiation]\nfmax = 200.0\nnodes_per_wavelength = 4.0\nfrequency_tolerance = \"1 dB\"\n\
+                       audio = false\n[air_pumping]\npatch = \"grooves\"";
 /// Those of friction and adhesion.
 const FRICTION: &str = "[contact]\nzone = \"cells\"\ncells_across = 3\n[outputs]\ncells_every = 0.1\n\
                         [friction]\nmu = 0.5\n[adhesion]\nstress = 1e4\nrange = 1e-5";

@@ -1,8 +1,8 @@
 //! The sheet of air under a tyre: its channels through the patch, and the wedges up to where the field outside is taken
 //! over.
 //!
-//! Along, the sheet has the cells of a transfer's grid, to [`REACH`] beyond the patch. Across, it is the straight tread,
-//! cut at the sides of the channels. Its height is the rise of the round tyre over the road, and the depth of the
+//! Along, the sheet has the cells of a transfer's grid, to [`REACH`] beyond the patch. Across, it is the straight
+//! tread, cut at the sides of the channels. Its height is the rise of the round tyre over the road, and the depth of the
 //! channels; the ribs between them are closed within the patch. With the total Green function G of the welded body the
 //! edges are
 //!

@@ -2,8 +2,8 @@
 //! over.
 //!
 //! Along, the sheet has the cells of a transfer's grid, to [`REACH`] beyond the patch. Across, it is the straight
-//! tread, cut at the sides of the channels. Its height is the rise of the round tyre over the road, and the depth of the
-//! channels; the ribs between them are closed within the patch. With the total Green function G of the welded body the
+//! tread, cut at the sides of the channels. Its height is the rise of the round tyre over the road, and the depth of
+//! the channels; the ribs between them are closed within the patch. With the total Green function G of the welded body the
 //! edges are
 //!
 //! ```text
@@ -214,6 +214,7 @@ impl PatchSheet {
     }
 
     /// Returns G of the welded body on the grid's cells, those across after each other, as [`Self::on_grid`].
+    #[cfg(test)]
     pub(crate) fn outside(&self, transfer: &Transfer) -> Vec<Complex64> {
         let cells = self.cells as i64;
         (-cells..cells).flat_map(|cell| self.across(transfer, cell)).collect()

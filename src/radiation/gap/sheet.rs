@@ -39,6 +39,7 @@ pub(crate) struct Edge {
 
 impl Edge {
     /// Wall: no flow.
+    #[cfg(test)]
     pub(crate) const CLOSED: Self = Self { pressure: Complex64::ZERO, slope: Complex64::ONE, slope_by_height: 0.0 };
     /// Given pressure.
     pub(crate) const OPEN: Self = Self { pressure: Complex64::ONE, slope: Complex64::ZERO, slope_by_height: 0.0 };

@@ -2,9 +2,9 @@
 //! over.
 //!
 //! Along, the sheet has the cells of a transfer's grid, to [`REACH`] beyond the patch. Across, it is the straight
-//! tread, cut at the sides of the channels. Its height is the rise of the round tyre over the road, and the depth of
-//! the channels; the ribs between them are closed within the patch. With the total Green function G of the welded body the
-//! edges are
+//! tread, cut at the sides of the channels. Its height is the rise of the round tyre over the road, and the depth
+//! of the channels; the ribs between them are closed within the patch. With the total Green function G of the
+//! welded body the edges are
 //!
 //! ```text
 //! p_n + (i k + h'/(2 h) + 1/(2 X_o)) p = the same of G     before and behind, |x| = X_o

@@ -96,8 +96,8 @@ fn ways_of_the_air_that_a_scene_cannot_have_are_refused_with_their_places() {
     }
     assert_eq!(refusal(&rolled(8.0, SLICES, &heard(""))), "");
     // Known once the patch is: where the sheet ends the gap is 19 mm high.
-    let changes = [("radiation.fmax", "4000.0"), ("radiation.patch_length", "0.12"), ("numerics.elements", "1024")];
-    let high = edit(&rolled(8.0, SLICES, &heard("")), &changes);
+    let changes = [("radiation.fmax", "4000.0"), ("numerics.elements", "1024")];
+    let high = edit(&rolled(8.0, SLICES, &heard("patch_length = 0.12")), &changes);
     let loaded = scene(&high);
     let plan = Plan::of(&loaded).unwrap();
     let told = match Simulation::begin(&loaded, &plan, &Default::default()) {

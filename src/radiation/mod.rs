@@ -29,6 +29,7 @@ pub(crate) mod error;
 pub(crate) mod factor;
 pub(crate) mod flank;
 pub(crate) mod frequencies;
+pub(crate) mod gap;
 pub(crate) mod interior;
 pub(crate) mod kernel;
 pub(crate) mod mesh;

@@ -2,11 +2,11 @@
 
 use super::problem::Problem;
 use super::table::Table;
-use super::tread_pattern;
 use super::{
     Axle, Lateral, ProfileRoad, Radiation, RadiationQuality, Receiver, ReceiverPlace, Road, Scene, StandardReceiver,
     Switch, TimeRule, Tread, Vehicle, Vibration, Zone,
 };
+use super::{air_pumping, tread_pattern};
 use crate::radiation::draft::{self, DraftErrors};
 
 /// Reads a whole scene; `None` after a complaint.
@@ -21,6 +21,7 @@ pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
     vibration(&scene, table)?;
     receiver_names(&scene, table)?;
     sound(&scene, table)?;
+    air_pumping::check(&scene, table)?;
     indentation(&scene, table)?;
     Some(scene)
 }

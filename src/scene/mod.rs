@@ -3,6 +3,7 @@
 //! [`Scene::load`] reads a file, [`Scene::from_str`] a text; both return a [`LoadedScene`], which later stages use to
 //! complain about a key ([`LoadedScene::complain`]). All mistakes of a file are collected in one [`SceneError`].
 
+mod air_pumping;
 mod consistency;
 mod diagnostic;
 mod document;

@@ -257,13 +257,14 @@ impl<'a> Trials<'a> {
         let mut held = scene.clone();
         held.numerics.forget_wishes();
         held.outputs.vibration = None;
-        (held.receivers, held.radiation) = (Vec::new(), Radiation::default());
+        (held.receivers, held.radiation, held.air_pumping) = (Vec::new(), Radiation::default(), None);
         let Scene { effects, rolling, .. } = &mut held;
         for switch in [
             &mut effects.tread_vibration,
             &mut effects.belt_vibration,
             &mut effects.tangential_motion,
             &mut effects.radiation,
+            &mut effects.air_pumping,
         ] {
             *switch = Switch::Auto;
         }

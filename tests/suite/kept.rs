@@ -33,6 +33,12 @@ const CELLS: &str = "[contact]\nzone = \"cells\"\ncells_across = 3\n[outputs]\nc
 /// Those of a tread's pattern.
 const PATTERN: &str = "[contact]\nzone = \"cells\"\ncells_across = 4\n[tread_pattern]\npitches = 16\n\
                        laterals = [{ from = -0.06, to = 0.0, width = 0.03046875, depth = 0.008, offset = 0.375 }]";
+/// Those of air in the grooves of a tread.
+const GROOVES: &str = "[contact]\nslices = \"winkler\"\ncells_across = 4\n\
+                       [tread_pattern]\ngrooves = [{ position = 0.0, width = 0.06, depth = 0.008 }]\n\
+                       [[receiver]]\nposition = [0.1, 1.0, 0.3]\n\
+                       [radiation]\nfmax = 200.0\nnodes_per_wavelength = 4.0\nfrequency_tolerance = \"1 dB\"\n\
+                       audio = false\n[air_pumping]\npatch = \"grooves\"";
 /// Those of friction and adhesion.
 const FRICTION: &str = "[contact]\nzone = \"cells\"\ncells_across = 3\n[outputs]\ncells_every = 0.1\n\
                         [friction]\nmu = 0.5\n[adhesion]\nstress = 1e4\nrange = 1e-5";
@@ -119,6 +125,7 @@ fn names_that_scripts_read_are_kept() {
         ("cells", load, NUMERICS, CELLS),
         ("friction", load, "", FRICTION),
         ("pattern", load, NUMERICS, PATTERN),
+        ("grooves", load, NUMERICS, GROOVES),
     ] {
         let text = scene_text(64, "kind = \"made\"", rolling, numerics, more);
         fs::write(folder.path().join(format!("{name}.toml")), text).unwrap();

@@ -5,6 +5,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a failing test may panic, in its helpers, too")]
 #![allow(clippy::print_stdout, reason = "what was measured, and what was skipped, is printed")]
 
+mod air_pumping;
 mod arrays;
 mod axle;
 mod axle_mass;

@@ -185,7 +185,7 @@ fn what_a_pattern_cannot_be_is_refused_with_its_place() {
         ("[tread_pattern]\nfile = \"map.jpg\"\ndepth = 0.008".to_owned(), "tread_pattern.file", "neither"),
         ("[tread_pattern]\nfile = \"nowhere.npy\"".to_owned(), "tread_pattern.file", "nowhere.npy"),
         ("[effects]\ntread_pattern = \"on\"".to_owned(), "effects.tread_pattern", "there is no [tread_pattern]"),
-        (format!("{}\n[air_pumping]\npatch = \"grooves\"", laterals(32, MIDDLE, "")), "air_pumping", "not a key"),
+        (format!("{}\n[air_pumping]\npatch = \"grooves\"", laterals(32, MIDDLE, "")), "air_pumping", "no [[receiver]]"),
         (format!("{}\n[friction]\nmu = 0.9", laterals(32, MIDDLE, "")), "tread_pattern.blocks", "friction"),
         (
             laterals(32, MIDDLE, "blocks = \"continuum\"\nblock_compliance = 1e-10"),

@@ -1,5 +1,6 @@
 //! Work and memory of the sound.
 
+use super::open_patch::OpenAmounts;
 use super::planned::{SOUND_SEGMENT, Sound};
 use crate::counters::{Counter, Stage};
 use crate::numeric::transform_multiply_adds;
@@ -33,6 +34,10 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
         amounts.fit_memory_per_thread = amounts.fit_memory_per_thread.max(cost.bytes as f64);
         amounts.fit_memory_that_stays = bytes_kept as f64;
         amounts.hold("transfers of the sound", TRANSFER_RESERVE * bytes_kept as f64);
+    }
+    if let Some(OpenAmounts { multiply_adds, bytes }) = OpenAmounts::of(plan, sound, length) {
+        amounts.add(Stage::Radiation, Unit::RadiationOperation, 8.0 * multiply_adds, Place::BeforeOnAll);
+        amounts.hold("field under the patch", bytes);
     }
     let (cells, lateral) = (Sound::GRID.around, sound.lateral);
     let waves = SurfaceWaves::expected_evaluations(cells / 2, lateral, 0.5 / plan.time_step);

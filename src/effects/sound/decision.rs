@@ -1,12 +1,13 @@
 //! Sound radiation, of the tread and of the sidewalls.
 
+use super::planned::{channels, waves_for};
 use crate::numeric::SplitRule;
 use crate::plan::decisions::{Decided, Row, given};
 use crate::radiation::draft::{DraftError, DraftErrors};
-use crate::scene::{AirMotion, Radiation, RadiationQuality, Scene, Switch};
+use crate::scene::{AirMotion, PatchAir, Pitches, Radiation, RadiationQuality, Scene, Switch};
 
-/// Rows of the radiation and of what radiates beside the tread.
-pub(super) static ROWS: [Row; 2] = [RADIATION, SIDES];
+/// Rows of the radiation, of what radiates beside the tread, and of the air under it.
+pub(super) static ROWS: [Row; 3] = [RADIATION, SIDES, PATCH];
 
 const RADIATION: Row = Row {
     title: "radiation",
@@ -15,7 +16,7 @@ const RADIATION: Row = Row {
     switch: Some(|scene, on| {
         scene.effects.radiation = if on { Switch::On } else { Switch::Off };
         if !on {
-            (scene.receivers, scene.radiation) = (Vec::new(), Radiation::default());
+            (scene.receivers, scene.radiation, scene.air_pumping) = (Vec::new(), Radiation::default(), None);
         }
     }),
     of_cells: false,
@@ -82,4 +83,50 @@ fn decide_sides(scene: &Scene) -> Decided {
         _ => "auto: the tyre's sidewalls are arcs",
     };
     Decided { on: true, form, reason: reason.to_owned() }
+}
+
+const PATCH: Row = Row {
+    title: "air under the patch",
+    short: "air",
+    decide: |scene, _| decide_patch(scene),
+    switch: Some(|scene, on| {
+        scene.effects.air_pumping = match (on, &scene.air_pumping) {
+            (false, _) => Switch::Off,
+            (true, Some(pumping)) if pumping.patch != PatchAir::Sealed => Switch::Auto,
+            // Refused by name.
+            (true, _) => Switch::On,
+        };
+    }),
+    of_cells: false,
+};
+
+fn decide_patch(scene: &Scene) -> Decided {
+    let given = given(scene.effects.air_pumping, "air_pumping");
+    let off = |reason: String| Decided { on: false, form: String::new(), reason };
+    let is_open = scene.air_pumping.as_ref().is_some_and(|pumping| pumping.patch != PatchAir::Sealed);
+    if !is_open {
+        return off(given.unwrap_or_else(|| "auto: the patch is sealed".to_owned()));
+    }
+    if scene.effects.air_pumping == Switch::Off {
+        return off(given.unwrap_or_default());
+    }
+    let channels = channels(scene);
+    if channels.is_empty() {
+        return off("its grooves, the sound or the elastic tread are left out".to_owned());
+    }
+    let needed = waves_for(&channels, scene.tyre.contact_width);
+    let pitches = scene.pattern().and_then(|pattern| pattern.pitches.as_ref()).map_or(String::new(), |pitches| {
+        let count = match pitches {
+            Pitches::Equal(count) => *count,
+            Pitches::Varied(varied) => varied.in_order().len(),
+        };
+        let passing = count as f64 * scene.rolling.speed() / scene.tyre.circumference;
+        format!(", pitches pass at {passing:.0} Hz")
+    });
+    let form = match channels.len() {
+        1 => "one groove".to_owned(),
+        several => format!("{several} grooves"),
+    };
+    let form = format!("{form} through the patch, lateral_waves of {needed} follow its steps{pitches}");
+    Decided { on: true, form, reason: given.unwrap_or_else(|| "air_pumping.patch = \"grooves\"".to_owned()) }
 }

@@ -7,6 +7,7 @@ mod amounts;
 mod decision;
 mod kept_signal;
 mod kept_transfers;
+mod open_patch;
 mod passages;
 mod passing;
 mod pictures;
@@ -39,7 +40,7 @@ use kept_signal::{KeptSignal, KeptState};
 pub(crate) use kept_transfers::KeptReceiver;
 use passing::Passing;
 pub(crate) use planned::{Heard, Sound};
-use planned::{SOUND_FADE, SOUND_SEGMENT};
+use planned::{SOUND_FADE, SOUND_SEGMENT, waves_for};
 pub(crate) use way::WAVES;
 use way::{Seeking, Way};
 
@@ -186,6 +187,19 @@ impl SoundObserver {
         }
         let seeking = Seeking { loaded, plan, sound: &sound, layout, stop };
         let (way, transfers) = seeking.find(contact, warnings, *progress, meter)?;
+        if let Some(grooves) = &way.grooves {
+            let needed = waves_for(&sound.channels, plan.decisions.tyre.contact_width);
+            if sound.radiation.lateral_waves < needed {
+                let taken = sound.radiation.lateral_waves;
+                warnings.push(format!(
+                    "the field under the patch has steps from groove to rib that take radiation.lateral_waves = \
+                     {needed}; {taken} are followed"
+                ));
+            }
+            let train = plan.tread_map().and_then(|map| map.train);
+            let passing = train.map(|train| train.count() as f64 * plan.speed / train.circumference);
+            warnings.extend(passing.iter().flat_map(|&passing| grooves.near(passing)));
+        }
         let kept = sound.kept_samples().min(samples as usize);
         let points = sound.points();
         let speed = plan.speed;

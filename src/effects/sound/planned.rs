@@ -4,9 +4,11 @@ use std::ops::Range;
 
 use crate::numeric::SplitRule;
 use crate::plan::Plan;
+use crate::plan::decisions::taken_pattern;
 use crate::plan::front::FrontRow;
 use crate::plan::settle::Choice;
 use crate::radiation::draft::{self, DraftError, DraftErrors};
+use crate::radiation::gap::patch::Channel;
 use crate::radiation::{
     Block, Body, Cost, Flank, FrequencyRange, RadiationError, Resolution, SetUpCost, TransferGrid, TransferProblem,
 };
@@ -14,7 +16,7 @@ use crate::response::ThirdOctaveBand;
 use crate::response::pressure::{PressureModel, PressureStream};
 use crate::response::vibration::{Across, SegmentLayout};
 use crate::results::sound::SoundError;
-use crate::scene::{Numerics, Radiation, RadiationQuality, ReceiverPlace, Scene, Tyre, Vehicle, Zone};
+use crate::scene::{Groove, Numerics, Radiation, RadiationQuality, ReceiverPlace, Scene, Tyre, Vehicle, Zone};
 use crate::sound::Air;
 use crate::sound::pass_by::STENCIL;
 use crate::sound::receivers::{Beside, Standard, standard};
@@ -125,6 +127,8 @@ pub(crate) struct Sound {
     pub bead: Option<f64>,
     /// Errors of a draft round this tyre.
     pub draft: Option<DraftErrors>,
+    /// Grooves in which air goes through the patch; none where it is sealed.
+    pub channels: Vec<Channel>,
 }
 
 impl Sound {
@@ -400,8 +404,30 @@ impl Plan {
         let draft = DraftErrors::of(self.radius, tyre.width + 2.0 * radiation.shoulder);
         let arc = tyre.sidewall_arc(0.0).filter(|_| radiation.hears_sides(tyre));
         let bead = arc.map(|arc| arc.bead_radius());
-        Some(Sound { radiation, heard, positions, stated, layout, lateral, bead, draft })
+        let channels = channels(&self.scene);
+        Some(Sound { radiation, heard, positions, stated, layout, lateral, bead, draft, channels })
     }
+}
+
+/// Returns the grooves of a scene in which air goes through the patch.
+pub(super) fn channels(scene: &Scene) -> Vec<Channel> {
+    if taken_pattern(scene).is_none() {
+        return Vec::new();
+    }
+    let channel = |groove: &Groove| Channel { position: groove.position, width: groove.width, depth: groove.depth };
+    scene.open_grooves().iter().filter(|groove| groove.depth > 0.0).map(channel).collect()
+}
+
+/// Returns the lateral waves that follow the steps of a field between grooves: twice the strip's width over that of the
+/// narrowest rib or groove.
+pub(super) fn waves_for(channels: &[Channel], contact_width: f64) -> usize {
+    let mut sides = vec![-0.5 * contact_width, 0.5 * contact_width];
+    sides.extend(
+        channels.iter().flat_map(|Channel { position, width, .. }| [-0.5, 0.5].map(|half| position + half * width)),
+    );
+    sides.sort_by(f64::total_cmp);
+    let widths = sides.windows(2).map(|ends| ends[1] - ends[0]).filter(|width| *width > 1e-9 * contact_width);
+    (2.0 * contact_width / widths.fold(contact_width, f64::min) - 1e-9).ceil() as usize
 }
 
 /// Returns the name of a receiver of this number, or with a number behind it, so that no other one has the same: not

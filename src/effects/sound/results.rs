@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use super::open_patch::GAP_FILE;
 use super::planned::{Heard, SOUND_FADE, SOUND_SEGMENT, Sound};
 use crate::effects::error::RunError;
 use crate::effects::sound::SoundObserver;
@@ -42,6 +43,9 @@ impl SoundObserver {
         let error = self.sound.error();
         folder.write_text(SOUND_FILE, &sound_levels_csv(&spectra, LOWEST_FREQUENCY, self.slice_errors.as_ref()))?;
         folder.write_text(SOUND_NARROW_FILE, &sound_narrow_csv(&spectra))?;
+        if let Some(grooves) = &self.way.grooves {
+            folder.write_text(GAP_FILE, &grooves.to_csv(&self.sound))?;
+        }
         let (mut receivers, mut recordings) = (Vec::new(), Vec::new());
         for (heard, spectrum) in self.sound.heard.iter().zip(&spectra) {
             let (summary, recording) = self.receiver(loaded, heard, &spectrum.spectrum, &points, folder)?;

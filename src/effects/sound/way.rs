@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use super::kept_transfers::KeptTransfers;
+use super::open_patch::{GrooveFields, OpenPatch, Opened};
 use super::planned::Sound;
 use crate::counters::Progress;
 use crate::counters::{Counter, Meter, Stage, Work};
@@ -33,6 +34,8 @@ pub(super) struct Way {
     pub(super) delays: Vec<u64>,
     /// The body and how it was solved.
     pub(super) body: BodySummary,
+    /// Fields in the grooves, where air goes through the patch.
+    pub(super) grooves: Option<GrooveFields>,
 }
 
 impl Way {
@@ -42,7 +45,8 @@ impl Way {
         let air = Air::at(sound.radiation.temperature)?;
         let body = plan.radiating_body(&sound.radiation, plan.expected().length).ok()?;
         let (delays, _) = delays(sound, &body, &air);
-        Some(Self { body: BodySummary::of(sound.radiation.quality, &body, &air), air, delays })
+        let body = BodySummary::of(sound.radiation.quality, &body, &air);
+        Some(Self { air, delays, body, grooves: None })
     }
 }
 
@@ -88,7 +92,7 @@ impl Seeking<'_> {
         let open = meter.open();
         progress.stage(Stage::Radiation);
         let body = self.body(contact.at_rest.length)?;
-        let (greens, summary) = self.greens(&air, &body, warnings, progress, meter)?;
+        let (greens, summary, grooves) = self.greens(&air, &body, warnings, progress, meter)?;
         let (delays, left) = delays(sound, &body, &air);
         let (lateral, highest) = (sound.lateral_numbers(tyre), 0.5 / layout.time_step);
         let rule = sound.flank(&body).map(|flank| flank.rule);
@@ -116,7 +120,7 @@ impl Seeking<'_> {
             delays: left,
         };
         meter.close(open, Stage::Radiation);
-        Ok((Way { air, delays, body: summary }, PressureTransfers { model, greens }))
+        Ok((Way { air, delays, body: summary, grooves }, PressureTransfers { model, greens }))
     }
 
     fn refused(&self, key: &str, wrong: String, right: &str) -> RunError {
@@ -144,7 +148,7 @@ impl Seeking<'_> {
         warnings: &mut Vec<String>,
         progress: &mut dyn Progress,
         meter: &mut Meter,
-    ) -> Result<(Vec<SurfaceGreen>, BodySummary), RunError> {
+    ) -> Result<(Vec<SurfaceGreen>, BodySummary, Option<GrooveFields>), RunError> {
         let Self { plan, sound, .. } = *self;
         let problem = sound.problem(body, plan.scene.numerics.memory_bytes());
         let range = sound.range(air);
@@ -155,8 +159,9 @@ impl Seeking<'_> {
                 frequencies: set.frequencies().len(),
                 ..BodySummary::of(RadiationQuality::Draft, body, air)
             };
-            return Ok((surface_greens(set, body, sound), summary));
+            return Ok((surface_greens(set, body, sound), summary, None));
         }
+        let open = self.open_patch(air, body)?;
         let kept = KeptTransfers::open(&problem, &range, sound, warnings);
         let mut troubles = Vec::new();
         let mut watch = Watch {
@@ -194,7 +199,27 @@ impl Seeking<'_> {
             reciprocal_condition: (report.solved > 0).then_some(report.reciprocal_condition),
             ..BodySummary::of(RadiationQuality::Full, body, air)
         };
-        Ok((surface_greens(set, body, sound), summary))
+        let Some(open) = open else { return Ok((surface_greens(set, body, sound), summary, None)) };
+        let opened = open.open(set).map_err(|error| self.refused("air_pumping", error.to_string(), "other grooves"))?;
+        let Opened { set, under, fields } = opened;
+        let mut greens = surface_greens(set, body, sound);
+        greens.iter_mut().zip(under).for_each(|(green, under)| green.under_patch = Some(under));
+        Ok((greens, summary, Some(fields)))
+    }
+
+    /// Returns the grooves through the patch of a body; none where it is sealed.
+    fn open_patch<'b>(&'b self, air: &Air, body: &'b Body) -> Result<Option<OpenPatch<'b>>, RunError> {
+        let Some(open) = OpenPatch::of(self.sound, body, air) else { return Ok(None) };
+        let (highest, fmax) = (open.highest(), self.sound.radiation.fmax);
+        if fmax > highest {
+            let wrong = format!(
+                "{fmax} Hz: where the field outside is taken over, the gap between tyre and road is more than a sixth \
+                 of that wavelength high"
+            );
+            let right = format!("at most {:.0} Hz, or no [air_pumping]", 10.0 * (highest / 10.0).floor());
+            return Err(self.refused("radiation.fmax", wrong, &right));
+        }
+        Ok(Some(open))
     }
 }
 

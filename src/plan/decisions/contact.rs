@@ -60,7 +60,11 @@ pub(super) const TREAD_COUPLING: Row = Row {
         scene.contact.tread = if on { Tread::Elastic } else { without };
         if on {
             (scene.contact.bedding_stiffness, scene.contact.equal_stiffness) = (None, false);
-        } else if without == Tread::Uncoupled && scene.contact.slice_coupling == SliceCoupling::Implicit {
+            return;
+        }
+        // Springs keep no volume: the air under them has no ways.
+        scene.air_pumping = None;
+        if without == Tread::Uncoupled && scene.contact.slice_coupling == SliceCoupling::Implicit {
             // For points that have no neighbours within a step the paper's two couplings are one.
             scene.contact.slice_coupling = SliceCoupling::Explicit;
         }

@@ -77,7 +77,7 @@ fn green_within(degrees: f64, frequencies: Vec<f64>) -> SurfaceGreen {
     let rows = (0..2).flat_map(|part| points.iter().map(move |&y| (part, y)));
     let values: Vec<Complex32> = rows.flat_map(|(part, y)| (0..AROUND).map(move |cell| value(part, y, cell))).collect();
     let values = vec![values; frequencies.len()];
-    SurfaceGreen { frequencies, around: AROUND, across: points, half_width, rings: 0, values }
+    SurfaceGreen { frequencies, around: AROUND, across: points, half_width, rings: 0, values, under_patch: None }
 }
 
 /// Returns the root mean square of the pressure of forces by step and column, in each motion of the air \[Pa\].

@@ -61,6 +61,7 @@ fn green(tyre: &Tyre, frequency: f64, ring: impl Fn(usize, usize) -> f32) -> Sur
         half_width: 0.5 * tyre.width,
         rings: SplitRule::POINTS,
         values: vec![tread.into_iter().chain(rings).collect()],
+        under_patch: None,
     }
 }
 

@@ -60,5 +60,5 @@ mod window;
 pub(crate) use model::PressureModel;
 pub(crate) use shares::PressureShares;
 pub(crate) use stream::{PressureState, PressureStream};
-pub(crate) use surface::SurfaceGreen;
+pub(crate) use surface::{SurfaceGreen, UnderPatch};
 pub(crate) use transfer::PressureTransfers;

@@ -106,7 +106,7 @@ fn surface_green(half_width: f64, side: f64) -> SurfaceGreen {
     };
     let values = part(1.0).chain(part(-1.0)).map(|value| Complex32::new(value.re as f32, value.im as f32)).collect();
     let (frequencies, values) = (vec![75.0], vec![values]);
-    SurfaceGreen { frequencies, around: AROUND, values, across: points, rings: 0, half_width }
+    SurfaceGreen { frequencies, around: AROUND, values, across: points, rings: 0, half_width, under_patch: None }
 }
 
 #[test]

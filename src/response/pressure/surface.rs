@@ -4,6 +4,9 @@
 //! even part, which is all that a centred contact strip can feel, and, for forces that are resolved across, its odd
 //! part, which waves that are odd about mid-width feel; and likewise on the rings of a flank that moves. With the delay
 //! r0/c removed it is smooth over frequency and interpolated by cubics.
+//!
+//! Where air goes through the patch the field has steps of the grooves' widths there: on those cells it is known strip
+//! by strip across the whole width, in place of the points.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -33,6 +36,19 @@ pub(crate) struct SurfaceGreen {
     /// G exp(i k r0) by frequency, point by point and ring by ring, cell by cell \[1/m\]: the even part, and after it
     /// the odd one where it is known.
     pub values: Vec<Vec<Complex32>>,
+    /// G under the patch and beside it, where air goes through grooves.
+    pub under_patch: Option<UnderPatch>,
+}
+
+/// G under an open patch, in place of that at the points across.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct UnderPatch {
+    /// Cells of G that it holds, to either side of the contact's centre.
+    pub cells: usize,
+    /// Ends of the strips across the whole width, rising \[m\].
+    pub ends: Vec<f64>,
+    /// G exp(i k r0) by frequency, cell by cell from the rearmost on, strip by strip \[1/m\].
+    pub values: Vec<Vec<Complex32>>,
 }
 
 /// Shape of a part of the tyre's motion, of a wave round the tyre.
@@ -50,7 +66,7 @@ impl SurfaceGreen {
     pub(crate) fn of(body: &Body, known: impl IntoIterator<Item = (f64, Transfer)>) -> Self {
         let half_width = half_tread(body);
         let (frequencies, across, values) = (Vec::new(), Vec::new(), Vec::new());
-        let mut green = Self { frequencies, around: 0, across, half_width, rings: 0, values };
+        let mut green = Self { frequencies, around: 0, across, half_width, rings: 0, values, under_patch: None };
         for (frequency, transfer) in known {
             if green.frequencies.is_empty() {
                 green.around = transfer.grid.around;
@@ -86,6 +102,8 @@ pub(super) struct WaveIntegrals {
     most_around: usize,
     /// By shape, the first row of G that it meets, and weights from there on.
     shapes: Vec<(usize, Vec<f64>)>,
+    /// By shape of the tread, its integrals over the strips of an open patch; none of rings, or of a sealed one.
+    strips: Vec<Vec<f64>>,
     /// Number of [`WEIGHTS`] that are taken.
     weights: usize,
     /// By n, the wave's mean over a cell, whose middle is half a cell from its beginning, times its length \[m\]; one n
@@ -105,7 +123,12 @@ impl WaveIntegrals {
             let half = 0.5 * waves.kx(n) * length;
             Complex64::from_polar(length * sinc(half), half)
         };
+        let strips = |shape: &Shape| match (shape, &green.under_patch) {
+            (&Shape::Tread(m), Some(patch)) => strip_weights(!waves.is_even(m), &patch.ends, waves.ky(m)),
+            _ => Vec::new(),
+        };
         Self {
+            strips: shapes.iter().map(strips).collect(),
             most_around: around / 2 - 1,
             // Both halves of the width.
             shapes: shapes
@@ -196,7 +219,24 @@ impl WaveIntegrals {
                 cell.im += weight * f64::from(value.im);
             }
         }
+        let strips = &self.strips[index];
+        let Some(patch) = green.under_patch.as_ref().filter(|_| !strips.is_empty()) else { return };
+        let first = green.around - patch.cells;
+        for (place, values) in patch.values[frequency].chunks_exact(strips.len()).enumerate() {
+            let sum = strips.iter().zip(values).map(|(weight, value)| weight * double(*value)).sum();
+            cells[(first + place) % green.around] = sum;
+        }
     }
+}
+
+/// Computes Int cos(k y) dy, or sin, over strips across.
+fn strip_weights(odd: bool, ends: &[f64], k: f64) -> Vec<f64> {
+    let strip = |ends: &[f64]| {
+        let (middle, length) = (0.5 * (ends[0] + ends[1]), ends[1] - ends[0]);
+        let wave = if odd { (k * middle).sin() } else { (k * middle).cos() };
+        wave * sinc(0.5 * k * length) * length
+    };
+    ends.windows(2).map(strip).collect()
 }
 
 /// Computes Int cos(k y) L_j(y) dy, or sin, over the whole width of polynomials that are 1 at one point and 0 at the
@@ -249,6 +289,7 @@ mod tests {
             half_width: 0.1,
             rings: 0,
             values: vec![values],
+            under_patch: None,
         };
         let integrals = WaveIntegrals::new(&green, waves, &[Shape::Tread(0), Shape::Tread(2)], 1);
         let mut out = vec![Complex32::ZERO; integrals.count()];
@@ -266,8 +307,16 @@ mod tests {
         let values: Vec<Complex32> =
             (0..around).map(|cell| Complex32::new(1.0 + cell as f32 % 3.0, (cell as f32).sin())).collect();
         let (frequencies, across) = (vec![100.0], vec![0.05]);
-        let green =
-            SurfaceGreen { frequencies, around, across, half_width: 0.1, rings: 0, values: vec![values.clone()] };
+        let values_of = vec![values.clone()];
+        let green = SurfaceGreen {
+            frequencies,
+            around,
+            across,
+            half_width: 0.1,
+            rings: 0,
+            values: values_of,
+            under_patch: None,
+        };
         let integrals = WaveIntegrals::new(&green, waves, &[Shape::Tread(0)], 2);
         let mut out = vec![Complex32::ZERO; integrals.count()];
         integrals.of(&green, 0, &mut integrals.room(), &mut out);
@@ -304,5 +353,55 @@ mod tests {
             assert!((value - cubic(nearest)).abs() < 1e-9);
         }
         assert_eq!(interpolation(&[70.0], 10.0), (0..1, vec![1.0]));
+    }
+
+    #[test]
+    fn strips_under_the_patch_stand_in_place_of_points_and_give_the_same_for_a_field_that_both_hold() {
+        let waves = Waves { circumference: 2.0, width: 0.2, sides: Sides::Guided };
+        let (around, cells, half_width) = (16, 3, 0.1);
+        // 1 + 2 y + y^2 at three points of each half: its even and its odd part.
+        let across = vec![0.02, 0.05, 0.09];
+        let part = |value: fn(f64) -> f64| {
+            let of = move |y: &f64| vec![Complex32::new(value(*y) as f32, 0.0); around];
+            across.iter().flat_map(of).collect::<Vec<_>>()
+        };
+        let values = vec![[part(|y| 1.0 + y * y), part(|y| 2.0 * y)].concat()];
+        let count = 2000;
+        let ends: Vec<f64> = (0..=count).map(|end| half_width * (2.0 * end as f64 / count as f64 - 1.0)).collect();
+        let strip = |ends: &[f64]| {
+            let y = 0.5 * (ends[0] + ends[1]);
+            Complex32::new((1.0 + 2.0 * y + y * y) as f32, 0.0)
+        };
+        let row: Vec<Complex32> = ends.windows(2).map(strip).collect();
+        let frequencies = vec![100.0];
+        let sealed = SurfaceGreen {
+            frequencies,
+            around,
+            across: across.clone(),
+            half_width,
+            rings: 0,
+            values,
+            under_patch: None,
+        };
+        // Of three cells before and behind, all but one hold the same field as the points.
+        let mut strips = row.repeat(2 * cells);
+        strips[4 * count..5 * count].fill(Complex32::ZERO);
+        let open =
+            SurfaceGreen { under_patch: Some(UnderPatch { cells, ends, values: vec![strips] }), ..sealed.clone() };
+        let shapes = [Shape::Tread(0), Shape::Tread(1), Shape::Tread(2)];
+        let of = |green: &SurfaceGreen, shape: usize| {
+            let mut cells = vec![Complex64::ZERO; around];
+            WaveIntegrals::new(green, waves, &shapes, 1).across(green, 0, shape, &mut cells);
+            cells
+        };
+        for shape in 0..3 {
+            let (sealed, open) = (of(&sealed, shape), of(&open, shape));
+            for (cell, (sealed, open)) in sealed.iter().zip(&open).enumerate() {
+                // The fifth of six from the rearmost on.
+                let expected = if cell == 1 { Complex64::ZERO } else { *sealed };
+                assert!((open - expected).norm() < 1e-6, "shape {shape}, cell {cell}: {open} {expected}");
+            }
+            assert!(sealed[1].norm() > 1e-4, "{shape}");
+        }
     }
 }

@@ -102,6 +102,7 @@ fn surface_green(half_width: f64) -> SurfaceGreen {
         values: vec![values.collect(); 2],
         across: points,
         half_width,
+        under_patch: None,
     }
 }
 
@@ -277,6 +278,7 @@ fn radiates_what_vibrates(tyre: Tyre) {
         values: vec![values.map(|value| Complex32::new(value, 0.0)).collect()],
         across,
         half_width,
+        under_patch: None,
     };
     let waves = Arc::new(SurfaceWaves::new(&tyre, ELEMENTS / 2, 20, 0.5 / layout.time_step, 1e-6));
     let pressure = PressureModel {

@@ -44,6 +44,8 @@ keys! {
         /// Pattern of the tread. `auto`: where the scene or its tyre's file has a table `[tread_pattern]`, over cells
         /// and over slices of springs.
         tread_pattern: Switch = Switch::Auto => OneOf::new(),
+        /// Air under the contact patch. `auto`: where the scene has a table `[air_pumping]` that opens the patch.
+        air_pumping: Switch = Switch::Auto => OneOf::new(),
     }
 }
 

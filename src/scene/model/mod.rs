@@ -3,6 +3,7 @@
 //! SI units throughout; a key carries its unit in its name only where people think in another one (`speed_kmh`).
 //! Values are as the user wrote them or the documented default; [`Scene::load`] has checked their ranges.
 
+mod air_pumping;
 mod axle;
 mod contact;
 mod cords;
@@ -24,6 +25,7 @@ mod vibration;
 
 pub use crate::time_rule::TimeRule;
 
+pub use air_pumping::*;
 pub use axle::Axle;
 pub use contact::*;
 pub use cords::*;

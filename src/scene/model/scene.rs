@@ -2,14 +2,15 @@
 
 use serde::Serialize;
 
-use super::contact::{CONTACT, Contact, of_zone};
+use super::air_pumping::{AIR_PUMPING, AirPumping, PatchAir};
+use super::contact::{CONTACT, Contact, Tread, of_zone};
 use super::effects::{EFFECTS, Effects, Switch};
 use super::friction::{ADHESION, Adhesion, FRICTION, Friction};
 use super::numerics::{NUMERICS, Numerics, OUTPUTS, Outputs};
 use super::road::{ROAD, Road};
 use super::rolling::{ROLLING, Rolling};
-use super::sound::{RADIATION, RECEIVERS, Radiation, Receiver};
-use super::tread_pattern::{TREAD_PATTERN, TreadPattern};
+use super::sound::{RADIATION, RECEIVERS, Radiation, RadiationQuality, Receiver};
+use super::tread_pattern::{Groove, TREAD_PATTERN, TreadPattern};
 use super::tyre::{Tyre, TyreKind};
 use crate::scene::keys::{is_default, keys};
 use crate::scene::kind::{Flag, Optional, Text};
@@ -54,6 +55,9 @@ keys! {
         /// How sound gets there.
         #[serde(skip_serializing_if = "is_default")]
         radiation: Radiation = Radiation::default() => RADIATION,
+        /// Air under the contact patch; without it the patch is sealed.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        air_pumping: Option<AirPumping> = None => Optional(AIR_PUMPING),
     }
 }
 
@@ -61,6 +65,16 @@ impl Scene {
     /// Returns the pattern of the tread, unless it is left out.
     pub fn pattern(&self) -> Option<&TreadPattern> {
         self.tread_pattern.as_ref().filter(|_| self.effects.tread_pattern != Switch::Off)
+    }
+
+    /// Returns the grooves of the tread in which air goes through the patch; none where the patch is sealed, or where
+    /// another part that they need is left out.
+    pub(crate) fn open_grooves(&self) -> &[Groove] {
+        let patch = self.air_pumping.as_ref().map_or(PatchAir::Sealed, |pumping| pumping.patch);
+        let is_heard = !self.receivers.is_empty() && self.radiation.quality == RadiationQuality::Full;
+        let is_open = patch == PatchAir::Grooves && self.effects.air_pumping != Switch::Off && is_heard;
+        let pattern = self.pattern().filter(|_| is_open && self.contact.tread == Tread::Elastic);
+        pattern.map_or(&[], |pattern| &pattern.grooves)
     }
 
     /// Tells whether contact has tangential forces or a pull: friction of 0 alone is contact without either.

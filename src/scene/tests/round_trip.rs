@@ -412,6 +412,7 @@ fn scene() -> impl Strategy<Value = Scene> {
                 allow_implausible: true,
                 tyre,
                 tread_pattern: None,
+                air_pumping: None,
                 road,
                 rolling,
                 contact,

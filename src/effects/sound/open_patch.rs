@@ -1,0 +1,335 @@
+//! Air under the patch: the field in grooves that run round the tyre, in place of the zeros of G.
+
+use num_complex::{Complex32, Complex64};
+
+use super::planned::Sound;
+use crate::numeric::{in_parallel, lagrange, single};
+use crate::plan::Plan;
+use crate::radiation::gap::GapAir;
+use crate::radiation::gap::patch::{Channel, PatchSheet};
+use crate::radiation::gap::resonance::Resonance;
+use crate::radiation::transfer::contact_distance;
+use crate::radiation::{Body, FrequencyTransfers, RadiationError, Transfer, TransferSet};
+use crate::response::pressure::UnderPatch;
+use crate::results::table::{csv, optional, row};
+use crate::sound::Air;
+
+/// File of the grooves' fields and resonances.
+pub(super) const GAP_FILE: &str = "gap.csv";
+/// Largest height of the gap at the sheet's ends, in wavelengths of the highest frequency.
+const HIGHEST: f64 = 1.0 / 6.0;
+/// Least distance between frequencies \[Hz\].
+const FINEST: f64 = 6.0;
+
+/// Grooves through the patch of a body.
+pub(super) struct OpenPatch<'a> {
+    body: &'a Body,
+    sheet: PatchSheet,
+    channels: &'a [Channel],
+    air: GapAir,
+    /// Largest error of the interpolation between frequencies \[dB\].
+    tolerance: f64,
+}
+
+/// Fields in the grooves of a run.
+#[derive(Clone, Debug)]
+pub(crate) struct GrooveFields {
+    /// By groove; none where the response has no peak.
+    resonances: Vec<Option<Resonance>>,
+    frequencies: Vec<f64>,
+    /// |G| amid the groove by point, frequency and groove \[1/m\].
+    amid: Vec<Vec<Vec<f64>>>,
+}
+
+/// Field at a frequency.
+struct Solved {
+    /// \[Hz\].
+    frequency: f64,
+    /// By groove, amid it.
+    responses: Vec<Complex64>,
+    /// By point, |G| amid each groove, and G exp(i k r0) on the grid's cells \[1/m\].
+    fields: Vec<(Vec<f64>, Vec<Complex32>)>,
+}
+
+/// Work and memory of an open patch, before it is solved.
+pub(super) struct OpenAmounts {
+    /// Complex multiply-adds.
+    pub(super) multiply_adds: f64,
+    /// Bytes that stay.
+    pub(super) bytes: f64,
+}
+
+impl OpenAmounts {
+    /// Forecasts an open patch of a length \[m\]; `None` of a sealed one, or for a body or air that the run will
+    /// refuse.
+    pub(super) fn of(plan: &Plan, sound: &Sound, at_rest: f64) -> Option<Self> {
+        if sound.channels.is_empty() {
+            return None;
+        }
+        let body = plan.radiating_body(&sound.radiation, at_rest).ok()?;
+        let air = Air::at(sound.radiation.temperature)?;
+        let OpenPatch { sheet, .. } = OpenPatch::of(sound, &body, &air)?;
+        let (points, intervals) = (sound.points() as f64, 2 * (sound.range(&air).first().len() - 1));
+        let known = FOUND_WANTING * intervals as f64;
+        // Of each interval the middle is tried, too.
+        let solved = known * (sheet.sheet.multiply_adds(1) + sheet.sheet.multiply_adds(sound.points() + 1));
+        let values = (2 * sheet.cells * sheet.sheet.cells()[1] + Sound::GRID.around * Sound::GRID.across) as f64;
+        let factors = (rayon::current_num_threads() * sheet.sheet.bytes()) as f64;
+        Some(Self { multiply_adds: solved, bytes: 8.0 * points * known * values + factors })
+    }
+}
+
+/// Frequencies over those of boundary elements: where grooves resonate some more are taken.
+const FOUND_WANTING: f64 = 1.3;
+
+/// Transfers with frequencies that the grooves ask for, the field by point, and its figures.
+pub(super) struct Opened {
+    pub(super) set: TransferSet,
+    pub(super) under: Vec<UnderPatch>,
+    pub(super) fields: GrooveFields,
+}
+
+impl<'a> OpenPatch<'a> {
+    /// Makes the patch of a body; `None` where it is sealed.
+    pub(super) fn of(sound: &'a Sound, body: &'a Body, air: &Air) -> Option<Self> {
+        if sound.channels.is_empty() {
+            return None;
+        }
+        let sheet = PatchSheet::new(body, Sound::GRID, &sound.channels)?;
+        let tolerance = sound.radiation.frequency_tolerance;
+        Some(Self { body, sheet, channels: &sound.channels, air: air.in_gap(), tolerance })
+    }
+
+    /// Returns the highest frequency up to which the gap is thin where the sheet ends \[Hz\].
+    pub(super) fn highest(&self) -> f64 {
+        HIGHEST * self.air.sound_speed / self.sheet.height_at_ends()
+    }
+
+    /// Solves at a frequency: for the responses amid all grooves to a field that is the same before and behind the
+    /// tyre, and for the fields of transfers.
+    fn solve(&self, frequency: f64, transfers: &[Transfer]) -> Result<Solved, RadiationError> {
+        let factored = self.sheet.factorise(&self.air, self.wavenumber(frequency))?;
+        let amid = |field: &[Complex64]| -> Vec<Complex64> {
+            self.channels.iter().map(|channel| self.sheet.amid(field, channel.position)).collect()
+        };
+        let responses = amid(&factored.between_equal_ends());
+        let solved = factored.solve(transfers);
+        let fields = solved.iter().zip(transfers).map(|(field, transfer)| {
+            let late = transfer.wavenumber * contact_distance(self.body, transfer.receiver);
+            let turn = Complex64::from_polar(1.0, late);
+            let values = self.sheet.on_grid(field).into_iter().map(|value| single(turn * value)).collect();
+            (amid(field).into_iter().map(|value| value.norm()).collect(), values)
+        });
+        let fields = fields.collect();
+        Ok(Solved { frequency, responses, fields })
+    }
+
+    fn wavenumber(&self, frequency: f64) -> f64 {
+        std::f64::consts::TAU * frequency / self.air.sound_speed
+    }
+
+    /// Tells whether a cubic through responses at other frequencies misses a response by more than the tolerance.
+    fn is_missed(&self, known: &[Solved], exact: &Solved) -> bool {
+        let at: Vec<f64> = known.iter().map(|solved| solved.frequency).collect();
+        let near = lagrange::cubic_neighbours(&at, exact.frequency);
+        let weights: Vec<f64> = lagrange::weights(&at[near.clone()], exact.frequency).collect();
+        let one = |(groove, exact): (usize, &Complex64)| {
+            let pairs = known[near.clone()].iter().zip(&weights);
+            let guess: Complex64 = pairs.map(|(known, weight)| known.responses[groove] * weight).sum();
+            20.0 * (1.0 + (guess - exact).norm() / exact.norm()).log10()
+        };
+        exact.responses.iter().enumerate().map(one).fold(0.0, f64::max) > self.tolerance
+    }
+
+    /// Solves for the field of all transfers of a set, at its frequencies and at those between them without which
+    /// cubics miss the grooves' responses.
+    ///
+    /// # Errors
+    /// [`RadiationError::Singular`].
+    pub(super) fn open(&self, set: TransferSet) -> Result<Opened, RadiationError> {
+        let points = set.frequencies().first().map_or(0, |found| found.transfers.len());
+        let at_known = in_parallel::map(set.frequencies(), |found| self.solve(found.frequency, &found.transfers));
+        let mut known: Vec<Solved> = at_known.into_iter().collect::<Result<_, _>>()?;
+        let mut open: Vec<[f64; 2]> = known.windows(2).map(|ends| [ends[0].frequency, ends[1].frequency]).collect();
+        let mut added = Vec::new();
+        while !open.is_empty() {
+            let middles = in_parallel::map(&open, |[low, high]| self.solve(0.5 * (low + high), &[]));
+            let middles: Vec<Solved> = middles.into_iter().collect::<Result<_, _>>()?;
+            let missed: Vec<bool> = middles.iter().map(|middle| self.is_missed(&known, middle)).collect();
+            let mut next = Vec::new();
+            for (([low, high], middle), _) in open.iter().zip(&middles).zip(&missed).filter(|(_, missed)| **missed) {
+                added.push(middle.frequency);
+                if high - low >= 4.0 * FINEST {
+                    next.extend([[*low, middle.frequency], [middle.frequency, *high]]);
+                }
+            }
+            known.extend(middles.into_iter().zip(missed).filter(|(_, missed)| *missed).map(|(middle, _)| middle));
+            known.sort_by(|one, other| one.frequency.total_cmp(&other.frequency));
+            open = next;
+        }
+        let between = in_parallel::map(&added, |&frequency| {
+            let transfers: Vec<Transfer> =
+                (0..points).filter_map(|point| set.at(self.body, point, frequency)).collect();
+            Ok((self.solve(frequency, &transfers)?, FrequencyTransfers { frequency, transfers }))
+        });
+        let between: Vec<(Solved, FrequencyTransfers)> = between.into_iter().collect::<Result<_, _>>()?;
+        let (solved, more): (Vec<Solved>, Vec<FrequencyTransfers>) = between.into_iter().unzip();
+        let mut all = set.into_frequencies();
+        all.extend(more);
+        // Those between were known without fields so far.
+        known.retain(|known| !added.contains(&known.frequency));
+        known.extend(solved);
+        known.sort_by(|one, other| one.frequency.total_cmp(&other.frequency));
+        Ok(self.opened(TransferSet::new(all), known, points))
+    }
+
+    /// Sorts the fields by points.
+    fn opened(&self, set: TransferSet, known: Vec<Solved>, points: usize) -> Opened {
+        let of = |groove: usize| {
+            let response: Vec<(f64, f64)> =
+                known.iter().map(|solved| (solved.frequency, solved.responses[groove].norm())).collect();
+            Resonance::of(&response)
+        };
+        let resonances = (0..self.channels.len()).map(of).collect();
+        let frequencies = known.iter().map(|solved| solved.frequency).collect();
+        let ends = &self.sheet.sheet.y;
+        let sealed = || UnderPatch { cells: self.sheet.cells, ends: ends.clone(), values: Vec::new() };
+        let mut under: Vec<UnderPatch> = (0..points).map(|_| sealed()).collect();
+        let mut amid = vec![Vec::new(); points];
+        for solved in known {
+            for (point, (levels, values)) in solved.fields.into_iter().enumerate() {
+                amid[point].push(levels);
+                under[point].values.push(values);
+            }
+        }
+        Opened { set, under, fields: GrooveFields { resonances, frequencies, amid } }
+    }
+}
+
+impl GrooveFields {
+    /// Lists grooves that resonate within a part of a frequency \[Hz\] that something passes at.
+    pub(super) fn near(&self, passing: f64) -> Vec<String> {
+        let one = |(groove, found): (usize, &Option<Resonance>)| {
+            let Resonance { frequency, .. } = (*found)?;
+            let is_near = (passing / frequency - 1.0).abs() <= NEAR;
+            is_near.then(|| {
+                let resonates = format!("tread_pattern.grooves[{groove}] resonates at {frequency:.0} Hz");
+                format!("pitches pass at {passing:.0} Hz, and {resonates}")
+            })
+        };
+        self.resonances.iter().enumerate().filter_map(one).collect()
+    }
+
+    /// Returns the table of the grooves: resonances, and |G| amid them by receiver, at its first point.
+    pub(super) fn to_csv(&self, sound: &Sound) -> String {
+        let mut rows = Vec::new();
+        for (groove, (channel, found)) in sound.channels.iter().zip(&self.resonances).enumerate() {
+            let resonance = optional(found.map(|found| found.frequency));
+            let quality = optional(found.map(|found| found.quality));
+            for heard in &sound.heard {
+                for (frequency, amid) in self.frequencies.iter().zip(&self.amid[heard.points.start]) {
+                    let Channel { position, width, depth } = channel;
+                    let level = amid[groove];
+                    rows.push(row([
+                        &groove,
+                        position,
+                        width,
+                        depth,
+                        &resonance,
+                        &quality,
+                        &heard.name,
+                        frequency,
+                        &level,
+                    ]));
+                }
+            }
+        }
+        let header = [
+            "groove",
+            "position_m",
+            "width_m",
+            "depth_m",
+            "resonance_hz",
+            "quality",
+            "receiver",
+            "frequency_hz",
+            "green_1_per_m",
+        ];
+        csv(header, rows)
+    }
+}
+
+/// Part of a groove's resonance within which what passes excites it.
+const NEAR: f64 = 0.1;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::double;
+    use crate::scene::{DEFAULT, Receiver, ReceiverPlace, Scene};
+
+    #[test]
+    fn frequencies_are_added_where_a_groove_resonates_until_cubics_meet_its_response() {
+        let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
+        let place = ReceiverPlace::Position { position: [0.0, 7.5, 1.2] };
+        scene.receivers = vec![Receiver { name: String::new(), place }];
+        let plan = Plan::new(&scene);
+        let mut sound = plan.sound().unwrap();
+        sound.channels = vec![Channel { position: 0.0, width: 0.012, depth: 0.008 }];
+        let body = plan.radiating_body(&sound.radiation, 0.108).unwrap();
+        let air = Air::at(20.0).unwrap();
+        let open = OpenPatch::of(&sound, &body, &air).unwrap();
+        assert!((3000.0..3700.0).contains(&open.highest()), "{}", open.highest());
+        // A field of 1 everywhere, as late as at the receiver.
+        let (receiver, grid) = (sound.positions[0], Sound::GRID);
+        let late = contact_distance(&body, receiver);
+        let at = |frequency: f64| {
+            let wavenumber = open.wavenumber(frequency);
+            let value = single(Complex64::from_polar(1.0, -wavenumber * late));
+            let values = vec![value; grid.around * grid.across];
+            let transfers = vec![Transfer { receiver, wavenumber, grid, sides: 1, values }];
+            FrequencyTransfers { frequency, transfers }
+        };
+        let known: Vec<f64> = (0..8).map(|step| 700.0 + 100.0 * f64::from(step)).collect();
+        let set = TransferSet::new(known.iter().map(|&frequency| at(frequency)).collect());
+        let opened = open.open(set).unwrap();
+        let frequencies = &opened.fields.frequencies;
+        assert!(frequencies.len() > known.len() && opened.set.frequencies().len() == frequencies.len());
+        let resonance = opened.fields.resonances[0].unwrap();
+        assert!((1000.0..1200.0).contains(&resonance.frequency), "{resonance:?}");
+        let under = &opened.under[0];
+        let strips = under.ends.len() - 1;
+        for frequency in [933.0, 1058.0, 1104.0, 1171.0, 1262.0] {
+            let near = lagrange::cubic_neighbours(frequencies, frequency);
+            let weights: Vec<f64> = lagrange::weights(&frequencies[near.clone()], frequency).collect();
+            let exact = open.solve(frequency, &at(frequency).transfers).unwrap();
+            let exact = &exact.fields[0].1;
+            // Amid the patch, all across: 0 on ribs, and steps to the groove.
+            let row = under.cells * strips..(under.cells + 1) * strips;
+            let (mut off, mut size, mut ribs) = (0.0_f64, 0.0_f64, 0);
+            for place in row {
+                let known = under.values[near.clone()].iter().zip(&weights);
+                let found: Complex64 = known.map(|(values, weight)| double(values[place]) * weight).sum();
+                off = off.max((found - double(exact[place])).norm());
+                size = size.max(double(exact[place]).norm());
+                ribs += usize::from(exact[place] == Complex32::ZERO);
+            }
+            // The tolerance is 0.2 dB.
+            assert!(off < 0.03 * size, "{frequency} Hz: {off} of {size}");
+            assert!(ribs > strips / 2 && ribs < strips, "{ribs} of {strips}");
+        }
+        // Pitches that pass there are told of.
+        assert_eq!(opened.fields.near(1.05 * resonance.frequency).len(), 1);
+        assert!(opened.fields.near(1.2 * resonance.frequency).is_empty());
+    }
+
+    #[test]
+    fn waves_across_follow_the_narrowest_rib_or_groove() {
+        let channel = |position, width| Channel { position, width, depth: 0.008 };
+        let waves = crate::effects::sound::planned::waves_for;
+        assert_eq!(waves(&[channel(0.0, 0.01)], 0.11), 22);
+        // The rib beside it has 5 mm.
+        assert_eq!(waves(&[channel(0.045, 0.01)], 0.11), 44);
+        assert_eq!(waves(&[], 0.11), 2);
+    }
+}

@@ -1,0 +1,287 @@
+//! The sheet of air under a tyre: its channels through the patch, and the wedges up to where the field outside is taken
+//! over.
+//!
+//! Along, the sheet has the cells of a transfer's grid, to [`REACH`] beyond the patch. Across, it is the straight
+//! tread, cut at the sides of the channels. Its height is the rise of the round tyre over the road, and the depth
+//! of the channels; the ribs between them are closed within the patch. With the total Green function G of the
+//! welded body the edges are
+//!
+//! ```text
+//! p_n + (i k + h'/(2 h) + 1/(2 X_o)) p = the same of G     before and behind, |x| = X_o
+//! p + 0.85 h p_n = the same of G                           at the sides
+//! ```
+//!
+//! so that a sheet without channels has G again, but for the thin gap's approximation. Only the field that channels add
+//! to G sees the edges: at the ends it runs out along a horn whose height grows as h, spreading across by
+//! 1/sqrt(X_o), and at the sides as from a slot. h' is that of the parabola (x^2 - a^2)/(2 R).
+
+use num_complex::Complex64;
+
+use super::medium::GapAir;
+use super::sheet::{Drive, Edge, Edges, FactoredSheet, Sheet};
+use crate::numeric::{double, lagrange};
+use crate::radiation::body::Body;
+use crate::radiation::error::RadiationError;
+use crate::radiation::transfer::{Transfer, TransferGrid, across_points, half_tread};
+
+/// Reach of the sheet beyond the patch, before and behind it \[m\]: there the gap of a car tyre is an eighth of the
+/// wavelength at 2.5 kHz.
+pub(crate) const REACH: f64 = 0.06;
+/// Largest width of a cell across \[m\].
+const ACROSS: f64 = 3e-3;
+/// Least cells across a channel or a rib.
+const LEAST_ACROSS: usize = 2;
+/// End correction of the sides' slot by its height: that of a slot between the road and a wall \[1\].
+const SIDE_CORRECTION: f64 = 0.85;
+
+/// Channel through the patch: a groove round the tyre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Channel {
+    /// Distance of its middle from the tyre's, to the left \[m\].
+    pub position: f64,
+    /// Width \[m\].
+    pub width: f64,
+    /// Depth \[m\].
+    pub depth: f64,
+}
+
+/// Sheet under a tyre.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct PatchSheet {
+    /// The sheet; its x is the horizontal distance from the contact's centre.
+    pub sheet: Sheet,
+    /// Cells of the grid that it holds to either side of the contact's centre.
+    pub cells: usize,
+    /// By cell of the sheet along, the part of its ribs that is beyond the patch.
+    beyond: Vec<f64>,
+    /// By cell of the sheet along, the height under ribs \[m\].
+    ribs: Vec<f64>,
+    /// By cell across, true if a channel runs there.
+    is_channel: Vec<bool>,
+    grid: TransferGrid,
+    half_width: f64,
+    half_patch: f64,
+}
+
+/// Sheet under a tyre at a frequency.
+pub(crate) struct FactoredPatch<'a> {
+    patch: &'a PatchSheet,
+    factored: FactoredSheet,
+    wavenumber: f64,
+}
+
+impl PatchSheet {
+    /// Makes the sheet of a tyre that stands on the road, for transfers on a grid; `None` for other bodies.
+    pub(crate) fn new(body: &Body, grid: TransferGrid, channels: &[Channel]) -> Option<Self> {
+        let (radius, half_patch, half_width) = (body.radius(), body.half_patch(), half_tread(body));
+        if half_patch <= 0.0 || half_width <= 0.0 {
+            return None;
+        }
+        let turn = std::f64::consts::TAU / grid.around as f64;
+        let outer = (half_patch + REACH).min(radius * FLATTEST);
+        let cells = ((outer / radius).asin() / turn - 1e-9).ceil().max(1.0) as usize;
+        let x: Vec<f64> = (-(cells as i64)..=cells as i64).map(|end| radius * (end as f64 * turn).sin()).collect();
+        let y = across(half_width, channels);
+        let rise = |x: f64| {
+            let x = x.abs();
+            if x <= half_patch {
+                0.0
+            } else {
+                (radius.powi(2) - half_patch.powi(2)).sqrt() - (radius.powi(2) - x * x).sqrt()
+            }
+        };
+        let mean_rise = |ends: &[f64]| {
+            let mean: f64 = MEAN.iter().map(|[node, weight]| weight * rise(ends[0] + node * (ends[1] - ends[0]))).sum();
+            mean
+        };
+        let beyond = |ends: &[f64]| {
+            let welded = (ends[1].min(half_patch) - ends[0].max(-half_patch)).max(0.0);
+            1.0 - welded / (ends[1] - ends[0])
+        };
+        let depth = |ends: &[f64]| {
+            let middle = 0.5 * (ends[0] + ends[1]);
+            let holds = |channel: &&Channel| (middle - channel.position).abs() < 0.5 * channel.width;
+            channels.iter().filter(holds).map(|channel| channel.depth).fold(0.0, f64::max)
+        };
+        let depths: Vec<f64> = y.windows(2).map(depth).collect();
+        let ribs: Vec<f64> = x.windows(2).map(mean_rise).collect();
+        let heights = ribs.iter().flat_map(|rise| depths.iter().map(move |depth| rise + depth)).collect();
+        let beyond = x.windows(2).map(beyond).collect();
+        let is_channel = depths.iter().map(|depth| *depth > 0.0).collect();
+        Some(Self { sheet: Sheet { x, y, heights }, cells, beyond, ribs, is_channel, grid, half_width, half_patch })
+    }
+
+    /// Returns the distance from the contact's centre at which the sheet ends, X_o \[m\].
+    pub(crate) fn reach(&self) -> f64 {
+        self.sheet.x.last().copied().unwrap_or(0.0)
+    }
+
+    /// Returns the largest height of the sheet's ribs, at its ends \[m\].
+    pub(crate) fn height_at_ends(&self) -> f64 {
+        self.sheet
+            .heights
+            .iter()
+            .rev()
+            .take(self.sheet.cells()[1])
+            .fold(f64::INFINITY, |least, &height| least.min(height))
+    }
+
+    /// Returns the part by which a wave that runs out falls on a metre at the sheet's ends: by the horn's flare, half
+    /// of h'/h, and by its width \[1/m\].
+    fn spreading(&self) -> f64 {
+        let (reach, half_patch) = (self.reach(), self.half_patch);
+        reach / (reach.powi(2) - half_patch.powi(2)) + 0.5 / reach
+    }
+
+    /// Returns the conditions of the edges at a wavenumber \[rad/m\].
+    pub(crate) fn edges(&self, wavenumber: f64) -> Edges {
+        let end = Edge {
+            pressure: Complex64::new(self.spreading(), wavenumber),
+            slope: Complex64::ONE,
+            slope_by_height: 0.0,
+        };
+        let side = Edge { slope_by_height: SIDE_CORRECTION, ..Edge::OPEN };
+        [end, end, side, side]
+    }
+
+    /// Makes the factors of the sheet at a wavenumber \[rad/m\].
+    ///
+    /// # Errors
+    /// [`RadiationError::Singular`].
+    pub(crate) fn factorise(&self, air: &GapAir, wavenumber: f64) -> Result<FactoredPatch<'_>, RadiationError> {
+        let factored = self.sheet.factorise(air, wavenumber * air.sound_speed, &self.edges(wavenumber))?;
+        Ok(FactoredPatch { patch: self, factored, wavenumber })
+    }
+
+    /// Returns the drive of the edges by a transfer of the welded body.
+    pub(crate) fn drive(&self, transfer: &Transfer) -> Drive {
+        let edges = self.edges(transfer.wavenumber);
+        let radius_turn = |cell: i64| {
+            // Middles of cells by the distance from the contact's centre.
+            let turn = std::f64::consts::TAU / self.grid.around as f64;
+            self.radius() * ((cell as f64 + 0.5) * turn).sin()
+        };
+        let end = |inner: i64, outer: i64, edge: &Edge| -> Vec<Complex64> {
+            let way = (radius_turn(outer) - radius_turn(inner)).abs();
+            let [inside, outside] = [inner, outer].map(|cell| self.across(transfer, cell));
+            let value = |(inside, outside): (Complex64, Complex64)| {
+                (outside - inside) / way * edge.slope + 0.5 * (inside + outside) * edge.pressure
+            };
+            inside.into_iter().zip(outside).map(value).collect()
+        };
+        let cells = self.cells as i64;
+        let along = self.sheet.cells()[0];
+        // G and its outward derivative at a side: its polynomial is a cubic, so is the difference nearly exact.
+        let side = |y: f64, edge: &Edge| -> Vec<Complex64> {
+            let near = [y, y * (1.0 - SIDE_STEP), y * (1.0 + SIDE_STEP)].map(|y| self.weights(transfer, y));
+            let value = |place: usize| {
+                let cell = place as i64 - cells;
+                let [on, inside, outside] = near.each_ref().map(|weights| self.at(transfer, cell, weights));
+                let slope = (outside - inside) / (2.0 * SIDE_STEP * self.half_width);
+                on * edge.pressure + slope * (edge.slope_by_height * self.ribs[place])
+            };
+            (0..along).map(value).collect()
+        };
+        Drive {
+            edges: [
+                end(-cells, -cells - 1, &edges[0]),
+                end(cells - 1, cells, &edges[1]),
+                side(-self.half_width, &edges[2]),
+                side(self.half_width, &edges[3]),
+            ],
+            sources: Vec::new(),
+        }
+    }
+
+    /// Returns the rows of a transfer whose sum by these weights is G at a distance across.
+    fn weights(&self, transfer: &Transfer, y: f64) -> Vec<(usize, f64)> {
+        let places: Vec<f64> = across_points(self.half_width, self.grid.across).iter().map(|[y, _]| *y).collect();
+        let side = if transfer.sides == 2 && y < 0.0 { 1 } else { 0 };
+        let row = |(row, weight)| (transfer.index(side, row, 0), weight);
+        lagrange::weights(&places, y.abs()).enumerate().map(row).collect()
+    }
+
+    /// Returns G of a cell of the grid, counted from the contact's centre.
+    fn at(&self, transfer: &Transfer, cell: i64, weights: &[(usize, f64)]) -> Complex64 {
+        let cell = cell.rem_euclid(self.grid.around as i64) as usize;
+        weights.iter().map(|&(row, weight)| double(transfer.values[row + cell]) * weight).sum()
+    }
+
+    /// Returns G of a cell of the grid at the middles of the sheet's cells across.
+    fn across(&self, transfer: &Transfer, cell: i64) -> Vec<Complex64> {
+        let middle = |ends: &[f64]| self.weights(transfer, 0.5 * (ends[0] + ends[1]));
+        self.sheet.y.windows(2).map(|ends| self.at(transfer, cell, &middle(ends))).collect()
+    }
+
+    /// Returns G of the welded body on the grid's cells, those across after each other, as [`Self::on_grid`].
+    #[cfg(test)]
+    pub(crate) fn outside(&self, transfer: &Transfer) -> Vec<Complex64> {
+        let cells = self.cells as i64;
+        (-cells..cells).flat_map(|cell| self.across(transfer, cell)).collect()
+    }
+
+    /// Returns the radius of the tyre \[m\].
+    fn radius(&self) -> f64 {
+        self.reach() / (std::f64::consts::TAU * self.cells as f64 / self.grid.around as f64).sin()
+    }
+
+    /// Returns the means over the grid's cells of values on the sheet's: where ribs are welded they count as 0, as in a
+    /// transfer.
+    pub(crate) fn on_grid(&self, values: &[Complex64]) -> Vec<Complex64> {
+        let across = self.sheet.cells()[1];
+        let mean = |(values, beyond): (&[Complex64], &f64)| -> Vec<Complex64> {
+            let part = |is_channel: &bool| if *is_channel { 1.0 } else { *beyond };
+            values.iter().zip(&self.is_channel).map(|(value, is_channel)| value * part(is_channel)).collect()
+        };
+        values.chunks_exact(across).zip(&self.beyond).flat_map(mean).collect()
+    }
+
+    /// Returns the pressure amid the patch at a distance across, of values on the sheet's cells.
+    pub(crate) fn amid(&self, values: &[Complex64], y: f64) -> Complex64 {
+        let [along, across] = self.sheet.cells();
+        let j = self.sheet.y.partition_point(|&end| end <= y).clamp(1, across) - 1;
+        0.5 * (values[(along / 2 - 1) * across + j] + values[along / 2 * across + j])
+    }
+}
+
+impl FactoredPatch<'_> {
+    /// Solves for the field in the sheet of some transfers of the welded body, each on the sheet's cells.
+    pub(crate) fn solve(&self, transfers: &[Transfer]) -> Vec<Vec<Complex64>> {
+        let drives: Vec<Drive> = transfers.iter().map(|transfer| self.patch.drive(transfer)).collect();
+        debug_assert!(transfers.iter().all(|transfer| (transfer.wavenumber / self.wavenumber - 1.0).abs() < 1e-9));
+        self.factored.solve(&drives)
+    }
+
+    /// Solves for the field of ends that are driven by 1 \[1/m\] alike, on the sheet's cells.
+    pub(crate) fn between_equal_ends(&self) -> Vec<Complex64> {
+        let ends = vec![Complex64::ONE; self.patch.sheet.cells()[1]];
+        let drive = Drive { edges: [ends.clone(), ends, Vec::new(), Vec::new()], sources: Vec::new() };
+        self.factored.solve(&[drive]).remove(0)
+    }
+}
+
+/// Distance over which G's derivative at the sides is taken, by the tread's half width.
+const SIDE_STEP: f64 = 1e-3;
+
+/// Largest distance of the sheet's ends from the contact's centre, relative to the radius.
+const FLATTEST: f64 = 0.8;
+
+/// Rule of three Gauss points on (0, 1).
+const MEAN: [[f64; 2]; 3] =
+    [[0.112_701_665_379_258_3, 5.0 / 18.0], [0.5, 8.0 / 18.0], [0.887_298_334_620_741_7, 5.0 / 18.0]];
+
+/// Returns the ends of the cells across a tread, cut at the sides of the channels \[m\].
+fn across(half_width: f64, channels: &[Channel]) -> Vec<f64> {
+    let mut cuts = vec![-half_width, half_width];
+    for Channel { position, width, .. } in channels {
+        cuts.extend([position - 0.5 * width, position + 0.5 * width].map(|y| y.clamp(-half_width, half_width)));
+    }
+    cuts.sort_by(f64::total_cmp);
+    cuts.dedup_by(|next, one| (*next - *one).abs() < 1e-9);
+    let mut ends = vec![-half_width];
+    for pair in cuts.windows(2) {
+        let parts = ((pair[1] - pair[0]) / ACROSS).ceil().max(LEAST_ACROSS as f64) as usize;
+        ends.extend((1..=parts).map(|part| pair[0] + (pair[1] - pair[0]) * part as f64 / parts as f64));
+    }
+    ends
+}

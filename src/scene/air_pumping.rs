@@ -1,0 +1,55 @@
+//! Consistency of the air under the patch with the rest of a scene.
+
+use super::problem::Problem;
+use super::table::Table;
+use super::{AirPumping, PatchAir, RadiationQuality, Scene, Switch, Tread};
+
+/// Complains about ways of the air that the scene cannot have; `None` then.
+pub(super) fn check(scene: &Scene, table: &Table<'_>) -> Option<()> {
+    let complain =
+        |key: &str, wrong: &str, right: &str| table.complain::<()>(key, Problem::new(wrong.to_owned(), right));
+    let is_open = matches!(&scene.air_pumping, Some(AirPumping { patch }) if *patch != PatchAir::Sealed);
+    if !is_open {
+        if scene.effects.air_pumping == Switch::On {
+            let right = "\"auto\" or \"off\", or a table [air_pumping] with patch = \"grooves\"";
+            return complain("effects.air_pumping", "there is no [air_pumping] that opens the patch", right);
+        }
+        return Some(());
+    }
+    if scene.effects.air_pumping == Switch::Off {
+        return Some(());
+    }
+    let sealed = "leave [air_pumping] out";
+    if scene.receivers.is_empty() {
+        return complain("air_pumping", "there is no [[receiver]] to hear it", "add a [[receiver]], or leave this out");
+    }
+    let (radiation, pattern) = (&scene.radiation, scene.tread_pattern.as_ref());
+    let has_grooves = pattern.is_some_and(|pattern| pattern.grooves.iter().any(|groove| groove.depth > 0.0));
+    let missing = match pattern {
+        _ if has_grooves => None,
+        Some(pattern) if pattern.file.is_some() => Some("a raster does not tell which of its voids run round the tyre"),
+        _ => Some("there are no grooves that run round the tyre"),
+    };
+    let springs = "springs keep no volume: the air under them would be moved by what the tread is not";
+    let refused = [
+        (missing.is_some(), "air_pumping.patch", missing.unwrap_or_default(), "give tread_pattern.grooves"),
+        (scene.contact.tread != Tread::Elastic, "contact.tread", springs, "\"elastic\", or leave [air_pumping] out"),
+        (
+            radiation.acoustic_gap > 0.0,
+            "radiation.acoustic_gap",
+            "a patch is open by its grooves or by a slit, not by both",
+            sealed,
+        ),
+        (
+            radiation.quality == RadiationQuality::Draft,
+            "radiation.quality",
+            "a draft knows no field at the grooves' mouths",
+            "\"full\", or leave [air_pumping] out",
+        ),
+    ];
+    let mut fits = Some(());
+    for (_, key, wrong, right) in refused.into_iter().filter(|(is_refused, ..)| *is_refused) {
+        fits = complain(key, wrong, right);
+    }
+    fits
+}

@@ -1,0 +1,34 @@
+//! `[air_pumping]`: the air under the contact patch.
+
+use serde::{Deserialize, Serialize};
+
+use crate::scene::keys::keys;
+use crate::scene::kind::OneOf;
+use crate::scene::table::Nested;
+
+/// Ways of the air under the patch.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PatchAir {
+    /// None: the patch is sealed all over.
+    #[default]
+    Sealed,
+    /// The grooves that run round the tyre; the ribs between them are sealed.
+    Grooves,
+}
+
+keys! {
+    /// Air under the contact patch.
+    #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+    pub AirPumping {
+        /// Ways of the air under the patch: none, or the grooves of `[tread_pattern]` that run round the tyre.
+        patch: PatchAir = PatchAir::Sealed => OneOf::new(),
+    }
+}
+
+pub(in crate::scene) const AIR_PUMPING: Nested<AirPumping> = Nested {
+    title: "[air_pumping]",
+    wanted: "the table [air_pumping] with patch = \"sealed\" or \"grooves\"",
+    schema: AirPumping::schema,
+    read: AirPumping::read,
+};

@@ -479,22 +479,24 @@ fn adhesion_pulls_cells_within_its_range() {
     assert!(with < without && with > 0.5 * without, "{with} {without}");
 }
 
-#[test]
-fn a_locked_wheel_on_falling_friction_sticks_and_slips() {
-    let (speed, elements, time_step) = (0.1, 64, 2e-4);
-    let substeps = (1.95 / f64::from(elements) / speed / time_step).round();
+/// Rolls a locked wheel at 0.1 m/s on falling friction, one cell across: totals of each step.
+fn locked_wheel(elements: usize, [time_step, seconds]: [f64; 2], history: &str) -> Vec<[f64; 5]> {
+    let substeps = (1.95 / elements as f64 / 0.1 / time_step).round();
     let friction = "[friction]\nlaw = \"falling\"\nmu_slow = 1.0\nmu_fast = 0.3\nspeed_scale = 0.1\n\
                     memory_length = 1e-4\nspeed_floor = 1e-3\n[friction.creep]\nlongitudinal = 1.0\nramp = 0.01";
-    // The whole past: where sums over it are cut, the tyre is pushed each time that a change of force is forgotten.
-    let numerics = format!(
-        "substeps = {substeps}\ntime_rule = \"bdf2\"\nhistory = \"direct\"\nmemory = 0.201\n\
-         contact_tolerance = 1e-8"
+    let numerics = format!("substeps = {substeps}\ntime_rule = \"bdf2\"\n{history}\ncontact_tolerance = 1e-8");
+    let rolling = format!(
+        "speed_kmh = 0.36\nwarm_up = 0.0\nduration = {seconds:?}\naxle = {{ indentation = 0.014, ramp = 0.01 }}"
     );
-    let rolling = "speed_kmh = 0.36\nwarm_up = 0.0\nduration = 0.2\naxle = { indentation = 0.014, ramp = 0.01 }";
     let more = format!("[contact]\nzone = \"cells\"\ncells_across = 1\n{friction}");
-    let text = scene_text(elements as usize, SMOOTH, rolling, &numerics, &more);
-    let text = edit(&text, &[("numerics.lateral_terms", "1"), ("numerics.wavenumber_aliases", "0")]);
-    let found = totals(&scene(&text));
+    let text = scene_text(elements, SMOOTH, &rolling, &numerics, &more);
+    totals(&scene(&edit(&text, &[("numerics.lateral_terms", "1"), ("numerics.wavenumber_aliases", "0")])))
+}
+
+#[test]
+fn a_locked_wheel_on_falling_friction_sticks_and_slips() {
+    // The whole past: where sums over it are cut, the tyre is pushed each time that a change of force is forgotten.
+    let found = locked_wheel(64, [2e-4, 0.2], "history = \"direct\"\nmemory = 0.201");
     assert!(found.iter().all(|total| total[4] >= 0.0));
     let late: Vec<f64> = found[found.len() / 2..].iter().map(|total| total[1]).collect();
     let mean = late.iter().sum::<f64>() / late.len() as f64;
@@ -511,20 +513,7 @@ fn a_locked_wheel_on_falling_friction_sticks_and_slips() {
 /// Returns the mean period of stick and slip of a locked wheel at 0.1 m/s with steps of so many seconds, and its
 /// standard error \[s\].
 fn period_of_stick_slip(time_step: f64) -> [f64; 2] {
-    let (speed, elements, seconds) = (0.1, 128, 3.0);
-    let substeps = (1.95 / f64::from(elements) / speed / time_step).round();
-    let friction = "[friction]\nlaw = \"falling\"\nmu_slow = 1.0\nmu_fast = 0.3\nspeed_scale = 0.1\n\
-                    memory_length = 1e-4\nspeed_floor = 1e-3\n[friction.creep]\nlongitudinal = 1.0\nramp = 0.01";
-    let numerics = format!(
-        "substeps = {substeps}\ntime_rule = \"bdf2\"\nhistory = \"modal\"\npole_tolerance = 1e-5\n\
-         contact_tolerance = 1e-8"
-    );
-    let rolling =
-        format!("speed_kmh = 0.36\nwarm_up = 0.0\nduration = {seconds}\naxle = {{ indentation = 0.014, ramp = 0.01 }}");
-    let more = format!("[contact]\nzone = \"cells\"\ncells_across = 1\n{friction}");
-    let text = scene_text(elements as usize, SMOOTH, &rolling, &numerics, &more);
-    let text = edit(&text, &[("numerics.lateral_terms", "1"), ("numerics.wavenumber_aliases", "0")]);
-    let found = totals(&scene(&text));
+    let found = locked_wheel(128, [time_step, 3.0], "history = \"modal\"\npole_tolerance = 1e-5");
     let late: Vec<f64> = found[found.len() / 2..].iter().map(|total| total[1]).collect();
     let mean = late.iter().sum::<f64>() / late.len() as f64;
     let passage = |(step, pair): (usize, &[f64])| {

@@ -46,8 +46,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 impl Equations {
     /// Makes room for the window of an influence; `own` is that of a cell on itself \[m/N\].
     pub(crate) fn new(influence: &TractionInfluence, own: Vector) -> Self {
-        let TractionInfluence { columns, across, .. } = *influence;
-        let cells = columns * across;
+        let cells = influence.cells();
         Self {
             cells: Vec::new(),
             unknowns: 0,
@@ -58,7 +57,7 @@ impl Equations {
             forces: vec![[0.0; 3]; cells],
             displacements: vec![[0.0; 3]; cells],
             nearby: NearbyInverse::new(influence, own),
-            across,
+            across: influence.across,
         }
     }
 

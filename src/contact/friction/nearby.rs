@@ -4,6 +4,7 @@
 //! cells across.
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
@@ -35,7 +36,7 @@ pub(super) struct NearbyInverse {
 
 /// Returns the middle of the inverses of the free fields T_xx, T_yy and T_zz, `WIDTH`^2 by distance along and across,
 /// times `own`.
-fn inverse_stencils(influence: &TractionInfluence, radius: usize, own: Vector) -> [Vec<f64>; COMPONENTS] {
+fn inverse_stencils(influence: &TractionInfluence, own: Vector) -> [Vec<f64>; COMPONENTS] {
     /// Part of the largest wave of T below which none is taken to be.
     const FLOOR: f64 = 1e-3;
     let (columns, across) = (influence.columns, influence.across);
@@ -59,11 +60,10 @@ fn inverse_stencils(influence: &TractionInfluence, radius: usize, own: Vector) -
             own[component] / (p * q) as f64 * waves.iter().enumerate().map(wave).sum::<f64>()
         };
         let quarter: Vec<f64> =
-            (0..=radius).flat_map(|i| (0..=radius).map(move |j| (i, j))).map(|(i, j)| near(i, j)).collect();
-        let width = 2 * radius + 1;
+            (0..=RADIUS).flat_map(|i| (0..=RADIUS).map(move |j| (i, j))).map(|(i, j)| near(i, j)).collect();
         let at =
-            |place: usize| quarter[(place / width).abs_diff(radius) * (radius + 1) + (place % width).abs_diff(radius)];
-        (0..width * width).map(at).collect()
+            |place: usize| quarter[(place / WIDTH).abs_diff(RADIUS) * (RADIUS + 1) + (place % WIDTH).abs_diff(RADIUS)];
+        (0..WIDTH * WIDTH).map(at).collect()
     };
     std::array::from_fn(of_component)
 }
@@ -80,7 +80,7 @@ impl NearbyInverse {
             across,
             stride,
             row,
-            stencils: inverse_stencils(influence, RADIUS, own),
+            stencils: inverse_stencils(influence, own),
             asked: vec![0.0; COMPONENTS * (columns + 2 * RADIUS) * stride],
             found: vec![0.0; COMPONENTS * columns * row],
         }
@@ -98,7 +98,7 @@ impl NearbyInverse {
     }
 
     /// Finds the values of some columns.
-    pub(super) fn find(&mut self, columns: std::ops::Range<usize>) {
+    pub(super) fn find(&mut self, columns: Range<usize>) {
         let arch = self.arch;
         arch.dispatch(Find { nearby: self, columns });
     }
@@ -107,7 +107,7 @@ impl NearbyInverse {
 /// Products of some columns.
 struct Find<'a> {
     nearby: &'a mut NearbyInverse,
-    columns: std::ops::Range<usize>,
+    columns: Range<usize>,
 }
 
 impl WithSimd for Find<'_> {

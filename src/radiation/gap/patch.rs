@@ -90,9 +90,8 @@ impl PatchSheet {
                 (radius.powi(2) - half_patch.powi(2)).sqrt() - (radius.powi(2) - x * x).sqrt()
             }
         };
-        let mean_rise = |ends: &[f64]| {
-            let mean: f64 = MEAN.iter().map(|[node, weight]| weight * rise(ends[0] + node * (ends[1] - ends[0]))).sum();
-            mean
+        let mean_rise = |ends: &[f64]| -> f64 {
+            MEAN.iter().map(|[node, weight]| weight * rise(ends[0] + node * (ends[1] - ends[0]))).sum()
         };
         let beyond = |ends: &[f64]| {
             let welded = (ends[1].min(half_patch) - ends[0].max(-half_patch)).max(0.0);

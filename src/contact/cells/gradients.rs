@@ -17,8 +17,8 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::blocks::BlockTerm;
+use super::filter::Filter;
 use super::instant::InstantCells;
-use crate::numeric::Element;
 
 /// Numbers of a vector that sums are taken over side by side.
 const LANES: usize = 16;
@@ -41,7 +41,7 @@ pub(super) struct Gradients {
     arch: Arch,
     /// Cells of the part of the window that is looked at.
     count: usize,
-    filter: Filter,
+    filter: Filter<f32>,
     /// u - d.
     miss: Vec<f32>,
     /// F.
@@ -64,51 +64,6 @@ pub(super) struct Gradients {
     blocks: Option<Box<BlockShares>>,
 }
 
-/// W with room for a product.
-struct Filter {
-    arch: Arch,
-    across: usize,
-    /// Cells on either side that the stencil reaches.
-    radius: usize,
-    /// W by distance along and across, (radius + 1)^2.
-    stencil: Vec<f32>,
-    /// Row length of a field with its edges of zeros.
-    stride: usize,
-    /// A field with edges.
-    edged: Vec<f32>,
-    /// Sums of two of its rows.
-    lines: Vec<f32>,
-}
-
-impl Filter {
-    fn new(cells: &InstantCells, radius: usize) -> Self {
-        let (columns, across) = (cells.columns(), cells.across());
-        let stride = across.next_multiple_of(4 * LANES) + 2 * radius;
-        Self {
-            arch: Arch::new(),
-            across,
-            radius,
-            stencil: cells.inverse_stencil(radius),
-            stride,
-            edged: vec![0.0; (columns + 2 * radius) * stride],
-            lines: vec![0.0; (radius + 1) * stride],
-        }
-    }
-
-    /// Computes W times a field.
-    fn apply(&mut self, field: &[f32], out: &mut [f32]) {
-        let Self { arch, across, radius, stencil, stride, edged, lines } = self;
-        let (across, radius, stride) = (*across, *radius, *stride);
-        let inner = edged[radius * stride..].chunks_exact_mut(stride);
-        for (line, row) in inner.zip(field.chunks_exact(across)) {
-            line[radius..radius + across].copy_from_slice(row);
-        }
-        // What a longer part has left there.
-        edged[(radius + field.len() / across) * stride..][..radius * stride].fill(0.0);
-        arch.dispatch(Stencil { radius, weights: stencil, stride, across, residual: edged, lines, out });
-    }
-}
-
 /// Part of the preconditioner that blocks have.
 #[derive(Default)]
 struct BlockShares {
@@ -124,7 +79,7 @@ struct BlockShares {
 
 impl BlockShares {
     /// Finds C of the blocks on the cells of A, where `residual` is not 0.
-    fn take(&mut self, blocks: &BlockTerm, filter: &Filter, residual: &[f32]) {
+    fn take(&mut self, blocks: &BlockTerm, filter: &Filter<f32>, residual: &[f32]) {
         let Self { of_cell, factors, sums, spread, off } = self;
         let Filter { across, radius, stencil, .. } = filter;
         let (across, radius, columns) = (*across, *radius, residual.len() / *across);
@@ -153,7 +108,7 @@ impl BlockShares {
     }
 
     /// Takes W U C U^T z off z.
-    fn take_off(&mut self, filter: &mut Filter, residual: &[f32], z: &mut [f32]) {
+    fn take_off(&mut self, filter: &mut Filter<f32>, residual: &[f32], z: &mut [f32]) {
         let Self { of_cell, factors, sums, spread, off } = self;
         sums.fill(0.0);
         let is_active = |residual: &f32| residual.abs() > 0.0;
@@ -166,56 +121,6 @@ impl BlockShares {
         }
         filter.apply(spread, off);
         z.iter_mut().zip(&*off).for_each(|(z, off)| *z -= off);
-    }
-}
-
-/// W r.
-struct Stencil<'a> {
-    radius: usize,
-    weights: &'a [f32],
-    stride: usize,
-    across: usize,
-    residual: &'a [f32],
-    /// By distance along: sum of the lines on either side.
-    lines: &'a mut [f32],
-    out: &'a mut [f32],
-}
-
-impl WithSimd for Stencil<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        /// Vectors of a row that are summed together.
-        const TOGETHER: usize = 4;
-        let Self { radius, weights, stride, across, residual, lines, out } = self;
-        let lanes = S::F32_LANES;
-        for (i, row) in out.chunks_exact_mut(across).enumerate() {
-            let line = |number: usize| &residual[number * stride..][..stride];
-            for (a, sum) in lines.chunks_exact_mut(stride).enumerate() {
-                sum.copy_from_slice(line(i + radius - a));
-                if a > 0 {
-                    sum.iter_mut().zip(line(i + radius + a)).for_each(|(sum, other)| *sum += other);
-                }
-            }
-            for (number, out) in row.chunks_mut(TOGETHER * lanes).enumerate() {
-                let first = number * TOGETHER * lanes;
-                let mut sums = [simd.splat_f32s(0.0); TOGETHER];
-                for (a, line) in lines.chunks_exact(stride).enumerate() {
-                    let (weights, line) = (&weights[a * (radius + 1)..][..=radius], &line[first..]);
-                    for b in 0..=2 * radius {
-                        let weight = simd.splat_f32s(weights[b.abs_diff(radius)]);
-                        let (vectors, _) = S::as_simd_f32s(&line[b..b + TOGETHER * lanes]);
-                        for (sum, &vector) in sums.iter_mut().zip(vectors) {
-                            *sum = simd.mul_add_e_f32s(weight, vector, *sum);
-                        }
-                    }
-                }
-                for (out, sum) in out.chunks_mut(lanes).zip(sums) {
-                    f32::store(simd, out, sum);
-                }
-            }
-        }
     }
 }
 
@@ -326,7 +231,7 @@ impl Gradients {
         Self {
             arch: Arch::new(),
             count: 0,
-            filter: Filter::new(cells, radius),
+            filter: Filter::new([cells.columns(), cells.across()], radius, cells.inverse_stencil(radius)),
             miss: zeros(),
             forces: vec![0.0; room],
             residual: zeros(),

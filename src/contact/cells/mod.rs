@@ -21,6 +21,7 @@ mod along_ring;
 pub(crate) mod blocks;
 pub(crate) mod direct;
 mod fewer_poles;
+pub(in crate::contact) mod filter;
 mod gradients;
 pub(crate) mod instant;
 pub(crate) mod past;

@@ -134,14 +134,14 @@ impl Equations {
 
     /// Finds unknowns that nearly have these residuals.
     fn precondition(&mut self, residuals: &[f64], out: &mut [f64]) {
-        let Self { cells, nearby, part, across, .. } = self;
+        let Self { cells, nearby, part, .. } = self;
         for &(cell, state, first) in &*cells {
             *nearby.ask(cell, 2) = residuals[first];
             if state == State::Sticking {
                 (*nearby.ask(cell, 0), *nearby.ask(cell, 1)) = (residuals[first + 1], residuals[first + 2]);
             }
         }
-        nearby.find(part.start / *across..part.end / *across);
+        nearby.find(part);
         for &(cell, state, first) in &*cells {
             out[first] = nearby.found(cell, 2);
             match state {

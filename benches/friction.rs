@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use tyrewave::Plan;
-use tyrewave::internals::{edit, scene, scene_text};
+use tyrewave::internals::{scene, scene_text};
 use tyrewave::run::Simulation;
 use tyrewave::scene::LoadedScene;
 
@@ -24,8 +24,8 @@ fn rolling([elements, across]: [usize; 2], friction: &str) -> LoadedScene {
     let numerics = "time_rule = \"bdf2\"\nhistory = \"modal\"\npole_tolerance = 1e-4\ncontact_tolerance = 1e-5";
     let more = format!("[contact]\nzone = \"cells\"\ncells_across = {across}\n{friction}");
     let text = scene_text(elements, "kind = \"made\"\nseed = 3", rolling, numerics, &more);
-    let sums = [("numerics.lateral_terms", format!("{}", 3 * across)), ("numerics.wavenumber_aliases", "1".to_owned())];
-    scene(&edit(&text, &sums.each_ref().map(|(key, value)| (*key, value.as_str()))))
+    // Finite sums would be kept whole, on one ring.
+    scene(&text.replace("lateral_terms = 4\nwavenumber_aliases = 2\n", ""))
 }
 
 fn friction(criterion: &mut Criterion) {

@@ -7,10 +7,11 @@ use super::amounts::{Amounts, Place};
 use super::unit::Unit;
 use crate::contact::cells::SINGLE;
 use crate::contact::cells::past::STEPS;
+use crate::contact::friction::wave_group::STEPS as TRACTION_STEPS;
 use crate::contact::history::expected_multiply_adds;
 use crate::counters::{Counter, Stage};
 use crate::numeric::transform_multiply_adds;
-use crate::scene::{History, Tyre};
+use crate::scene::{History, Sides, Tyre};
 use crate::tyre::influence::{CellGrid, CellTruncation, WaveBand, wave_bytes};
 use crate::tyre::poles::cells::CellFitOptions;
 use crate::tyre::poles::expected_fit;
@@ -23,7 +24,7 @@ const FOLDED: [f64; 2] = [6.0, 12.0];
 /// window has room for the chord of a rigid tyre at the deepest position of the axle over the highest stone, and no
 /// patch is as long (100 of 150 columns on a chip seal). Where one is, the window is widened.
 const PATCH: f64 = 0.68;
-/// Blocks that forces are forgotten late, since their poles are gone through behind the march.
+/// Blocks that forces are forgotten late.
 const LATE: usize = 2;
 /// How far the window stays away from what it has left behind on a shorter ring, in the longest waves on it over 2 pi:
 /// of that only what creeps back slowly is left.
@@ -74,13 +75,12 @@ impl Plan {
     }
 
     /// Returns the bands of waves that carry the past of cells, seen through a window of so many columns. Finite sums
-    /// are kept whole, and so are all waves of tractions.
+    /// are kept whole.
     pub(crate) fn wave_bands(&self, columns: usize) -> Vec<WaveBand> {
         let numerics = &self.scene.numerics;
         let finite = numerics.lateral_terms.is_some() || numerics.wavenumber_aliases.is_some();
-        let is_whole = finite || self.scene.has_tractions();
         let band = |part, fades_in, fades_out| WaveBand { part, fades_in, fades_out, folded: false };
-        let borders = self.border(HANDED_OVER).zip(self.border(FOLDED)).filter(|_| !is_whole);
+        let borders = self.border(HANDED_OVER).zip(self.border(FOLDED)).filter(|_| !finite);
         let Some((longer, shorter)) = borders else { return vec![WaveBand::WHOLE] };
         let least = (PATCH * columns as f64).ceil() as usize;
         let whole_rings = (1..=numerics.elements).filter(|part| numerics.elements.is_multiple_of(2 * part));
@@ -91,8 +91,12 @@ impl Plan {
             bands = vec![band(1, None, Some(longer)), band(part, Some(longer), None)];
         }
         let beside = self.scene.tyre.width - self.scene.tyre.contact_width;
-        // The power of single waves is that of the tyre's own.
-        let alone = self.scene.outputs.vibration.is_some();
+        let alone = match self.scene.has_tractions() {
+            // Sines of lateral motion have each a mean of its own.
+            true => self.decisions.tyre.sides == Sides::Guided,
+            // The power of single waves is that of the tyre's own.
+            false => self.scene.outputs.vibration.is_some(),
+        };
         if shorter[0] * beside > FAR_SIDES && !alone {
             let last = bands.pop().unwrap_or(WaveBand::WHOLE);
             bands.push(WaveBand { fades_out: Some(shorter), ..last });
@@ -115,7 +119,12 @@ impl Plan {
     /// Returns the columns of contact that a shorter ring of so many has room for, with waves from a wavenumber on: for
     /// the contact and what it moves on either side, and for as much that is remembered.
     fn longest_patch(&self, ring: usize, wavenumber: f64) -> usize {
-        ring.saturating_sub(3 * self.creeping(wavenumber) + LATE * STEPS) / 2
+        ring.saturating_sub(3 * self.creeping(wavenumber) + self.late_steps()) / 2
+    }
+
+    /// Returns the steps that forces are forgotten late, since their poles are gone through block by block.
+    fn late_steps(&self) -> usize {
+        LATE * if self.scene.has_tractions() { TRACTION_STEPS } else { STEPS }
     }
 
     /// Returns the columns about the contact in which a band is seen, of a window of so many: short waves are gone
@@ -134,7 +143,7 @@ impl Plan {
         let seen = self.seen_columns(band, columns);
         let cells = self.scene.numerics.elements / band.part - seen - self.creeping(start);
         let steps = (cells as f64 * self.element / (self.speed * self.time_step)) as usize;
-        Some(steps.saturating_sub(LATE * STEPS))
+        Some(steps.saturating_sub(self.late_steps()))
     }
 
     /// Returns the tyre as a band takes it: for one that is folded its sides are moved by at most half a cell, which

@@ -8,6 +8,7 @@ use super::Plan;
 use crate::counters::{Counter, Meter, Stage, Work};
 use crate::scene::{LoadedScene, SceneError, Tyre};
 use crate::storage::Cache;
+use crate::tyre::influence::{CellGrid, CellSums};
 use crate::tyre::layers::operations;
 use crate::tyre::poles::cache::{self, Fetched};
 use crate::tyre::poles::{FitError, FitOptions, FitTimes, RationalModel, fit_timed};
@@ -73,6 +74,14 @@ pub(crate) fn planned_model(
     let evaluations = if fetched.warm { 0 } else { fetched.model.evaluations() };
     count_evaluations(plan, evaluations, meter);
     Ok(fetched.model)
+}
+
+/// Returns the sums over the waves of a tyre on the cells of a planned scene.
+pub(crate) fn cell_sums(plan: &Plan, tyre: &Tyre) -> CellSums {
+    let numerics = &plan.scene.numerics;
+    let grid = CellGrid::new(tyre, numerics.elements, plan.cell_grid().across);
+    let largest = numerics.time_rule.resolved_symbol() / plan.time_step;
+    CellSums::new(tyre, grid, plan.cell_truncation(), numerics.influence_tolerance, largest)
 }
 
 /// Counts evaluations of the compliance of a planned scene's tyre, and their arithmetic: as many flops as so many

@@ -16,7 +16,7 @@ use crate::counters::{Counter, Meter, Stage};
 use crate::effects::RunError;
 use crate::effects::TyreModels;
 use crate::plan::Plan;
-use crate::plan::models::{count_evaluations, refused};
+use crate::plan::models::{cell_sums, count_evaluations, refused};
 use crate::response::vibration::CarriedWaves;
 use crate::road::maker::SliceForm;
 use crate::run::friction::FrictionContact;
@@ -91,7 +91,7 @@ impl<'a> CellContact<'a> {
     pub(super) fn new(loaded: &'a LoadedScene, plan: &'a Plan, stop: &'a AtomicBool) -> Self {
         let grid = plan.cell_grid();
         let crown: Vec<f64> = (0..grid.across).map(|j| plan.crown(grid.from_middle(j))).collect();
-        let sums = Self::sums_of(plan, &plan.decisions.tyre);
+        let sums = cell_sums(plan, &plan.decisions.tyre);
         let (tread, blocks) = match plan.tread() {
             Some((map, blocks)) => (TreadSurface::with_pattern(crown, &map), blocks),
             None => (crown.into(), None),
@@ -129,14 +129,6 @@ impl<'a> CellContact<'a> {
         CellZone::new(instant, self.tread.clone(), past, tolerance, margin)
     }
 
-    /// Returns the sums over a tyre's waves.
-    fn sums_of(plan: &Plan, tyre: &Tyre) -> CellSums {
-        let numerics = &plan.scene.numerics;
-        let grid = CellGrid::new(tyre, numerics.elements, plan.cell_grid().across);
-        let largest = numerics.time_rule.resolved_symbol() / plan.time_step;
-        CellSums::new(tyre, grid, plan.cell_truncation(), numerics.influence_tolerance, largest)
-    }
-
     fn bands(&self, columns: usize) -> Vec<WaveBand> {
         match self.plan.scene.numerics.history {
             History::Direct => vec![WaveBand::WHOLE],
@@ -156,7 +148,7 @@ impl<'a> CellContact<'a> {
     ) -> Result<Vec<CarriedWaves>, RunError> {
         let carried = |band: WaveBand| -> Result<CarriedWaves, RunError> {
             let tyre = self.plan.tyre_of(band);
-            let moved = band.folded.then(|| Self::sums_of(self.plan, &tyre));
+            let moved = band.folded.then(|| cell_sums(self.plan, &tyre));
             let sums = moved.as_ref().unwrap_or(&self.sums);
             let rows = sums.waves(band);
             let model = self.model(sums, &tyre, &rows, meter, warnings)?;

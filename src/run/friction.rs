@@ -3,10 +3,11 @@
 use std::sync::atomic::AtomicBool;
 
 use crate::contact::ContactError;
+use crate::contact::cells::wave_transform::WaveNumber;
 use crate::contact::friction::free_creep::FreeCreep;
 use crate::contact::friction::history::TractionHistory;
 use crate::contact::friction::law::CellLaw;
-use crate::contact::friction::modal::TractionWaves;
+use crate::contact::friction::modal::{TractionRing, TractionWaves};
 use crate::contact::friction::past::TractionPast;
 use crate::contact::friction::search::FrictionSearch;
 use crate::contact::friction::transform::TractionTransform;
@@ -19,16 +20,24 @@ use crate::contact::tread::TreadSurface;
 use crate::counters::{Counter, Meter, Stage};
 use crate::effects::RunError;
 use crate::plan::Plan;
-use crate::plan::models::{count_evaluations, refused};
-use crate::scene::{Friction, History, LoadedScene, LongitudinalCreep};
+use crate::plan::models::{cell_sums, count_evaluations, refused};
+use crate::scene::{Friction, History, LoadedScene, LongitudinalCreep, Tyre};
 use crate::storage::Cache;
 use crate::storage::cache::key;
-use crate::tyre::influence::{CellRow, CellSums};
+use crate::tyre::influence::{CellGrid, CellRow, CellSums, WaveBand};
 use crate::tyre::poles::traction_model::TractionModel;
 use crate::tyre::poles::tractions::fit_tractions;
 
 /// Remedy of a fit that is refused.
 const RIGHT: &str = "another tolerance, or history = \"direct\"";
+
+/// Waves of a band with their poles.
+struct Carried {
+    band: WaveBand,
+    grid: CellGrid,
+    rows: Vec<CellRow>,
+    model: TractionModel,
+}
 
 /// Ingredients of contact with friction.
 pub(super) struct FrictionContact<'a> {
@@ -97,36 +106,59 @@ impl FrictionContact<'_> {
     fn past(&self, columns: usize, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<TractionHistory, RunError> {
         let Self { plan, sums, .. } = *self;
         let (grid, rule, time_step) = (sums.grid(), plan.scene.numerics.time_rule, plan.time_step);
-        let rows = sums.traction_rows();
         if plan.scene.numerics.history == History::Direct {
-            let transform = TractionTransform::new(grid, columns, &rows);
+            let rows = sums.traction_rows(WaveBand::WHOLE);
+            let transform = TractionTransform::new(grid, [grid.elements(), columns], &rows);
             let past =
                 meter.time(Stage::Influence, || TractionPast::new(sums, &rows, transform, rule, time_step, plan.lags));
             return Ok(TractionHistory::Direct(Box::new(past)));
         }
-        let model = self.model(&rows, meter, warnings)?;
-        meter.count(Counter::Poles, model.order() as u64);
-        let (substeps, tolerance) = (plan.scene.numerics.substeps, plan.fit.tolerance);
-        let stepping = Stepping { rule, time_step, substeps, tolerance };
+        let carried = |band: WaveBand| -> Result<Carried, RunError> {
+            let tyre = plan.tyre_of(band);
+            let moved = band.folded.then(|| cell_sums(plan, &tyre));
+            let sums = moved.as_ref().unwrap_or(sums);
+            let rows = sums.traction_rows(band);
+            let model = self.model(sums, &tyre, &rows, meter, warnings)?;
+            meter.count(Counter::Poles, model.order() as u64);
+            Ok(Carried { band, grid: sums.grid().clone(), rows, model })
+        };
+        let carried = plan.wave_bands(columns).into_iter().map(carried).collect::<Result<Vec<_>, _>>()?;
         Ok(meter.time(Stage::Influence, || {
             if plan.is_single() {
-                let transform = TractionTransform::new(grid, columns, &rows);
-                TractionHistory::Single(Box::new(TractionWaves::new(&model, transform, stepping)))
+                TractionHistory::Single(Box::new(self.waves(columns, &carried)))
             } else {
-                let transform = TractionTransform::new(grid, columns, &rows);
-                TractionHistory::Modal(Box::new(TractionWaves::new(&model, transform, stepping)))
+                TractionHistory::Modal(Box::new(self.waves(columns, &carried)))
             }
         }))
     }
 
-    /// Returns the poles of all waves, from the user's cache or fitted.
+    /// Makes the waves of all rings.
+    fn waves<R: WaveNumber>(&self, columns: usize, carried: &[Carried]) -> TractionWaves<R> {
+        let Plan { scene, time_step, fit, .. } = self.plan;
+        TractionWaves::new(carried.iter().map(|Carried { band, grid, rows, model }| {
+            let columns = self.plan.seen_columns(*band, columns);
+            let stepping = Stepping {
+                rule: scene.numerics.time_rule,
+                time_step: *time_step,
+                substeps: scene.numerics.substeps,
+                tolerance: fit.tolerance,
+                forgotten_after: self.plan.forgotten_after(*band, columns),
+            };
+            let transform = TractionTransform::new(grid, [grid.elements() / band.part, columns], rows);
+            TractionRing { model, transform, seen: (band.part > 1).then_some(grid.across), stepping }
+        }))
+    }
+
+    /// Returns the poles of a band, from the user's cache or fitted.
     fn model(
         &self,
+        sums: &CellSums,
+        tyre: &Tyre,
         rows: &[CellRow],
         meter: &mut Meter,
         warnings: &mut Vec<String>,
     ) -> Result<TractionModel, RunError> {
-        let Self { loaded, plan, sums, stop, .. } = *self;
+        let Self { loaded, plan, stop, .. } = *self;
         let options = plan.cell_fit();
         let mut fit = || -> Result<TractionModel, RunError> {
             let fitted = meter.time(Stage::Fit, || fit_tractions(sums, rows, &options, stop));
@@ -135,7 +167,7 @@ impl FrictionContact<'_> {
             Ok(model)
         };
         let tolerance = plan.scene.numerics.influence_tolerance;
-        match (Cache::open(), key::<TractionModel>(&(plan.decisions.tyre.levelled(), rows, options, tolerance))) {
+        match (Cache::open(), key::<TractionModel>(&(tyre.levelled(), rows, options, tolerance))) {
             (Ok(cache), Ok(key)) => cache.fetch(&key, warnings, fit),
             _ => fit(),
         }

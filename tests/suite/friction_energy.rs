@@ -9,7 +9,7 @@ use tyrewave::test_models::{add, edit, scene};
 
 use super::friction::{SMOOTH, finite};
 use crate::time_rule::TimeRule;
-use crate::tyre::influence::{COMPONENTS, CellGrid, CellSums, CellTruncation, traction_shape};
+use crate::tyre::influence::{COMPONENTS, CellGrid, CellSums, CellTruncation, WaveBand, traction_shape};
 
 const ELEMENTS: usize = 64;
 const ACROSS: usize = 3;
@@ -37,7 +37,7 @@ fn dissipated(tyre: &tyrewave::scene::Tyre, time_step: f64, forces: &[Vec<[f64; 
     let grid = CellGrid::new(tyre, ELEMENTS, ACROSS);
     let truncation = CellTruncation { lateral_terms: Some(LATERAL_TERMS), aliases: Some(0) };
     let sums = CellSums::new(tyre, grid.clone(), truncation, 1e-12, 10.0 / time_step);
-    let (steps, rows) = (forces.len(), sums.traction_rows());
+    let (steps, rows) = (forces.len(), sums.traction_rows(WaveBand::WHOLE));
     let turns: Vec<Complex64> = (0..steps).map(|n| Complex64::cis(-TAU * n as f64 / steps as f64)).collect();
     let per_element = steps / ELEMENTS;
     let mut power = 0.0;

@@ -30,7 +30,7 @@ mod proportioning;
 pub(crate) mod resting;
 pub(in crate::contact) mod ring_waves;
 pub(crate) mod search;
-mod short_ring;
+pub(crate) mod short_ring;
 mod transform;
 pub(crate) mod wave_transform;
 mod waves;

@@ -57,6 +57,31 @@ fn add_moved<N: Element>(numbers: &[N], later: i64, out: &mut [f64]) {
     out.iter_mut().zip(numbers).for_each(|(out, number)| *out += number.double());
 }
 
+/// Part of a window that goes with the contact.
+pub(crate) struct Placed {
+    /// Column of the window that it begins with.
+    pub first: usize,
+    /// True if there is room for all of the contact.
+    pub has_room: bool,
+}
+
+impl Placed {
+    /// Places as many columns as are `seen` about those that are touched, in the middle without any.
+    pub(crate) fn about<F>(
+        forces: &[F],
+        across: usize,
+        [columns, seen]: [usize; 2],
+        is_touched: impl Fn(&F) -> bool,
+    ) -> Self {
+        let most = columns.saturating_sub(seen);
+        let (start, end) = (forces.iter().position(&is_touched), forces.iter().rposition(&is_touched));
+        let Some((start, end)) = start.zip(end) else { return Self { first: most / 2, has_room: true } };
+        let free = seen.checked_sub(end / across - start / across + 1);
+        let first = (start / across).saturating_sub(free.unwrap_or(0) / 2).min(most);
+        Self { first, has_room: free.is_some() }
+    }
+}
+
 /// Displacements by the forces of an instant at the next one, in a part of the window that goes with the contact.
 pub(super) struct NextInstant<N> {
     across: usize,
@@ -93,18 +118,11 @@ impl<N: WaveNumber> NextInstant<N> {
     /// whether there is room for all of them.
     pub(super) fn push(&mut self, first_element: i64, forces: &[f64]) -> bool {
         let Self { across, last, .. } = self;
-        let is_touched = |force: &f64| *force > 0.0;
-        let columns = |cells: usize| cells / *across;
-        let (seen, most) = (columns(last.cells.len()), columns(forces.len()).saturating_sub(columns(last.cells.len())));
-        let (mut first, mut has_room) = (most / 2, true);
-        if let (Some(start), Some(end)) = (forces.iter().position(is_touched), forces.iter().rposition(is_touched)) {
-            let free = seen.checked_sub(columns(end) - columns(start) + 1);
-            has_room = free.is_some();
-            first = columns(start).saturating_sub(free.unwrap_or(0) / 2).min(most);
-        }
-        last.first = first_element + first as i64;
-        last.cells.iter_mut().zip(&forces[first * *across..]).for_each(|(own, force)| *own = *force);
-        has_room
+        let [columns, seen] = [forces.len(), last.cells.len()].map(|cells| cells / *across);
+        let about = Placed::about(forces, *across, [columns, seen], |force| *force > 0.0);
+        last.first = first_element + about.first as i64;
+        last.cells.iter_mut().zip(&forces[about.first * *across..]).for_each(|(own, force)| *own = *force);
+        about.has_room
     }
 
     /// Adds what the forces of a stage displace at the next instant to the window that begins with `first_element`.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::modal::TractionWaves;
+use super::modal::{TractionWaves, TractionWavesState};
 use super::past::{TractionPast, TractionPastState};
 use super::product::Vector;
 use crate::counters::Work;
@@ -23,8 +23,8 @@ pub(crate) enum TractionHistory {
 pub(crate) enum TractionHistoryState {
     /// State of sums.
     Direct(TractionPastState),
-    /// State of poles: the step of the block, and the numbers that evolve.
-    Modal((usize, Vec<f64>)),
+    /// State of poles.
+    Modal(TractionWavesState),
 }
 
 impl TractionHistory {
@@ -46,10 +46,13 @@ impl TractionHistory {
         }
     }
 
-    /// Takes the forces of the step \[N\].
-    pub(crate) fn push(&mut self, first_element: i64, forces: &[Vector]) {
+    /// Takes the forces of the step \[N\]; tells whether there is room for all of them.
+    pub(crate) fn push(&mut self, first_element: i64, forces: &[Vector]) -> bool {
         match self {
-            Self::Direct(past) => past.push(first_element, forces),
+            Self::Direct(past) => {
+                past.push(first_element, forces);
+                true
+            }
             Self::Modal(past) => past.push(first_element, forces),
             Self::Single(past) => past.push(first_element, forces),
         }

@@ -1,13 +1,17 @@
-//! Past of tractions carried by poles: all waves, block by block (module `wave_group`).
+//! Past of tractions carried by poles: all waves, block by block (module `wave_group`), long ones on the whole tyre,
+//! those that are damped out within a few elements on a shorter ring, which is seen from the part of the window about
+//! the contact.
 
 use num_complex::{Complex, Complex64};
 use pulp::Arch;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::product::Vector;
 use super::transform::TractionTransform;
 use super::wave_group::{STEPS, Stepping, WaveGroup};
 use crate::contact::cells::ring_waves::{allowed_rounding, is_slow};
+use crate::contact::cells::short_ring::Placed;
 use crate::contact::cells::wave_transform::WaveNumber;
 use crate::counters::Work;
 use crate::numeric::Element;
@@ -19,21 +23,64 @@ use crate::tyre::poles::traction_model::TractionModel;
 /// Groups that a thread goes through at a time, at least.
 const TOGETHER: usize = 16;
 
-/// Waves on the whole tyre and their past, in single or double precision.
-pub(crate) struct TractionWaves<R: WaveNumber = f64> {
+/// The part of a window that a short ring sees: it goes with the contact.
+struct Seen {
+    across: usize,
+    /// Element that it begins with.
+    first: i64,
+    /// Forces, then displacements, column by column.
+    cells: Vec<Vector>,
+}
+
+/// Waves of one ring.
+struct Ring<R: WaveNumber> {
     transform: TractionTransform<R>,
     groups: Vec<WaveGroup<R>>,
     /// Those whose poles are too slow for single precision.
     precise: Vec<WaveGroup<f64>>,
-    /// Step of the block that comes next, and whether any has been.
+    /// `None`: all of the window.
+    seen: Option<Seen>,
+    /// Blocks that are remembered, and the earliest of them, which is forgotten next.
+    blocks: usize,
+    earliest: usize,
+}
+
+/// Waves of all rings and their past, in single or double precision.
+pub(crate) struct TractionWaves<R: WaveNumber = f64> {
+    rings: Vec<Ring<R>>,
+    /// Step of the block that comes next.
     step: usize,
     work: Work,
     arch: Arch,
 }
 
-impl<R: WaveNumber> TractionWaves<R> {
-    /// Makes a past at rest.
-    pub(crate) fn new(model: &TractionModel, transform: TractionTransform<R>, stepping: Stepping) -> Self {
+/// One ring: the waves that it carries.
+pub(crate) struct TractionRing<'m, R: WaveNumber> {
+    /// Their poles.
+    pub model: &'m TractionModel,
+    /// From cells to waves and back.
+    pub transform: TractionTransform<R>,
+    /// Cells across, if the transform sees a part of the window.
+    pub seen: Option<usize>,
+    /// Rule and time step of this ring.
+    pub stepping: Stepping,
+}
+
+/// State of [`TractionWaves`] between two steps.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub(crate) struct TractionWavesState {
+    /// Step of the block.
+    step: usize,
+    /// By ring: element that is seen first, and the block that is forgotten next.
+    places: Vec<(i64, usize)>,
+    /// Numbers that evolve.
+    numbers: Vec<f64>,
+}
+
+impl<R: WaveNumber> Ring<R> {
+    /// Makes a ring at rest.
+    fn new(parts: TractionRing<'_, R>) -> Self {
+        let TractionRing { model, transform, seen, stepping } = parts;
         let Stepping { time_step, substeps, tolerance, .. } = stepping;
         let (waves, lanes) = (model.len(), R::MOST_LANES);
         let angles = transform.angles();
@@ -60,10 +107,83 @@ impl<R: WaveNumber> TractionWaves<R> {
             WaveGroup::new(model, [first, own.min(end - first)], stepping)
         };
         let precise: Vec<WaveGroup<f64>> = slow.into_par_iter().map(group).collect();
-        let mut work = transform.work() * 2;
-        let of_pass = groups.iter().map(WaveGroup::work).chain(precise.iter().map(WaveGroup::work));
+        let seen = seen.map(|across| Seen { across, first: 0, cells: vec![[0.0; COMPONENTS]; transform.cells()] });
+        Self { transform, groups, precise, seen, blocks: stepping.remembered_blocks(), earliest: 0 }
+    }
+
+    /// Returns the work of a step.
+    fn work(&self) -> Work {
+        let mut work = self.transform.work() * 2;
+        let of_pass = self.groups.iter().map(WaveGroup::work).chain(self.precise.iter().map(WaveGroup::work));
         of_pass.for_each(|own| work += own);
-        Self { transform, groups, precise, step: 0, work, arch: Arch::new() }
+        work
+    }
+
+    /// Adds the displacements at a step of the block \[m\].
+    fn add_displacement(&mut self, arch: Arch, step: usize, first_element: i64, out: &mut [Vector]) {
+        let Self { transform, groups, precise, seen, blocks, earliest } = self;
+        let forgotten = *earliest;
+        groups.par_iter_mut().with_min_len(TOGETHER).for_each(|group| group.go_on(arch, step, forgotten));
+        precise.par_iter_mut().with_min_len(TOGETHER).for_each(|group| group.go_on(arch, step, forgotten));
+        if step == 0 && *blocks > 0 {
+            *earliest = (*earliest + 1) % *blocks;
+        }
+        for (component, spectrum) in transform.spectra_mut().enumerate() {
+            groups.iter().for_each(|group| give(group, component, spectrum));
+            precise.iter().for_each(|group| give(group, component, spectrum));
+        }
+        match seen {
+            None => transform.add_inverse(first_element, out),
+            Some(Seen { across, first, cells }) => {
+                cells.fill([0.0; COMPONENTS]);
+                transform.add_inverse(*first, cells);
+                let later = first_element.saturating_sub(*first).saturating_mul(*across as i64);
+                let skipped = |places: i64, of: usize| usize::try_from(places).unwrap_or(0).min(of);
+                let (begin, left) = (skipped(later.saturating_neg(), out.len()), skipped(later, cells.len()));
+                for (out, cell) in out[begin..].iter_mut().zip(&cells[left..]) {
+                    out.iter_mut().zip(cell).for_each(|(out, value)| *out += value);
+                }
+            }
+        }
+    }
+
+    /// Takes the forces of a step of the block \[N\]; tells whether there is room for all of them.
+    fn push(&mut self, step: usize, first_element: i64, forces: &[Vector]) -> bool {
+        let Self { transform, groups, precise, seen, .. } = self;
+        let mut has_room = true;
+        match seen {
+            None => transform.forward(first_element, forces),
+            Some(Seen { across, first, cells }) => {
+                let is_there = |force: &Vector| force.iter().any(|value| value.abs() > 0.0);
+                let columns = [forces.len(), cells.len()].map(|cells| cells / *across);
+                let about = Placed::about(forces, *across, columns, is_there);
+                *first = first_element + about.first as i64;
+                cells.iter_mut().zip(&forces[about.first * *across..]).for_each(|(own, force)| *own = *force);
+                transform.forward(*first, cells);
+                has_room = about.has_room;
+            }
+        }
+        for (component, spectrum) in transform.spectra().into_iter().enumerate() {
+            groups.iter_mut().for_each(|group| take(group, step, component, spectrum));
+            precise.iter_mut().for_each(|group| take(group, step, component, spectrum));
+        }
+        has_room
+    }
+
+    /// Returns all that evolves in single and in double precision.
+    fn evolving_mut(&mut self) -> (impl Iterator<Item = &mut R>, impl Iterator<Item = &mut f64>) {
+        let single = self.groups.iter_mut().flat_map(WaveGroup::evolving_mut).flatten();
+        (single, self.precise.iter_mut().flat_map(WaveGroup::evolving_mut).flatten())
+    }
+}
+
+impl<R: WaveNumber> TractionWaves<R> {
+    /// Makes a past at rest.
+    pub(crate) fn new<'m>(rings: impl IntoIterator<Item = TractionRing<'m, R>>) -> Self {
+        let rings: Vec<Ring<R>> = rings.into_iter().map(Ring::new).collect();
+        let mut work = Work::default();
+        rings.iter().for_each(|ring| work += ring.work());
+        Self { rings, step: 0, work, arch: Arch::new() }
     }
 
     /// Returns the work of a step.
@@ -73,54 +193,54 @@ impl<R: WaveNumber> TractionWaves<R> {
 
     /// Adds the displacements by past forces at the coming step \[m\].
     pub(crate) fn add_displacement(&mut self, first_element: i64, out: &mut [Vector]) {
-        let Self { transform, groups, precise, step, arch, .. } = self;
-        let (step, arch) = (*step, *arch);
-        groups.par_iter_mut().with_min_len(TOGETHER).for_each(|group| group.go_on(arch, step));
-        precise.par_iter_mut().with_min_len(TOGETHER).for_each(|group| group.go_on(arch, step));
-        for (component, spectrum) in transform.spectra_mut().enumerate() {
-            groups.iter().for_each(|group| give(group, component, spectrum));
-            precise.iter().for_each(|group| give(group, component, spectrum));
-        }
-        transform.add_inverse(first_element, out);
+        let Self { rings, step, arch, .. } = self;
+        rings.iter_mut().for_each(|ring| ring.add_displacement(*arch, *step, first_element, out));
     }
 
-    /// Takes the forces of the step \[N\].
-    pub(crate) fn push(&mut self, first_element: i64, forces: &[Vector]) {
-        self.transform.forward(first_element, forces);
-        let spectra = self.transform.spectra();
-        for (component, spectrum) in spectra.into_iter().enumerate() {
-            self.groups.iter_mut().for_each(|group| take(group, self.step, component, spectrum));
-            self.precise.iter_mut().for_each(|group| take(group, self.step, component, spectrum));
-        }
-        self.step = (self.step + 1) % STEPS;
+    /// Takes the forces of the step \[N\]; tells whether there is room for all of them.
+    pub(crate) fn push(&mut self, first_element: i64, forces: &[Vector]) -> bool {
+        let step = self.step;
+        self.step = (step + 1) % STEPS;
+        let mut has_room = true;
+        self.rings.iter_mut().for_each(|ring| has_room &= ring.push(step, first_element, forces));
+        has_room
     }
 
-    /// Takes the state down: the step of the block, and the numbers that evolve.
-    pub(crate) fn save(&self) -> (usize, Vec<f64>) {
-        let single = self.groups.iter().flat_map(WaveGroup::evolving).flatten().map(|value| value.double());
-        let precise = self.precise.iter().flat_map(WaveGroup::evolving).flatten().copied();
-        (self.step, single.chain(precise).collect())
+    /// Takes the state down.
+    pub(crate) fn save(&self) -> TractionWavesState {
+        let mut numbers = Vec::new();
+        for Ring { groups, precise, .. } in &self.rings {
+            numbers.extend(groups.iter().flat_map(WaveGroup::evolving).flatten().map(|value| value.double()));
+            numbers.extend(precise.iter().flat_map(WaveGroup::evolving).flatten());
+        }
+        let place = |ring: &Ring<R>| (ring.seen.as_ref().map_or(0, |seen| seen.first), ring.earliest);
+        TractionWavesState { step: self.step, places: self.rings.iter().map(place).collect(), numbers }
     }
 
     /// Goes on from the state of an equal past.
     ///
     /// # Errors
     /// [`StateError`].
-    pub(crate) fn restore(&mut self, (step, values): &(usize, Vec<f64>)) -> Result<(), StateError> {
-        let Self { groups, precise, .. } = self;
-        let count = |group: &mut dyn Iterator<Item = usize>| group.sum::<usize>();
-        let own = count(&mut groups.iter().flat_map(WaveGroup::evolving).map(<[R]>::len))
-            + count(&mut precise.iter().flat_map(WaveGroup::evolving).map(<[f64]>::len));
-        if own != values.len() || *step >= STEPS {
+    pub(crate) fn restore(&mut self, state: &TractionWavesState) -> Result<(), StateError> {
+        let TractionWavesState { step, places, numbers } = state;
+        let count = |ring: &mut Ring<R>| {
+            let (single, precise) = ring.evolving_mut();
+            single.count() + precise.count()
+        };
+        let own: usize = self.rings.iter_mut().map(count).sum();
+        let is_known = |(ring, (_, earliest)): (&Ring<R>, &(i64, usize))| *earliest < ring.blocks.max(1);
+        let are_known = places.len() == self.rings.len() && self.rings.iter().zip(places).all(is_known);
+        if own != numbers.len() || *step >= STEPS || !are_known {
             return Err(StateError::Value);
         }
         self.step = *step;
-        let mut values = values.iter().copied();
-        for own in groups.iter_mut().flat_map(WaveGroup::evolving_mut).flatten() {
-            *own = values.next().map_or(*own, R::rounded);
-        }
-        for own in precise.iter_mut().flat_map(WaveGroup::evolving_mut).flatten() {
-            *own = values.next().unwrap_or(*own);
+        let mut numbers = numbers.iter().copied();
+        for (ring, (first, earliest)) in self.rings.iter_mut().zip(places) {
+            ring.earliest = *earliest;
+            ring.seen.iter_mut().for_each(|seen| seen.first = *first);
+            let (single, precise) = ring.evolving_mut();
+            single.for_each(|own| *own = numbers.next().map_or(*own, R::rounded));
+            precise.for_each(|own| *own = numbers.next().unwrap_or(*own));
         }
         Ok(())
     }

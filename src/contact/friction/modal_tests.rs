@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use super::modal::TractionWaves;
+use super::modal::{TractionRing, TractionWaves};
 use super::past::TractionPast;
 use super::product::Vector;
 use super::transform::TractionTransform;
@@ -11,7 +11,7 @@ use crate::contact::cells::wave_transform::WaveNumber;
 use crate::scene::{DEFAULT, Sides, Tyre};
 use crate::test_models::tyre;
 use crate::time_rule::TimeRule;
-use crate::tyre::influence::{CellGrid, CellSums, CellTruncation};
+use crate::tyre::influence::{CellGrid, CellSums, CellTruncation, WaveBand};
 use crate::tyre::poles::cells::CellFitOptions;
 use crate::tyre::poles::traction_model::TractionModel;
 use crate::tyre::poles::tractions::fit_tractions;
@@ -28,9 +28,9 @@ fn sums(tyre: &Tyre) -> CellSums {
     CellSums::new(tyre, CellGrid::new(tyre, ELEMENTS, ACROSS), truncation, 1e-9, 40.0 / TIME_STEP)
 }
 
-fn model(sums: &CellSums) -> TractionModel {
+fn model(sums: &CellSums, band: WaveBand) -> TractionModel {
     let options = CellFitOptions { top: 8.0 / TIME_STEP, tolerance: TOLERANCE, most_poles: 120 };
-    fit_tractions(sums, &sums.traction_rows(), &options, &AtomicBool::new(false)).unwrap()
+    fit_tractions(sums, &sums.traction_rows(band), &options, &AtomicBool::new(false)).unwrap()
 }
 
 /// Rolls with forces that come and go, all alike; returns the displacements by past forces of all steps.
@@ -52,9 +52,9 @@ fn roll(mut step: impl FnMut(i64, &[Vector], &mut [Vector])) -> Vec<Vector> {
 }
 
 fn by_poles<R: WaveNumber>(sums: &CellSums, model: &TractionModel, rule: TimeRule) -> Vec<Vector> {
-    let transform = TractionTransform::new(sums.grid(), COLUMNS, &sums.traction_rows());
-    let stepping = Stepping { rule, time_step: TIME_STEP, substeps: 2, tolerance: TOLERANCE };
-    let mut past = TractionWaves::<R>::new(model, transform, stepping);
+    let transform = TractionTransform::new(sums.grid(), [ELEMENTS, COLUMNS], &sums.traction_rows(WaveBand::WHOLE));
+    let stepping = Stepping { rule, time_step: TIME_STEP, substeps: 2, tolerance: TOLERANCE, forgotten_after: None };
+    let mut past = TractionWaves::<R>::new([TractionRing { model, transform, seen: None, stepping }]);
     roll(|first, forces, out| {
         past.add_displacement(first, out);
         past.push(first, forces);
@@ -72,12 +72,12 @@ fn difference(a: &[Vector], b: &[Vector], component: usize) -> f64 {
 /// Holds the past by poles of a tyre against sums.
 fn hold(name: &str, tyre: &Tyre) {
     let sums = sums(tyre);
-    let (model, rows) = (model(&sums), sums.traction_rows());
+    let (model, rows) = (model(&sums, WaveBand::WHOLE), sums.traction_rows(WaveBand::WHOLE));
     let waves = model.len();
     println!("{name}: {waves} waves, {} channels, error {:.1e}", model.order(), model.error());
     assert!(model.error() <= TOLERANCE, "{name}: {:e}", model.error());
     for rule in [TimeRule::Bdf2, TimeRule::Bdf1] {
-        let transform = TractionTransform::new(sums.grid(), COLUMNS, &rows);
+        let transform = TractionTransform::new(sums.grid(), [ELEMENTS, COLUMNS], &rows);
         let mut direct = TractionPast::new(&sums, &rows, transform, rule, TIME_STEP, STEPS + 2);
         let exact = roll(|first, forces, out| {
             direct.add_displacement(first, out);
@@ -97,6 +97,62 @@ fn hold(name: &str, tyre: &Tyre) {
 fn the_past_by_poles_is_that_of_sums() {
     hold("flat", &tyre(0.25));
     hold("guided", &Tyre { sides: Sides::Guided, ..tyre(0.25) });
+}
+
+/// Rolls with forces on some columns of a window, over a past in bands; returns the displacements of all steps.
+fn roll_with_rings(tyre: &Tyre, bands: &[WaveBand], forgotten_after: Option<usize>) -> Vec<Vector> {
+    let [elements, columns, seen] = [128, 48, 22];
+    let grid = CellGrid::new(tyre, elements, ACROSS);
+    let sums = CellSums::new(tyre, grid.clone(), CellTruncation::default(), 1e-9, 40.0 / TIME_STEP);
+    let models: Vec<TractionModel> = bands.iter().map(|band| model(&sums, *band)).collect();
+    println!("{:?} waves", models.iter().map(TractionModel::len).collect::<Vec<_>>());
+    let ring = |(band, model): (&WaveBand, _)| {
+        let is_short = band.part > 1;
+        let columns = if is_short { seen } else { columns };
+        let transform = TractionTransform::new(&grid, [elements / band.part, columns], &sums.traction_rows(*band));
+        let forgotten_after = forgotten_after.filter(|_| is_short);
+        let stepping =
+            Stepping { rule: TimeRule::Bdf2, time_step: TIME_STEP, substeps: 2, tolerance: TOLERANCE, forgotten_after };
+        TractionRing { model, transform, seen: is_short.then_some(ACROSS), stepping }
+    };
+    let mut past = TractionWaves::<f64>::new(bands.iter().zip(&models).map(ring));
+    let mut all = Vec::new();
+    for number in 0..2 * elements {
+        let first = (number / 2) as i64;
+        let mut out = vec![[0.0; 3]; columns * ACROSS];
+        past.add_displacement(first, &mut out);
+        let force = |cell: usize| {
+            let place = (first as usize * ACROSS + cell) as f64;
+            let is_touched = (18..28).contains(&(cell / ACROSS));
+            if is_touched { [0.7, 1.3, 2.9].map(|rate| 1.0 + (rate * place).sin()) } else { [0.0; 3] }
+        };
+        let forces: Vec<Vector> = (0..columns * ACROSS).map(force).collect();
+        assert!(past.push(first, &forces), "no room");
+        let state = past.save();
+        past.restore(&state).unwrap();
+        // About the contact.
+        all.extend_from_slice(&out[14 * ACROSS..32 * ACROSS]);
+    }
+    all
+}
+
+#[test]
+fn short_rings_carry_what_waves_of_the_whole_tyre_do() {
+    // Sides are whole cells away.
+    let mut flat = Tyre { width: 0.12, contact_width: 0.06, ..tyre(0.25) };
+    flat.layers.last_mut().unwrap().thickness = 0.05;
+    let band = |part, fades_in, fades_out, folded| WaveBand { part, fades_in, fades_out, folded };
+    let (longer, shorter) = (Some([60.0, 120.0]), Some([120.0, 240.0]));
+    let bands = [band(1, None, longer, false), band(2, longer, shorter, false), band(2, shorter, None, true)];
+    let exact = roll_with_rings(&flat, &[WaveBand::WHOLE], None);
+    let found = roll_with_rings(&flat, &bands, Some(56));
+    let lasting = roll_with_rings(&flat, &bands, None);
+    for component in 0..3 {
+        let errors = [&found, &lasting].map(|found| difference(found, &exact, component));
+        println!("component {component}: {:.1e}, without forgetting {:.1e}", errors[0], errors[1]);
+        assert!(errors[0] < 2e-3, "{component}: {errors:?}");
+        assert!(errors[1] > 2.0 * errors[0], "{component}: {errors:?}");
+    }
 }
 
 #[test]

@@ -1,5 +1,4 @@
-//! Between the cells of a window and the waves of the whole tyre, for three components: each has shapes of its own
-//! across.
+//! Between the cells of a window and the waves of a ring, for three components: each has shapes of its own across.
 
 use num_complex::Complex;
 use rayon::prelude::*;
@@ -8,7 +7,7 @@ use super::product::Vector;
 use crate::contact::cells::wave_transform::{WaveNumber, WaveTransform};
 use crate::counters::Work;
 use crate::scene::Sides;
-use crate::tyre::influence::{COMPONENTS, CellGrid, CellRow, traction_shape};
+use crate::tyre::influence::{COMPONENTS, CellGrid, CellRow, folded_traction_shape, traction_shape};
 
 /// One component.
 struct Part<R: WaveNumber> {
@@ -23,18 +22,26 @@ pub(crate) struct TractionTransform<R: WaveNumber = f64> {
 }
 
 impl<R: WaveNumber> TractionTransform<R> {
-    /// Makes the transforms between a window of so many columns and the waves of rows.
-    pub(crate) fn new(grid: &CellGrid, columns: usize, rows: &[CellRow]) -> Self {
+    /// Makes the transforms between a window of so many columns and the waves of rows on a ring of so many cells.
+    pub(crate) fn new(grid: &CellGrid, [ring, columns]: [usize; 2], rows: &[CellRow]) -> Self {
         let part = |component: usize| {
-            let shape = |row: &CellRow, j: usize| traction_shape(grid, component, row.m, j);
+            let shape = |row: &CellRow, j: usize| {
+                let of = if row.folded { folded_traction_shape } else { traction_shape };
+                of(grid, component, row.m, j)
+            };
             // Sines and cosines of waves between the sides, and sines less their mean.
             let is_cosine = (component == 1) == (grid.waves().sides == Sides::Supported);
             let is_even = |m: usize| m.is_multiple_of(2) == is_cosine;
-            let transform = WaveTransform::with_shapes([grid.elements(), columns, grid.across], rows, shape, is_even);
+            let transform = WaveTransform::with_shapes([ring, columns, grid.across], rows, shape, is_even);
             let (cells, waves) = (vec![0.0; transform.cells()], transform.waves());
             Part { transform, cells, spectrum: vec![Complex::new(R::default(), R::default()); waves] }
         };
         Self { parts: (0..COMPONENTS).map(part).collect() }
+    }
+
+    /// Counts the cells of the window.
+    pub(super) fn cells(&self) -> usize {
+        self.parts[0].transform.cells()
     }
 
     /// Counts the waves.

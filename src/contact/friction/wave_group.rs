@@ -7,6 +7,9 @@
 //!
 //! b_l = g (b_(l-1) - c b_(l-2)) + w F_l, with c = 1/4 of bdf2 and 0 of bdf1; forces and displacements have the phases
 //! of `tyre::poles::tractions`. Odd parts go from the real to the imaginary system and back.
+//!
+//! On a ring shorter than the tyre a force is forgotten some blocks after it was taken in: what is left of it is taken
+//! off the states, r_l F and r_(l-1) F with the response r = 1, g, ... of a channel.
 
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
@@ -21,7 +24,7 @@ use crate::tyre::poles::Modes;
 use crate::tyre::poles::traction_model::{Channel, TractionModel};
 
 /// Steps of a block.
-pub(super) const STEPS: usize = 8;
+pub(crate) const STEPS: usize = 8;
 /// Blocks whose forces are kept.
 const BLOCKS: usize = 3;
 /// Lags of the first weights: to the first step of the block before.
@@ -30,6 +33,8 @@ const LAGS: usize = 2 * STEPS - 1;
 const SYSTEMS: usize = 2;
 /// Vectors of all components of a step.
 const FIELD: usize = COMPONENTS * SYSTEMS;
+/// Part of the tolerance that what is left of a force may be of what it was without being taken off.
+const FORGOTTEN: f64 = 1e-2;
 
 /// Channels of one kind, pairs (PARTS = 2) or real ones (1): of each the r-th of all waves. By channel g, inputs,
 /// outputs, odd outputs where the tyre turns, states of both systems: this step, the one before.
@@ -37,6 +42,8 @@ const FIELD: usize = COMPONENTS * SYSTEMS;
 struct Channels<E, const PARTS: usize> {
     numbers: Vec<E>,
     turns: bool,
+    /// Response when a force is forgotten, and one step before it, of the first channels: those that need it.
+    left: Vec<E>,
 }
 
 /// Rule, time step and the rest of what a past by poles is made for.
@@ -50,11 +57,22 @@ pub(crate) struct Stepping {
     pub substeps: usize,
     /// Tolerance of the poles.
     pub tolerance: f64,
+    /// Steps after which forces are forgotten, of which whole blocks count, one at least; `None`: never.
+    pub forgotten_after: Option<usize>,
+}
+
+impl Stepping {
+    /// Returns the blocks after which forces are forgotten; 0: never.
+    pub(super) fn remembered_blocks(&self) -> usize {
+        self.forgotten_after.map_or(0, |steps| (steps / STEPS).max(1))
+    }
 }
 
 /// One channel of a wave.
 struct Coefficients {
     g: Complex64,
+    /// Response when forces are forgotten, and one step before it; 0 where it is too small to be taken off.
+    left: [Complex64; 2],
     input: [Complex64; COMPONENTS],
     output: [Complex64; COMPONENTS],
     odd: [Complex64; COMPONENTS],
@@ -69,8 +87,21 @@ impl<E: Element, const PARTS: usize> Channels<E, PARTS> {
         [input, input + of_vector, odd, states, states + SYSTEMS * 2 * PARTS]
     }
 
-    fn new(waves: &[Vec<Coefficients>], turns: bool) -> Self {
+    /// Sets out the channels of neighbouring waves, those first that forget.
+    fn new(mut waves: Vec<Vec<Coefficients>>, turns: bool) -> Self {
+        let forgets = |channel: &Coefficients| channel.left[0] != Complex64::ZERO;
+        waves.iter_mut().for_each(|channels| channels.sort_by_key(|channel| !forgets(channel)));
         let count = waves.iter().map(Vec::len).max().unwrap_or(0);
+        let forgetting =
+            waves.iter().map(|channels| channels.iter().filter(|own| forgets(own)).count()).max().unwrap_or(0);
+        let mut left = vec![E::default(); forgetting * 2 * PARTS * E::MOST_LANES];
+        for (number, record) in left.chunks_exact_mut(2 * PARTS * E::MOST_LANES).enumerate() {
+            for (lane, channels) in waves.iter().enumerate() {
+                let values = channels.get(number).into_iter().flat_map(|channel| channel.left);
+                let parts = values.flat_map(|value| [value.re, value.im].into_iter().take(PARTS));
+                parts.enumerate().for_each(|(slot, part)| record[slot * E::MOST_LANES + lane] = E::rounded(part));
+            }
+        }
         let [input, output, odd, _, length] = Self::places(turns);
         let mut numbers = vec![E::default(); count * length * E::MOST_LANES];
         for (number, record) in numbers.chunks_exact_mut(length * E::MOST_LANES).enumerate() {
@@ -90,7 +121,7 @@ impl<E: Element, const PARTS: usize> Channels<E, PARTS> {
                 }
             }
         }
-        Self { numbers, turns }
+        Self { numbers, turns, left }
     }
 
     /// Returns the states, channel by channel.
@@ -121,6 +152,8 @@ pub(super) struct WaveGroup<E> {
     /// \[m\]: by component, real parts, imaginary parts.
     forces: Vec<E>,
     foretold: Vec<E>,
+    /// Forces of the blocks that are not forgotten yet, block by block.
+    remembered: Vec<E>,
     /// Displacements of the coming step.
     sum: Vec<E>,
 }
@@ -129,13 +162,18 @@ impl<E: Element> WaveGroup<E> {
     /// Makes the group of so many waves of a model, at rest.
     pub(super) fn new(model: &TractionModel, [first, count]: [usize; 2], stepping: Stepping) -> Self {
         let Stepping { rule, time_step, tolerance, .. } = stepping;
+        let blocks = stepping.remembered_blocks();
         let (mut pairs, mut reals) = (Vec::new(), Vec::new());
         for wave in first..first + count {
             let (poles, of_pairs, channels) = model.wave(wave);
             let channel = |(index, (&pole, &Channel { input, output, odd })): (usize, (&Complex64, &Channel))| {
                 let times = if index < of_pairs { 2.0 } else { 1.0 };
                 let (g, w) = rule.coefficients(pole, Complex64::new(times, 0.0), time_step);
-                Coefficients { g, input, output: output.map(|value| value * w), odd: odd.map(|value| value * w) }
+                let left = match blocks {
+                    0 => [Complex64::ZERO; 2],
+                    _ => left_after(g, rule.before_last(), blocks * STEPS, FORGOTTEN * tolerance),
+                };
+                Coefficients { g, left, input, output: output.map(|value| value * w), odd: odd.map(|value| value * w) }
             };
             let late = late_channels(model, wave, rule, time_step, STEPS, tolerance);
             let all = poles.iter().zip(channels).enumerate();
@@ -148,13 +186,14 @@ impl<E: Element> WaveGroup<E> {
         let mut this = Self {
             first,
             count,
-            pairs: Channels::new(&pairs, turns),
-            reals: Channels::new(&reals, turns),
+            pairs: Channels::new(pairs, turns),
+            reals: Channels::new(reals, turns),
             before: rule.before_last(),
             within: Vec::new(),
             turns,
             forces: vec![E::default(); BLOCKS * STEPS * FIELD * E::MOST_LANES],
             foretold: vec![E::default(); STEPS * FIELD * E::MOST_LANES],
+            remembered: vec![E::default(); blocks * STEPS * FIELD * E::MOST_LANES],
             sum: vec![E::default(); FIELD * E::MOST_LANES],
         };
         this.within = this.first_weights(model, rule, time_step);
@@ -203,7 +242,11 @@ impl<E: Element> WaveGroup<E> {
         };
         let [.., of_pair] = Channels::<E, 2>::places(self.turns);
         let [.., of_real] = Channels::<E, 1>::places(self.turns);
-        of_kind(self.pairs.numbers.len(), of_pair, 2) + of_kind(self.reals.numbers.len(), of_real, 1)
+        let forgetting = |left: usize, parts: usize| left * STEPS * SYSTEMS * (COMPONENTS + parts) / 2;
+        of_kind(self.pairs.numbers.len(), of_pair, 2)
+            + of_kind(self.reals.numbers.len(), of_real, 1)
+            + forgetting(self.pairs.left.len(), 2)
+            + forgetting(self.reals.left.len(), 1)
     }
 
     /// Returns the places of a component's real and imaginary parts in the forces of a step of the block.
@@ -221,19 +264,23 @@ impl<E: Element> WaveGroup<E> {
         [re, im]
     }
 
-    /// Finds the displacements at a step of the block; before the first one all channels are gone through.
-    pub(super) fn go_on(&mut self, arch: Arch, step: usize) {
-        arch.dispatch(Step { group: self, step });
+    /// Finds the displacements at a step of the block; before the first one all channels are gone through, and of the
+    /// blocks that are remembered one is forgotten.
+    pub(super) fn go_on(&mut self, arch: Arch, step: usize, forgotten: usize) {
+        arch.dispatch(Step { group: self, step, forgotten });
     }
 
     /// Returns all that evolves.
     pub(super) fn evolving(&self) -> impl Iterator<Item = &[E]> {
-        [self.forces.as_slice(), &self.foretold].into_iter().chain(self.pairs.states()).chain(self.reals.states())
+        [self.forces.as_slice(), &self.foretold, &self.remembered]
+            .into_iter()
+            .chain(self.pairs.states())
+            .chain(self.reals.states())
     }
 
     /// Returns the same as [`Self::evolving`], to be changed.
     pub(super) fn evolving_mut(&mut self) -> impl Iterator<Item = &mut [E]> {
-        let fields = [self.forces.as_mut_slice(), &mut self.foretold];
+        let fields = [self.forces.as_mut_slice(), &mut self.foretold, &mut self.remembered];
         fields.into_iter().chain(self.pairs.states_mut()).chain(self.reals.states_mut())
     }
 }
@@ -242,6 +289,8 @@ impl<E: Element> WaveGroup<E> {
 struct Step<'a, E> {
     group: &'a mut WaveGroup<E>,
     step: usize,
+    /// Block that is forgotten.
+    forgotten: usize,
 }
 
 impl<E: Element> WithSimd for Step<'_, E> {
@@ -249,21 +298,25 @@ impl<E: Element> WithSimd for Step<'_, E> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let WaveGroup { pairs, reals, before, within, turns, forces, foretold, sum, .. } = self.group;
+        let WaveGroup { pairs, reals, before, within, turns, forces, foretold, remembered, sum, .. } = self.group;
         let of_block = STEPS * FIELD * E::MOST_LANES;
         if self.step == 0 {
             forces.copy_within(of_block.., 0);
-            let forces = E::vectors::<S>(&forces[..of_block]);
+            let taken = E::vectors::<S>(&forces[..of_block]);
+            let old: &mut [E] =
+                if remembered.is_empty() { &mut [] } else { &mut remembered[self.forgotten * of_block..][..of_block] };
             let foretold = E::vectors_mut::<S>(foretold);
             foretold.fill(E::splat(simd, E::default()));
             let before = E::splat(simd, E::rounded(*before));
+            let fields = [taken, E::vectors::<S>(old)];
             if *turns {
-                pass::<E, S, 2, true>(simd, &mut pairs.numbers, before, forces, foretold);
-                pass::<E, S, 1, true>(simd, &mut reals.numbers, before, forces, foretold);
+                pass_all::<E, S, 2, true>(simd, pairs, before, fields, foretold);
+                pass_all::<E, S, 1, true>(simd, reals, before, fields, foretold);
             } else {
-                pass::<E, S, 2, false>(simd, &mut pairs.numbers, before, forces, foretold);
-                pass::<E, S, 1, false>(simd, &mut reals.numbers, before, forces, foretold);
+                pass_all::<E, S, 2, false>(simd, pairs, before, fields, foretold);
+                pass_all::<E, S, 1, false>(simd, reals, before, fields, foretold);
             }
+            old.iter_mut().zip(&*forces).for_each(|(old, force)| *old = *force);
         }
         let of_step = FIELD * E::MOST_LANES;
         sum.copy_from_slice(&foretold[self.step * of_step..][..of_step]);
@@ -353,18 +406,63 @@ fn add_real<E: Element, S: Simd, const PARTS: usize, const ADDS: bool>(
     sum
 }
 
+/// Returns what is left of a unit state after so many steps, and one step before; 0 if it is less than `least`.
+fn left_after(g: Complex64, before: f64, steps: usize, least: f64) -> [Complex64; 2] {
+    let (mut now, mut last) = (Complex64::ONE, Complex64::ZERO);
+    for _ in 0..steps {
+        (now, last) = (g * (now - before * last), now);
+    }
+    if now.norm().max(last.norm()) < least { [Complex64::ZERO; 2] } else { [now, last] }
+}
+
+/// Takes b off a, times a factor.
+#[inline(always)]
+fn take_off<E: Element, S: Simd, const PARTS: usize>(
+    simd: S,
+    a: &mut [E::Vector<S>; PARTS],
+    factor: [E::Vector<S>; PARTS],
+    b: [E::Vector<S>; PARTS],
+) {
+    a[0] = E::negate_mul_add(simd, factor[0], b[0], a[0]);
+    if PARTS == 2 {
+        a[0] = E::mul_add(simd, factor[PARTS - 1], b[PARTS - 1], a[0]);
+        a[PARTS - 1] = E::negate_mul_add(simd, factor[0], b[PARTS - 1], a[PARTS - 1]);
+        a[PARTS - 1] = E::negate_mul_add(simd, factor[PARTS - 1], b[0], a[PARTS - 1]);
+    }
+}
+
+/// Goes through all channels of a kind.
+#[inline(always)]
+fn pass_all<E: Element, S: Simd, const PARTS: usize, const TURNS: bool>(
+    simd: S,
+    channels: &mut Channels<E, PARTS>,
+    c: E::Vector<S>,
+    [forces, old]: [&[E::Vector<S>]; 2],
+    foretold: &mut [E::Vector<S>],
+) {
+    let [.., length] = Channels::<E, PARTS>::places(TURNS);
+    let Channels { numbers, left, .. } = channels;
+    let (forgetting, others) = numbers.split_at_mut(left.len() / (2 * PARTS) * length);
+    let left = E::vectors::<S>(left);
+    pass::<E, S, PARTS, TURNS, true>(simd, forgetting, c, (forces, old, left), foretold);
+    pass::<E, S, PARTS, TURNS, false>(simd, others, c, (forces, &[], &[]), foretold);
+}
+
+/// Vectors of the forces of a block, of those that are forgotten, and what is left of these.
+type Taken<'a, V> = (&'a [V], &'a [V], &'a [V]);
+
 /// Takes in the forces of the block before the last, and foretells this one.
 #[inline(always)]
-fn pass<E: Element, S: Simd, const PARTS: usize, const TURNS: bool>(
+fn pass<E: Element, S: Simd, const PARTS: usize, const TURNS: bool, const FORGETS: bool>(
     simd: S,
     numbers: &mut [E],
     c: E::Vector<S>,
-    forces: &[E::Vector<S>],
+    (forces, old, left): Taken<'_, E::Vector<S>>,
     foretold: &mut [E::Vector<S>],
 ) {
     let vectors = E::MOST_LANES / E::lanes::<S>();
     let [input, output, odd, states, length] = Channels::<E, PARTS>::places(TURNS);
-    for record in E::vectors_mut::<S>(numbers).chunks_exact_mut(length * vectors) {
+    for (number, record) in E::vectors_mut::<S>(numbers).chunks_exact_mut(length * vectors).enumerate() {
         for v in 0..vectors {
             let zero = [E::splat(simd, E::default()); PARTS];
             let (mut g, mut inputs, mut outputs, mut odds) =
@@ -383,16 +481,35 @@ fn pass<E: Element, S: Simd, const PARTS: usize, const TURNS: bool>(
                     systems[which / 2][which % 2][part] = record[(states + which * PARTS + part) * vectors + v];
                 }
             }
-            for step in forces.chunks_exact(FIELD * vectors) {
+            let mut gone = [zero; 2];
+            if FORGETS {
+                for which in 0..2 * PARTS {
+                    gone[which / PARTS][which % PARTS] = left[(2 * PARTS * number + which) * vectors + v];
+                }
+            }
+            for step in 0..STEPS {
+                let place = |a: usize, system: usize| (step * FIELD + SYSTEMS * a + system) * vectors + v;
                 for system in 0..SYSTEMS {
+                    let mut last = systems[system][0];
                     let mut next = stepped::<E, S, PARTS>(simd, g, c, systems[system]);
                     for a in 0..COMPONENTS {
-                        let force = step[(SYSTEMS * a + system) * vectors + v];
+                        let force = forces[place(a, system)];
                         for part in 0..PARTS {
                             next[part] = E::mul_add(simd, inputs[a][part], force, next[part]);
                         }
                     }
-                    systems[system] = [next, systems[system][0]];
+                    if FORGETS {
+                        let mut forgotten = zero;
+                        for a in 0..COMPONENTS {
+                            let force = old[place(a, system)];
+                            for part in 0..PARTS {
+                                forgotten[part] = E::mul_add(simd, inputs[a][part], force, forgotten[part]);
+                            }
+                        }
+                        take_off::<E, S, PARTS>(simd, &mut next, gone[0], forgotten);
+                        take_off::<E, S, PARTS>(simd, &mut last, gone[1], forgotten);
+                    }
+                    systems[system] = [next, last];
                 }
             }
             for part in 0..PARTS {

@@ -313,7 +313,7 @@ impl Zone for FrictionZone {
             *all = [force[0], force[1], force[2] + all[2]];
         }
         self.normal.iter_mut().zip(&self.all).for_each(|(normal, all)| *normal = all[2]);
-        self.past.push(first_element, &self.all);
+        let is_seen = self.past.push(first_element, &self.all);
         meter.lap(&mut laps, Stage::History);
         self.follow(step, told.tangential.as_deref_mut());
         let (window, across) = (self.window(), self.across());
@@ -322,7 +322,7 @@ impl Zone for FrictionZone {
         told.write(self.told(), across, &self.normal[window.clone()], &self.required[window.clone()], displacement);
         let is_touched = |column: Option<&[Vector]>| column.is_some_and(|cells| cells.iter().any(|f| f[2] > 0.0));
         let mut columns = self.forces[window].chunks_exact(across);
-        let is_at_end = is_touched(columns.next()) || is_touched(columns.next_back());
+        let is_at_end = is_touched(columns.next()) || is_touched(columns.next_back()) || !is_seen;
         let largest_displacement = largest_or_zero(&self.required);
         let residuals = Residuals {
             tension: 0.0,

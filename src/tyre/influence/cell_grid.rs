@@ -61,9 +61,15 @@ impl CellGrid {
         strip + ((self.waves().width - strip) / self.pitch()).round() * self.pitch()
     }
 
+    /// Returns the lateral numbers after which waves are the same on cells, up to a sign, where sides are whole cells
+    /// away.
+    pub(super) fn lateral_period(&self) -> usize {
+        2 * (self.waves().width / self.pitch()).round() as usize
+    }
+
     /// Returns the lowest lateral number that cells take for m, where sides are whole cells away.
     pub(super) fn same_on_cells(&self, m: usize) -> usize {
-        let all = 2 * (self.waves().width / self.pitch()).round() as usize;
+        let all = self.lateral_period();
         (m % all).min(all - m % all)
     }
 

@@ -24,6 +24,9 @@ pub(crate) struct CellWave {
     /// True if it is its own mirror, the number 0 or N/2 of the ring: the odd part of its function is 0.
     #[serde(skip)]
     pub is_mirror: bool,
+    /// Lateral numbers after which waves are the same on cells; `None`: they are not taken together.
+    #[serde(skip)]
+    pub lateral_period: Option<usize>,
 }
 
 /// Waves of one lateral number, n rising.
@@ -55,6 +58,14 @@ pub struct WaveBand {
     pub folded: bool,
 }
 
+impl CellWave {
+    /// Tells whether cells take a lateral number for one that runs the other way across: of its sines and cosines one
+    /// kind changes its sign.
+    pub(super) fn is_reflected(&self, m: usize) -> bool {
+        self.lateral_period.is_some_and(|period| 2 * (m % period) > period)
+    }
+}
+
 impl CellRow {
     /// Returns the waves of one lateral number by themselves, n = 0..=N/2 with all aliases |p| up to `most`: how the
     /// tyre answers forces that are resolved across.
@@ -64,7 +75,7 @@ impl CellRow {
             let first = if 2 * n == elements { -n } else { n };
             let around = (-(most as i64)..=most as i64).map(|p| first + p * elements);
             let terms = around.map(|n| (n, m, norm * grid.longitudinal_weight(n))).collect();
-            CellWave { terms, is_mirror: n == 0 || 2 * n == elements }
+            CellWave { terms, is_mirror: n == 0 || 2 * n == elements, lateral_period: None }
         };
         Self { m, folded: false, first: 0, waves: (0..=elements / 2).map(wave).collect() }
     }
@@ -94,6 +105,7 @@ impl WaveBand {
         let most = aliases.unwrap_or(1) as i64;
         let ends = if aliases.is_some() && lateral_terms.is_some() { f64::INFINITY } else { largest };
         let lateral = |m: usize| if self.folded { grid.lateral_weight(m) } else { waves.lateral_norm(m) };
+        let lateral_period = self.folded.then(|| grid.lateral_period());
         let row = |(m, numbers): (usize, Vec<usize>)| {
             let wave = |bin: usize| {
                 // The ring's n run from -N/2: its N/2 is -N/2.
@@ -105,7 +117,7 @@ impl WaveBand {
                     let weight = self.share(k) * self.part as f64 * grid.longitudinal_weight(n) * lateral(m);
                     (weight > 0.0 && k <= ends).then_some((n, m, weight))
                 });
-                CellWave { terms: terms.collect(), is_mirror: bin == 0 || 2 * bin == ring }
+                CellWave { terms: terms.collect(), is_mirror: bin == 0 || 2 * bin == ring, lateral_period }
             };
             let mut all: Vec<CellWave> = (0..=ring / 2).map(wave).collect();
             let first = all.iter().position(|wave| !wave.terms.is_empty())?;

@@ -59,6 +59,6 @@ pub(crate) use surface_waves::SurfaceWaves;
 pub(crate) use traction_influence::{COMPONENTS, TractionInfluence};
 #[cfg(test)]
 pub(crate) use traction_influence::{PairTables, UniformTables};
-pub(crate) use traction_sums::{PAIRS, TractionParts, traction_shape};
+pub(crate) use traction_sums::{PAIRS, TractionParts, folded_traction_shape, traction_shape};
 pub(crate) use traction_waves::{TractionLines, TractionWaves};
 pub(crate) use waves::Waves;

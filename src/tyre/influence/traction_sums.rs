@@ -109,10 +109,13 @@ impl TractionParts {
         parts
     }
 
-    fn add(&mut self, parts: &Self, weight: f64, odd_weight: f64) {
+    /// Adds parts by their weights; those of lateral with other components times `lateral`.
+    fn add(&mut self, parts: &Self, lateral: f64, [even, odd]: [f64; 2]) {
         for pair in 0..PAIRS {
-            self.even[pair] += weight * parts.even[pair];
-            self.odd[pair] += odd_weight * parts.odd[pair];
+            let is_mixed = (pair / COMPONENTS == 1) != (pair % COMPONENTS == 1);
+            let sign = if is_mixed { lateral } else { 1.0 };
+            self.even[pair] += sign * even * parts.even[pair];
+            self.odd[pair] += sign * odd * parts.odd[pair];
         }
     }
 }
@@ -146,6 +149,11 @@ pub(crate) fn traction_shape(grid: &CellGrid, component: usize, m: usize, j: usi
         Sides::Supported => phase.cos() * share,
         Sides::Guided => phase.sin() * share - mean_of_sine(m),
     }
+}
+
+/// Returns the same of waves that are taken together, before cells take their mean; sides are supported.
+pub(crate) fn folded_traction_shape(grid: &CellGrid, component: usize, m: usize, j: usize) -> f64 {
+    if component == 1 { lateral_phase(grid, m, j)[0].cos() } else { grid.wave(m, j) }
 }
 
 /// Returns ky y' of a cell's middle, and what a cell takes of a wave across.
@@ -203,11 +211,12 @@ struct NumberRows {
 }
 
 impl CellSums {
-    /// Lists the waves that carry the past of tractions: those of normal forces, and with supported sides the lateral
-    /// motion that is uniform across.
-    pub(crate) fn traction_rows(&self) -> Vec<CellRow> {
-        let mut rows = self.waves(WaveBand::WHOLE);
-        if self.grid.waves().sides == Sides::Supported {
+    /// Lists the waves of a band that carry the past of tractions: those of normal forces, and on the whole tyre with
+    /// supported sides the lateral motion that is uniform across. Only with supported sides a band may be folded: the
+    /// mean that sines have is another one for each number.
+    pub(crate) fn traction_rows(&self, band: WaveBand) -> Vec<CellRow> {
+        let mut rows = self.waves(band);
+        if self.grid.waves().sides == Sides::Supported && band.fades_in.is_none() {
             rows.insert(0, CellRow::whole(&self.grid, 0, self.truncation.aliases.unwrap_or(1)));
         }
         rows
@@ -220,7 +229,8 @@ impl CellSums {
         let sides = if wave.is_mirror { 0.0 } else { 1.0 };
         for &(n, m, weight) in &wave.terms {
             let parts = TractionParts::of_wave(at, self.grid.waves().sides, n.abs(), m);
-            sum.add(&parts, weight, weight * sides * n.signum() as f64);
+            let lateral = if wave.is_reflected(m) { -1.0 } else { 1.0 };
+            sum.add(&parts, lateral, [weight, weight * sides * n.signum() as f64]);
         }
         sum
     }

@@ -5,7 +5,7 @@ use crate::contact::friction::past::TractionPast;
 use crate::contact::friction::transform::TractionTransform;
 use crate::response::vibration::TangentialForces;
 use crate::scene::{DEFAULT, Sides};
-use crate::tyre::influence::{CellGrid, CellSums, CellTruncation, traction_shape};
+use crate::tyre::influence::{CellGrid, CellSums, CellTruncation, WaveBand, traction_shape};
 
 const COLUMNS_HERE: usize = 6;
 const ACROSS_HERE: usize = 3;
@@ -26,8 +26,8 @@ fn stepped(
     let grid = CellGrid::new(tyre, layout.elements, ACROSS_HERE);
     let truncation = CellTruncation { lateral_terms: Some(HIGHEST), aliases: Some(1) };
     let sums = CellSums::new(tyre, grid.clone(), truncation, 1e-9, 10.0 / layout.time_step);
-    let rows = sums.traction_rows();
-    let transform = TractionTransform::new(&grid, COLUMNS_HERE, &rows);
+    let rows = sums.traction_rows(WaveBand::WHOLE);
+    let transform = TractionTransform::new(&grid, [grid.elements(), COLUMNS_HERE], &rows);
     let mut past = TractionPast::new(&sums, &rows, transform, layout.rule, layout.time_step, lags);
     let instant = sums.traction_instant(layout.rule.first_rate(layout.time_step).unwrap(), COLUMNS_HERE);
     let (steps, cells) = (lags + layout.length(), COLUMNS_HERE * ACROSS_HERE);
@@ -72,7 +72,7 @@ fn summed(
     let s = TransferKind::Rule.symbol(layout.rule, layout.angular_frequency(bin), layout.time_step);
     let at = sums.at(s);
     let mut amplitude = Complex64::ZERO;
-    for row in sums.traction_rows() {
+    for row in sums.traction_rows(WaveBand::WHOLE) {
         let Some((_, share)) = shares.iter().find(|(m, _)| *m == row.m) else { continue };
         for (place, wave) in row.waves.iter().enumerate() {
             let parts = sums.traction_parts(wave, &at);

@@ -116,6 +116,18 @@ impl Equations {
     fn apply(&mut self, product: &mut WindowProduct, friction: &[f64], unknowns: &[f64], out: &mut [f64]) {
         self.expand(friction, unknowns);
         product.displacement(&self.part, &self.forces, &mut self.displacements);
+        self.left_sides(unknowns, out);
+    }
+
+    /// Finds the same in single precision: directions need no more.
+    fn apply_roughly(&mut self, product: &mut WindowProduct, friction: &[f64], unknowns: &[f64], out: &mut [f64]) {
+        self.expand(friction, unknowns);
+        product.rough_displacement(&self.part, &self.forces, &mut self.displacements);
+        self.left_sides(unknowns, out);
+    }
+
+    /// Finds the left sides of the displacements of unknowns.
+    fn left_sides(&self, unknowns: &[f64], out: &mut [f64]) {
         for &(cell, state, first) in &self.cells {
             let [x, y, z] = self.displacements[cell];
             out[first] = z * self.scale[first];
@@ -222,7 +234,7 @@ impl Equations {
             let place = columns.len();
             let (mut near, mut next) = (vec![0.0; self.unknowns], vec![0.0; self.unknowns]);
             self.precondition(&directions[place], &mut near);
-            self.apply(product, friction, &near, &mut next);
+            self.apply_roughly(product, friction, &near, &mut next);
             let mut column = Vec::with_capacity(place + 2);
             for direction in &directions {
                 let share = dot(direction, &next);

@@ -9,7 +9,7 @@
 //!    blocks that are 0;
 //! 4. back along, u_j = u+_j + u-_j, u_-j = u+_j - u-_j.
 //!
-//! Vectors hold waves along.
+//! Vectors hold waves along. Directions of linear equations take products in single precision.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -19,8 +19,8 @@ use faer::{Accum, MatMut, MatRef, Par};
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
 
+use crate::contact::cells::wave_transform::WaveNumber;
 use crate::counters::Work;
-use crate::numeric::Element;
 use crate::tyre::influence::{COMPONENTS, TractionInfluence};
 
 /// Forces or displacements of a cell: forward, to the left, into the tyre.
@@ -36,29 +36,30 @@ const STRIDE: usize = 8;
 /// G between the cells of a window, with products for parts of it, as long as they are needed.
 pub(crate) struct WindowProduct {
     influence: TractionInfluence,
-    /// By length of a part; made as needed.
+    /// By length of a part; made as needed. In double and in single precision.
     parts: Vec<Option<TractionProduct>>,
+    rough: Vec<Option<TractionProduct<f32>>>,
     /// Work of products.
     work: Work,
 }
 
 /// G in the waves of a window, with room for a product.
-pub(crate) struct TractionProduct {
+pub(crate) struct TractionProduct<R = f64> {
     columns: usize,
     across: usize,
     /// Waves along, in whole vectors.
     waves: usize,
     /// cos and -sin, columns x 2 waves.
-    forward: Vec<f64>,
+    forward: Vec<R>,
     /// The way back, 2 waves x columns.
-    back: Vec<f64>,
+    back: Vec<R>,
     blocks: Vec<Block>,
     /// By block, j, j' and wave.
-    weights: Vec<f64>,
+    weights: Vec<R>,
     /// By component, side and j: columns; then waves of forces and displacements, real and imaginary parts.
-    rows: Vec<f64>,
-    forces: Vec<f64>,
-    displacements: Vec<f64>,
+    rows: Vec<R>,
+    forces: Vec<R>,
+    displacements: Vec<R>,
     arch: Arch,
 }
 
@@ -69,6 +70,21 @@ struct Block {
     to: usize,
     from: usize,
     is_imaginary: bool,
+}
+
+/// Finds u = G F within a part by the product of its length.
+fn within<R: WaveNumber>(
+    influence: &TractionInfluence,
+    parts: &mut [Option<TractionProduct<R>>],
+    work: &mut Work,
+    part: &Range<usize>,
+    (forces, out): (&[Vector], &mut [Vector]),
+) {
+    let columns = part.len() / influence.across;
+    let make = || TractionProduct::new(&influence.narrowed(columns));
+    let product = parts[(columns - 1) / STRIDE].get_or_insert_with(make);
+    *work += product.work();
+    product.displacement(&forces[part.clone()], &mut out[part.clone()]);
 }
 
 /// Returns the number of a component and a side.
@@ -93,8 +109,9 @@ pub(super) fn transformed(table: &[f64], width: usize, columns: usize) -> Vec<Co
 impl WindowProduct {
     /// Makes the products with an influence.
     pub(crate) fn new(influence: TractionInfluence) -> Self {
-        let parts = (0..influence.columns.div_ceil(STRIDE)).map(|_| None).collect();
-        Self { influence, parts, work: Work::default() }
+        let parts = influence.columns.div_ceil(STRIDE);
+        let (exact, rough) = ((0..parts).map(|_| None).collect(), (0..parts).map(|_| None).collect());
+        Self { influence, parts: exact, rough, work: Work::default() }
     }
 
     /// Returns the influence.
@@ -121,35 +138,39 @@ impl WindowProduct {
 
     /// Finds u = G F within a part.
     pub(crate) fn displacement(&mut self, part: &Range<usize>, forces: &[Vector], out: &mut [Vector]) {
-        let Self { influence, parts, work } = self;
-        let columns = part.len() / influence.across;
-        let make = || TractionProduct::new(&influence.narrowed(columns));
-        let product = parts[(columns - 1) / STRIDE].get_or_insert_with(make);
-        *work += product.work();
-        product.displacement(&forces[part.clone()], &mut out[part.clone()]);
+        let Self { influence, parts, work, .. } = self;
+        within(influence, parts, work, part, (forces, out));
+    }
+
+    /// Finds the same in single precision.
+    pub(crate) fn rough_displacement(&mut self, part: &Range<usize>, forces: &[Vector], out: &mut [Vector]) {
+        let Self { influence, rough, work, .. } = self;
+        within(influence, rough, work, part, (forces, out));
     }
 }
 
-impl TractionProduct {
+impl<R: WaveNumber> TractionProduct<R> {
     /// Makes the product with an influence.
     pub(crate) fn new(influence: &TractionInfluence) -> Self {
         let (columns, across) = (influence.columns, influence.across);
-        let (half, waves) = (across.div_ceil(2), columns.next_multiple_of(f64::MOST_LANES));
+        let (half, waves) = (across.div_ceil(2), columns.next_multiple_of(R::MOST_LANES));
         let length = 2 * columns - 1;
         let turn = |wave: usize, column: usize| Complex64::cis(-TAU * (wave * column % length) as f64 / length as f64);
-        let (mut forward, mut back) = (vec![0.0; columns * 2 * waves], vec![0.0; 2 * waves * columns]);
+        let (mut forward, mut back) =
+            (vec![R::default(); columns * 2 * waves], vec![R::default(); 2 * waves * columns]);
         for wave in 0..columns {
             // A wave and its conjugate.
             let times = if wave == 0 { 1.0 } else { 2.0 } / length as f64;
             for column in 0..columns {
                 let turn = turn(wave, column);
-                (forward[2 * column * waves + wave], forward[(2 * column + 1) * waves + wave]) = (turn.re, turn.im);
-                back[wave * columns + column] = times * turn.re;
-                back[(waves + wave) * columns + column] = times * turn.im;
+                for (part, value) in [turn.re, turn.im].into_iter().enumerate() {
+                    forward[(2 * column + part) * waves + wave] = R::rounded(value);
+                    back[(part * waves + wave) * columns + column] = R::rounded(times * value);
+                }
             }
         }
         let rows = COMPONENTS * SIDES * half;
-        let room = || vec![0.0; rows * 2 * waves];
+        let room = || vec![R::default(); rows * 2 * waves];
         let mut this = Self {
             columns,
             across,
@@ -158,7 +179,7 @@ impl TractionProduct {
             back,
             blocks: Vec::new(),
             weights: Vec::new(),
-            rows: vec![0.0; rows * columns],
+            rows: vec![R::default(); rows * columns],
             forces: room(),
             displacements: room(),
             arch: Arch::new(),
@@ -213,7 +234,7 @@ impl TractionProduct {
         let least = ROUNDING * all.iter().fold(0.0_f64, |most, (.., largest)| most.max(*largest));
         for (block, weights, _) in all.into_iter().filter(|(.., largest)| *largest > least) {
             self.blocks.push(block);
-            self.weights.extend(weights);
+            self.weights.extend(weights.into_iter().map(R::rounded));
         }
     }
 
@@ -221,7 +242,7 @@ impl TractionProduct {
     pub(crate) fn work(&self) -> Work {
         let transforms = 2 * self.rows.len() * 2 * self.waves;
         let numbers = 2 * self.forward.len() + 4 * self.forces.len() + self.weights.len();
-        Work { multiply_adds: (transforms + 2 * self.weights.len()) as u64, bytes: 8 * numbers as u64 }
+        Work { multiply_adds: (transforms + 2 * self.weights.len()) as u64, bytes: (size_of::<R>() * numbers) as u64 }
     }
 
     /// Finds u = G F.
@@ -234,7 +255,7 @@ impl TractionProduct {
                     let (near, far) = (near[component], far[component]);
                     let sides = if 2 * j + 1 == across { [near, 0.0] } else { [near + far, near - far] };
                     for (side, value) in sides.into_iter().enumerate() {
-                        self.rows[(field(component, side) * half + j) * columns + column] = value;
+                        self.rows[(field(component, side) * half + j) * columns + column] = R::rounded(value);
                     }
                 }
             }
@@ -245,7 +266,7 @@ impl TractionProduct {
             Accum::Replace,
             MatRef::from_row_major_slice(&self.rows, count, columns),
             MatRef::from_row_major_slice(&self.forward, columns, width),
-            1.0,
+            R::rounded(1.0),
             Par::Seq,
         );
         let arch = self.arch;
@@ -255,13 +276,13 @@ impl TractionProduct {
             Accum::Replace,
             MatRef::from_row_major_slice(&self.displacements, count, width),
             MatRef::from_row_major_slice(&self.back, width, columns),
-            1.0,
+            R::rounded(1.0),
             Par::Seq,
         );
         for (column, cells) in out.chunks_exact_mut(across).enumerate() {
             for j in 0..half {
-                let at =
-                    |component: usize, side: usize| self.rows[(field(component, side) * half + j) * columns + column];
+                let place = |component: usize, side: usize| (field(component, side) * half + j) * columns + column;
+                let at = |component: usize, side: usize| self.rows[place(component, side)].double();
                 // The difference of the middle cell is 0.
                 cells[across - 1 - j] = std::array::from_fn(|component| at(component, 0) - at(component, 1));
                 cells[j] = std::array::from_fn(|component| at(component, 0) + at(component, 1));
@@ -271,21 +292,21 @@ impl TractionProduct {
 }
 
 /// Products of all waves.
-struct Multiply<'a> {
-    product: &'a mut TractionProduct,
+struct Multiply<'a, R> {
+    product: &'a mut TractionProduct<R>,
     half: usize,
 }
 
-impl WithSimd for Multiply<'_> {
+impl<R: WaveNumber> WithSimd for Multiply<'_, R> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { product: TractionProduct { waves, blocks, weights, forces, displacements, .. }, half } = self;
-        let vectors = *waves / f64::lanes::<S>();
-        let (weights, forces) = (f64::vectors::<S>(weights), f64::vectors::<S>(forces));
-        let out = f64::vectors_mut::<S>(displacements);
-        out.fill(simd.splat_f64s(0.0));
+        let vectors = *waves / R::lanes::<S>();
+        let (weights, forces) = (R::vectors::<S>(weights), R::vectors::<S>(forces));
+        let out = R::vectors_mut::<S>(displacements);
+        out.fill(R::splat(simd, R::default()));
         // Plain indices: adaptors of iterators are not inlined here.
         for (number, block) in blocks.iter().enumerate() {
             let weights = &weights[number * half * half * vectors..][..half * half * vectors];
@@ -300,11 +321,11 @@ impl WithSimd for Multiply<'_> {
                         let weight = weights[other * vectors + v];
                         let (f_re, f_im) = (forces[2 * other * vectors + v], forces[(2 * other + 1) * vectors + v]);
                         if block.is_imaginary {
-                            re = simd.negate_mul_add_e_f64s(weight, f_im, re);
-                            im = simd.mul_add_e_f64s(weight, f_re, im);
+                            re = R::negate_mul_add(simd, weight, f_im, re);
+                            im = R::mul_add(simd, weight, f_re, im);
                         } else {
-                            re = simd.mul_add_e_f64s(weight, f_re, re);
-                            im = simd.mul_add_e_f64s(weight, f_im, im);
+                            re = R::mul_add(simd, weight, f_re, re);
+                            im = R::mul_add(simd, weight, f_im, im);
                         }
                     }
                     (out[v], out[vectors + v]) = (re, im);

@@ -51,7 +51,7 @@ fn products_are_those_with_the_blocks() {
         let cells = influence.cells();
         let forces: Vec<Vector> = (0..cells).map(|n| [0.3, 1.1, 2.3].map(|c: f64| (c * n as f64 + c).cos())).collect();
         let mut u = vec![[7.0; 3]; cells];
-        TractionProduct::new(&influence).displacement(&forces, &mut u);
+        TractionProduct::<f64>::new(&influence).displacement(&forces, &mut u);
         for (a, u) in u.iter().enumerate() {
             let mut expected = [0.0; 3];
             for (b, force) in forces.iter().enumerate() {

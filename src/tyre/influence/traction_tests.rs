@@ -135,3 +135,38 @@ fn without_the_uniform_wave_lateral_motion_is_lost() {
     assert!(4.0 * uniform[4] > 0.3 * mean(4), "{} of {}", 4.0 * uniform[4], mean(4));
     assert!(uniform[0].abs() + uniform[8].abs() <= 0.0);
 }
+
+/// Returns the displacements of the cells across by forces of a wave's bin, with all its rows.
+fn of_bin(sums: &CellSums, band: WaveBand, bin: usize, s: f64, shape: impl Fn(usize, usize, usize) -> f64) -> Vec<f64> {
+    let (at, across) = (sums.at(Complex64::new(0.2 * s, s)), sums.grid.across);
+    let mut sum = vec![0.0; across * COMPONENTS];
+    for row in sums.traction_rows(band) {
+        let Some(wave) = bin.checked_sub(row.first).and_then(|place| row.waves.get(place)) else { continue };
+        let parts = sums.traction_parts(wave, &at);
+        for (pair, value) in parts.even.iter().enumerate() {
+            let [a, b] = [pair / COMPONENTS, pair % COMPONENTS];
+            let driven = |j: usize| ((b + 1) as f64 * (j as f64 + 0.7)).sin() * shape(b, row.m, j);
+            let driven: f64 = (0..across).map(driven).sum();
+            (0..across).for_each(|j| sum[j * COMPONENTS + a] += value.re * driven * shape(a, row.m, j));
+        }
+    }
+    sum
+}
+
+#[test]
+fn lateral_numbers_that_are_the_same_on_cells_are_taken_together_with_their_signs() {
+    // Sides are a whole number of cells away.
+    let tyre = Tyre { width: 0.20, contact_width: 0.12, sides: Sides::Supported, ..tyre(PLATE) };
+    let sums = CellSums::new(&tyre, CellGrid::new(&tyre, 64, 6), CellTruncation::default(), 1e-8, 8e4);
+    let grid = &sums.grid;
+    let band = WaveBand { fades_in: Some([20.0, 30.0]), ..WaveBand::WHOLE };
+    let folded = WaveBand { folded: true, ..band };
+    for bin in [5, 20] {
+        let apart = of_bin(&sums, band, bin, 5e3, |component, m, j| traction_shape(grid, component, m, j));
+        let together = of_bin(&sums, folded, bin, 5e3, |component, m, j| folded_traction_shape(grid, component, m, j));
+        let largest = apart.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
+        for (place, (apart, together)) in apart.iter().zip(&together).enumerate() {
+            assert!((apart - together).abs() < 1e-9 * largest, "{bin}, {place}: {apart:e} {together:e}");
+        }
+    }
+}

@@ -43,6 +43,9 @@ const FRICTION_PRODUCTS: f64 = 15.0;
 const FRICTION_TRANSFORMS: f64 = 3.0;
 /// Parts of the past with friction: pairs of components, of a tyre that turns each twice.
 const FRICTION_PARTS: f64 = 9.0;
+/// Part of all waves that shorter rings may have of them to be worth the ways between cells and waves (measured: 0.6 at
+/// 256 x 16 cells is not, 0.3 at 512 x 16 is).
+const FRICTION_RINGS: f64 = 0.5;
 /// Channels of the past with friction for a pole of normal forces, multiply-adds of one of them beside one of those,
 /// and the time of a wave's fit beside one of normal forces (measured, 256 x 16).
 const FRICTION_CHANNELS: f64 = 4.7;
@@ -101,6 +104,13 @@ impl Plan {
             let last = bands.pop().unwrap_or(WaveBand::WHOLE);
             bands.push(WaveBand { fades_out: Some(shorter), ..last });
             bands.push(WaveBand { folded: true, ..band(part, Some(shorter), None) });
+        }
+        if self.scene.has_tractions() {
+            // To see a window from several rings takes as long as many waves of one.
+            let waves = |bands: &[WaveBand]| self.expected_waves_of(bands, columns)[0];
+            if waves(&bands) > FRICTION_RINGS * waves(&[WaveBand::WHOLE]) {
+                return vec![WaveBand::WHOLE];
+            }
         }
         bands
     }
@@ -190,10 +200,15 @@ impl Plan {
     /// there and back, for an instant, and the forces that are remembered of all waves at one stage of their steps.
     /// They are not listed: there may be more than a machine can hold.
     pub(crate) fn expected_waves(&self, columns: f64) -> [f64; 3] {
+        self.expected_waves_of(&self.wave_bands(columns as usize), columns as usize)
+    }
+
+    /// Returns the same of some bands.
+    fn expected_waves_of(&self, bands: &[WaveBand], columns: usize) -> [f64; 3] {
         let grid = self.cell_grid();
         let waves = grid.waves();
         let mut expected = [0.0; 3];
-        for band in self.wave_bands(columns as usize) {
+        for &band in bands {
             let ring = grid.elements() / band.part;
             let around = (ring / 2 + 1) as f64;
             // What a band takes up of the rectangle of all numbers: a quarter of a disc, less the one that fades in.
@@ -205,9 +220,9 @@ impl Plan {
             let count = band.fades_out.map_or(rows * around, |[_, end]| disc(end)) - inner;
             expected[0] += count;
             // A transform along for each lateral number, a product across by halves.
-            let seen = self.seen_columns(band, columns as usize) * grid.across;
+            let seen = self.seen_columns(band, columns) * grid.across;
             expected[1] += rows * (transform_multiply_adds(ring) + seen as f64);
-            expected[2] += count * self.forgotten_after(band, columns as usize).unwrap_or(0) as f64;
+            expected[2] += count * self.forgotten_after(band, columns).unwrap_or(0) as f64;
         }
         expected
     }

@@ -119,6 +119,11 @@ pub(crate) trait Effect: Sync {
         None
     }
 
+    /// Lists what is known of a plan before its run, beside its decisions.
+    fn notes(&self, _plan: &Plan) -> Vec<String> {
+        Vec::new()
+    }
+
     /// Notes in a plan what the user's cache holds for it.
     fn look_up(&self, _plan: &mut Plan) {}
 

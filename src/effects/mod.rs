@@ -9,7 +9,7 @@
 //! - [`resistance`]: rolling resistance by the power put in;
 //! - [`cells`]: area, pressure and force across of a contact of cells;
 //! - [`friction`]: tangential forces, moment and slip of a contact with friction;
-//! - [`tread_pattern`]: map of the tread's depths, and force by order of the revolution;
+//! - [`tread_pattern`]: map of the tread's depths, force and sound by order of the revolution;
 //! - [`vibration`]: velocities of belt and tread;
 //! - [`sound`]: pressures at the receivers, levels and files to listen to.
 
@@ -30,7 +30,7 @@ pub(crate) mod vibration;
 pub(crate) use channel::{Arrays, Channel, KeptArray};
 pub(crate) use effect::{Begin, ContactFacts, Effect, TyreModels};
 pub use error::RunError;
-pub(crate) use observer::{EffectObserver, End, Found, Observer, Step};
+pub(crate) use observer::{EffectObserver, End, Found, Observer, ReceiverOrders, Step};
 pub(crate) use section::{Block, Figure, GREY, LevelTable, ReportError, Section};
 
 /// All effects, in the order of their work.

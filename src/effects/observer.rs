@@ -93,8 +93,19 @@ pub(crate) struct Found {
     pub vibration: Option<VibrationSummary>,
     /// Sound at the receivers.
     pub sound: Option<SoundSummary>,
+    /// Pressures by order of the revolution, receiver by receiver, where a table has them.
+    pub pressures_by_order: Vec<ReceiverOrders>,
     /// Warnings that the user should act on.
     pub warnings: Vec<String>,
+}
+
+/// Pressures at a receiver by order of the revolution.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct ReceiverOrders {
+    /// Receiver, as files name it.
+    pub receiver: String,
+    /// By order, root mean square at the receiver's first point \[Pa\].
+    pub pressures: Vec<f64>,
 }
 
 /// Observer of the steps of one run: see [`Simulation::with`](crate::Simulation::with).

@@ -49,6 +49,8 @@ impl Plan {
         plan.check_rotation(loaded)?;
         plan.decisions.notes.extend(plan.outrun_tread());
         choices.extend(EFFECTS.iter().filter_map(|effect| effect.choice(&plan)));
+        let notes: Vec<String> = EFFECTS.iter().flat_map(|effect| effect.notes(&plan)).collect();
+        plan.decisions.notes.extend(notes);
         plan.choices = choices;
         if !scene.tyre.curvature && (scene.numerics.accuracy.is_some() || scene.numerics.preset.is_some()) {
             let note = format!(

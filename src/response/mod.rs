@@ -7,12 +7,14 @@
 //! - `third_octave`: the bands of the standard;
 //! - `slice_errors`: how far levels of contact over slices are off; `level_errors`: by all that is known;
 //! - `speed_exponent`: how a level grows with the speed;
+//! - `orders`: amplitudes by order of the revolution;
 //! - `lateral_forces`: forces on cells, resolved into lateral waves;
 //! - `vibration`: the tyre's velocities from the contact forces.
 
 pub(crate) mod accumulator;
 pub(crate) mod lateral_forces;
 pub(crate) mod level_errors;
+pub(crate) mod orders;
 pub(crate) mod pressure;
 pub(crate) mod slice_errors;
 pub(crate) mod spectrum;
@@ -24,6 +26,7 @@ pub use accumulator::SpectrumAccumulator;
 pub(crate) use accumulator::SpectrumState;
 pub(crate) use lateral_forces::LateralForces;
 pub(crate) use level_errors::LevelErrors;
+pub(crate) use orders::{Order, Orders};
 pub(crate) use slice_errors::SliceErrors;
 pub use spectrum::{BandLevel, PowerSpectrum, SpectrumError};
 pub(crate) use speed_exponent::SpeedExponent;

@@ -136,6 +136,30 @@ fn threads_change_no_bit_and_files_say_what_the_pattern_is() {
 }
 
 #[test]
+fn equal_pitches_are_heard_at_their_orders_and_the_orders_have_all_of_the_sound() {
+    let heard = "[[receiver]]\nname = \"beside it\"\nposition = [0.3, 0.6, 0.2]\n\
+                 [[receiver]]\nname = \"ahead\"\nposition = [1.0, 0.3, 0.2]\n\
+                 [radiation]\nfmax = 500.0\nnodes_per_wavelength = 5.0\nfrequency_tolerance = \"0.5 dB\"\n\
+                 audio = false\n";
+    let text = rolled(16.0, SMOOTH, "slices = \"winkler\"\ncells_across = 4", &laterals(32, MIDDLE, heard));
+    let results = run(&text);
+    let orders = std::fs::read_to_string(results.path("orders.csv")).unwrap();
+    let header = "order,frequency_hz,force_n,repeated_force_n,pressure_pa_beside-it,pressure_pa_ahead";
+    assert_eq!(orders.lines().next(), Some(header));
+    let rows: Vec<Vec<f64>> =
+        orders.lines().skip(1).map(|line| line.split(',').map(|value| value.parse().unwrap()).collect()).collect();
+    assert_eq!(rows.len(), 65);
+    for column in [4, 5] {
+        // Pitches pass at 365 Hz; above 500 Hz nothing radiates.
+        let line = rows[32][column];
+        let beside = rows[24..32].iter().chain(&rows[33..=40]).map(|row| row[column]).fold(0.0, f64::max);
+        println!("column {column}: {line:.2e} Pa, beside it {beside:.1e} Pa");
+        assert!(line > 30.0 * beside && beside > 0.0, "{column}: {line} Pa, beside it {beside} Pa");
+        assert!(rows[48..].iter().all(|row| row[column] < 1e-3 * line), "{column}: {rows:?}");
+    }
+}
+
+#[test]
 fn what_a_pattern_cannot_be_is_refused_with_its_place() {
     let refusal = |text: &str| {
         let planned = Scene::from_str(text, "scene.toml").and_then(|loaded| Plan::of(&loaded));
@@ -197,6 +221,16 @@ fn what_a_pattern_cannot_be_is_refused_with_its_place() {
         let told = refusal(&rolled(0.5, SMOOTH, CELLS, &pattern));
         assert!(told.contains(key) && told.contains(wrong), "{key}, {wrong}: {told}\n{pattern}");
     }
+    // Cells that hold the void are named, and fewer do not.
+    let off = groove(0.0, 0.045, 0.008);
+    let on = |across: usize| refusal(&rolled(0.5, SMOOTH, &format!("zone = \"cells\"\ncells_across = {across}"), &off));
+    let told = on(ACROSS);
+    let after = told.split("contact.cells_across = ").nth(1).unwrap_or_else(|| panic!("{told}"));
+    let digits: String = after.chars().take_while(char::is_ascii_digit).collect();
+    let enough: usize = digits.parse().unwrap();
+    assert!(enough > ACROSS && told.contains("numerics.elements = 128"), "{told}");
+    assert!((ACROSS..enough).all(|across| !on(across).is_empty()), "{told}");
+    assert_eq!(on(enough), "");
     // Slices by another law have no cells that could be left out.
     let slices = format!("[effects]\ntread_pattern = \"on\"\n{}", laterals(32, MIDDLE, ""));
     let told = refusal(&rolled(0.5, SMOOTH, "slices = \"half-space\"", &slices));

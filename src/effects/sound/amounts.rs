@@ -4,12 +4,13 @@ use super::open_patch::OpenAmounts;
 use super::planned::{SOUND_SEGMENT, Sound};
 use crate::counters::{Counter, Stage};
 use crate::numeric::transform_multiply_adds;
+use crate::plan::decisions::taken_pattern;
 use crate::plan::{Amounts, Expected, Place, Plan, Unit};
 
 use crate::radiation::SetUpCost;
-use crate::response::SpectrumAccumulator;
 use crate::response::pressure::{PressureStream, PressureTransfers};
 use crate::response::vibration::SegmentLayout;
+use crate::response::{Orders, SpectrumAccumulator};
 use crate::tyre::influence::{SurfaceWaves, TractionWaves};
 
 /// Memory of the sound's transfers over that of their numbers: what the allocator keeps of the files or equations that
@@ -71,6 +72,9 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
     amounts.hold("blocks of the sound", SOUND_RESERVE * blocks);
     let spectra = SpectrumAccumulator::bytes(plan.time_step, SOUND_SEGMENT);
     amounts.hold("spectra of the sound", points as f64 * spectra);
+    if taken_pattern(&plan.scene).is_some() {
+        amounts.hold("sound by order", sound.heard.len() as f64 * Orders::bytes(layout.elements * layout.substeps));
+    }
     let samples = PressureStream::samples(&layout, steps) as usize;
     let [kept, read] = sound.heard_samples(samples, plan.speed);
     amounts.add(Stage::Response, Unit::PassedSample, read, Place::BeforeOnAll);

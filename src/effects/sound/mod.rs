@@ -23,15 +23,15 @@ use serde::{Deserialize, Serialize};
 
 use super::effect::{Begin, Effect};
 use super::error::RunError;
-use super::observer::{EffectObserver, End, Found, Observer, Step};
+use super::observer::{EffectObserver, End, Found, Observer, ReceiverOrders, Step};
 use super::section::{Figure, LevelTable, ReportError, Section};
 use super::stored::Stored;
 use crate::counters::{Counter, Meter, Stage, Work};
-use crate::plan::decisions::Row;
+use crate::plan::decisions::{Row, taken_pattern};
 use crate::plan::{Amounts, Choice, Plan};
 use crate::response::pressure::{PressureState, PressureStream};
 use crate::response::vibration::SegmentLayout;
-use crate::response::{LateralForces, LevelErrors, SliceErrors, SpectrumAccumulator, SpectrumState};
+use crate::response::{LateralForces, LevelErrors, Orders, SliceErrors, SpectrumAccumulator, SpectrumState};
 use crate::results::files::ResultFiles;
 use crate::results::sound::{BodySummary, RatedLevel, ReceiverSpectrum, SOUND_FILE, SOUND_LEVEL, SoundError};
 use crate::scene::Zone;
@@ -58,6 +58,10 @@ impl Effect for SoundEffect {
 
     fn choice(&self, plan: &Plan) -> Option<Choice> {
         plan.radiating_waves()
+    }
+
+    fn notes(&self, plan: &Plan) -> Vec<String> {
+        open_patch::expected_resonances(plan).into_iter().collect()
     }
 
     fn look_up(&self, plan: &mut Plan) {
@@ -109,6 +113,8 @@ pub(crate) struct SoundObserver {
     spectra: Vec<SpectrumAccumulator>,
     /// By point, pressures over time as far as they are kept to be listened to.
     signals: Vec<KeptSignal>,
+    /// By receiver, pressures at its first point by order of the revolution; none without a tread pattern.
+    orders: Vec<Orders>,
     valid_to: f64,
     /// Errors of contact over slices, where they are known.
     slice_errors: Option<SliceErrors>,
@@ -162,6 +168,7 @@ struct SoundState {
     stream: PressureState,
     spectra: Vec<SpectrumState>,
     signals: Vec<KeptState>,
+    orders: Vec<Orders>,
 }
 
 impl SoundObserver {
@@ -196,8 +203,7 @@ impl SoundObserver {
                      {needed}; {taken} are followed"
                 ));
             }
-            let train = plan.tread_map().and_then(|map| map.train);
-            let passing = train.map(|train| train.count() as f64 * plan.speed / train.circumference);
+            let passing = open_patch::passing(plan);
             warnings.extend(passing.iter().flat_map(|&passing| grooves.near(passing)));
         }
         let kept = sound.kept_samples().min(samples as usize);
@@ -218,6 +224,8 @@ impl SoundObserver {
         let spectra = (0..points)
             .map(|_| SpectrumAccumulator::faded(samples as usize, plan.time_step, SOUND_SEGMENT, SOUND_FADE))
             .collect::<Result<_, _>>()?;
+        let steps = plan.scene.numerics.elements * plan.scene.numerics.substeps;
+        let receivers = if taken_pattern(&plan.scene).is_some() { sound.heard.len() } else { 0 };
         let over_cells = plan.decisions.zone == Zone::Cells;
         let lateral = over_cells.then(|| {
             let (grid, numbers) = (plan.cell_grid(), sound.lateral_numbers(&plan.decisions.tyre));
@@ -229,6 +237,7 @@ impl SoundObserver {
             stream: PressureStream::new(transfers, plan.steps - plan.warm_up_steps),
             spectra,
             signals,
+            orders: vec![Orders::new(steps); receivers],
             speed,
             valid_to: contact.sound_valid_to().min(sound.complete_to()),
             slice_errors: contact.slice_errors.clone(),
@@ -259,8 +268,14 @@ impl SoundObserver {
 
     /// Takes the pressures of the blocks that wait down.
     fn hear(&mut self) {
-        let Self { stream, signals, spectra, .. } = self;
+        let Self { sound, stream, signals, spectra, orders, .. } = self;
         stream.hear(|points, pressures| {
+            for (heard, orders) in sound.heard.iter().zip(orders.iter_mut()) {
+                if points.contains(&heard.points.start) {
+                    let first = heard.points.start - points.start;
+                    pressures.of(first, |block| block.iter().for_each(|&pressure| orders.push(pressure)));
+                }
+            }
             let each = signals[points.clone()].par_iter_mut().zip(&mut spectra[points]).enumerate();
             each.for_each(|(point, (signal, spectrum))| {
                 pressures.of(point, |block| {
@@ -298,17 +313,32 @@ impl EffectObserver for SoundObserver {
             stream: self.stream.save(),
             spectra: self.spectra.iter().map(SpectrumAccumulator::save).collect(),
             signals: self.signals.iter().map(KeptSignal::save).collect(),
+            orders: self.orders.clone(),
         })
     }
 
     fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        let SoundState { stream, spectra, signals } = state.take()?;
+        let SoundState { stream, spectra, signals, orders } = state.take()?;
         if spectra.len() != self.spectra.len() || signals.len() != self.signals.len() {
             return Err(StateError::Length { expected: self.signals.len(), found: signals.len() });
         }
+        let alike = orders.iter().zip(&self.orders).all(|(saved, here)| saved.is_like(here));
+        if orders.len() != self.orders.len() || !alike {
+            return Err(StateError::Value);
+        }
+        self.orders = orders;
         self.stream.restore(stream)?;
         self.signals.iter_mut().zip(signals).try_for_each(|(here, saved)| here.restore(saved))?;
         self.spectra.iter_mut().zip(spectra).try_for_each(|(here, saved)| here.restore(saved))
+    }
+
+    fn tell(&self, end: &End<'_>, found: &mut Found) {
+        let rate = self.speed / end.plan.scene.tyre.circumference;
+        let one = |(heard, orders): (&Heard, &Orders)| {
+            let pressures = orders.found(rate)?.into_iter().map(|order| order.all).collect();
+            Some(ReceiverOrders { receiver: heard.file.clone(), pressures })
+        };
+        found.pressures_by_order = self.sound.heard.iter().zip(&self.orders).filter_map(one).collect();
     }
 
     fn write(&self, end: &End<'_>, files: &dyn ResultFiles, found: &mut Found, _: &mut Meter) -> Result<(), RunError> {

@@ -1,9 +1,11 @@
 //! Air under the patch: the field in grooves that run round the tyre, in place of the zeros of G.
 
+use std::cmp::Ordering;
+
 use num_complex::{Complex32, Complex64};
 
 use super::planned::Sound;
-use crate::numeric::{in_parallel, lagrange, single};
+use crate::numeric::{double, in_parallel, lagrange, single};
 use crate::plan::Plan;
 use crate::radiation::gap::GapAir;
 use crate::radiation::gap::patch::{Channel, PatchSheet};
@@ -20,6 +22,11 @@ pub(super) const GAP_FILE: &str = "gap.csv";
 const HIGHEST: f64 = 1.0 / 6.0;
 /// Least distance between frequencies \[Hz\].
 const FINEST: f64 = 6.0;
+/// Frequencies between which grooves' resonances are looked for before a run \[Hz\], and how many are solved at first.
+const LOOKED_AT: [f64; 2] = [500.0, 2500.0];
+const FIRST_LOOK: usize = 9;
+/// Times that a parabola's peak is solved at.
+const REFINED: usize = 3;
 
 /// Grooves through the patch of a body.
 pub(super) struct OpenPatch<'a> {
@@ -39,6 +46,19 @@ pub(crate) struct GrooveFields {
     frequencies: Vec<f64>,
     /// |G| amid the groove by point, frequency and groove \[1/m\].
     amid: Vec<Vec<Vec<f64>>>,
+    /// |G| at the first point, where it is loudest amid a groove; none without a point.
+    pub(super) loudest: Option<UnderPatchLevels>,
+}
+
+/// Field under the patch at a frequency.
+#[derive(Clone, Debug)]
+pub(super) struct UnderPatchLevels {
+    /// \[Hz\].
+    pub(super) frequency: f64,
+    /// |G| by cell along, and of it by strip across \[1/m\].
+    pub(super) green: Vec<f64>,
+    /// Ends of the strips \[m\].
+    pub(super) ends: Vec<f64>,
 }
 
 /// Field at a frequency.
@@ -183,18 +203,49 @@ impl<'a> OpenPatch<'a> {
         Ok(self.opened(TransferSet::new(all), known, points))
     }
 
-    /// Sorts the fields by points.
-    fn opened(&self, set: TransferSet, known: Vec<Solved>, points: usize) -> Opened {
+    /// Finds the resonances of grooves between two frequencies \[Hz\], solving at few of them.
+    fn resonances(&self, [low, high]: [f64; 2]) -> Result<Vec<Option<Resonance>>, RadiationError> {
+        let part = |step: usize| step as f64 / (FIRST_LOOK - 1) as f64;
+        let mut wanted: Vec<f64> = (0..FIRST_LOOK).map(|step| low * (high / low).powf(part(step))).collect();
+        let mut known: Vec<Solved> = Vec::new();
+        for _ in 0..=REFINED {
+            let solved = in_parallel::map(&wanted, |&frequency| self.solve(frequency, &[]));
+            known.extend(solved.into_iter().collect::<Result<Vec<_>, _>>()?);
+            known.sort_by(|one, other| one.frequency.total_cmp(&other.frequency));
+            let is_new = |frequency: &f64| known.iter().all(|known| (known.frequency - frequency).abs() > 0.5 * FINEST);
+            wanted = self.found(&known).into_iter().flatten().map(|found| found.frequency).filter(is_new).collect();
+            wanted.sort_by(f64::total_cmp);
+            wanted.dedup_by(|next, one| *next - *one < FINEST);
+        }
+        Ok(self.found(&known))
+    }
+
+    /// Reads the resonances off the responses at rising frequencies, groove by groove.
+    fn found(&self, known: &[Solved]) -> Vec<Option<Resonance>> {
         let of = |groove: usize| {
             let response: Vec<(f64, f64)> =
                 known.iter().map(|solved| (solved.frequency, solved.responses[groove].norm())).collect();
             Resonance::of(&response)
         };
-        let resonances = (0..self.channels.len()).map(of).collect();
+        (0..self.channels.len()).map(of).collect()
+    }
+
+    /// Sorts the fields by points.
+    fn opened(&self, set: TransferSet, known: Vec<Solved>, points: usize) -> Opened {
+        let resonances = self.found(&known);
         let frequencies = known.iter().map(|solved| solved.frequency).collect();
         let ends = &self.sheet.sheet.y;
         let sealed = || UnderPatch { cells: self.sheet.cells, ends: ends.clone(), values: Vec::new() };
         let mut under: Vec<UnderPatch> = (0..points).map(|_| sealed()).collect();
+        let loudest = {
+            let level =
+                |solved: &Solved| solved.fields.first().map(|(amid, _)| amid.iter().copied().fold(0.0, f64::max));
+            let of = known.iter().max_by(|one, other| level(one).partial_cmp(&level(other)).unwrap_or(Ordering::Equal));
+            of.and_then(|solved| Some((solved.frequency, solved.fields.first()?))).map(|(frequency, (_, values))| {
+                let green = values.iter().map(|value| double(*value).norm()).collect();
+                UnderPatchLevels { frequency, green, ends: ends.clone() }
+            })
+        };
         let mut amid = vec![Vec::new(); points];
         for solved in known {
             for (point, (levels, values)) in solved.fields.into_iter().enumerate() {
@@ -202,17 +253,46 @@ impl<'a> OpenPatch<'a> {
                 under[point].values.push(values);
             }
         }
-        Opened { set, under, fields: GrooveFields { resonances, frequencies, amid } }
+        Opened { set, under, fields: GrooveFields { resonances, frequencies, amid, loudest } }
     }
+}
+
+/// Returns the frequency at which a plan's pitches pass \[Hz\]; `None` without pitches.
+pub(super) fn passing(plan: &Plan) -> Option<f64> {
+    let train = plan.tread_map().and_then(|map| map.train)?;
+    Some(train.count() as f64 * plan.speed / train.circumference)
+}
+
+/// Tells where the grooves of a plan resonate, by the gap equation over the expected patch, beside the frequency of its
+/// pitches; `None` of a sealed patch, or for a body or air that the run will refuse.
+pub(super) fn expected_resonances(plan: &Plan) -> Option<String> {
+    let sound = plan.sound().filter(|sound| !sound.channels.is_empty())?;
+    let body = plan.radiating_body(&sound.radiation, plan.expected().length).ok()?;
+    let air = Air::at(sound.radiation.temperature)?;
+    let open = OpenPatch::of(&sound, &body, &air)?;
+    let resonances = open.resonances([LOOKED_AT[0], LOOKED_AT[1].min(open.highest())]).ok()?;
+    let of = |(groove, found): (usize, &Option<Resonance>)| match found {
+        Some(Resonance { frequency, .. }) => {
+            format!("tread_pattern.grooves[{groove}] resonates near {frequency:.0} Hz")
+        }
+        None => format!("tread_pattern.grooves[{groove}] has no resonance that is looked for"),
+    };
+    let mut told: Vec<String> = resonances.iter().enumerate().map(of).collect();
+    told.extend(passing(plan).map(|passing| {
+        let is_near = resonances.iter().flatten().any(|found| found.is_near(passing));
+        format!("pitches pass at {passing:.0} Hz{}", if is_near { ", within 10 % of a resonance" } else { "" })
+    }));
+    let length = 2e3 * body.half_patch();
+    Some(format!("in a patch of {length:.0} mm {}", told.join(", ")))
 }
 
 impl GrooveFields {
     /// Lists grooves that resonate within a part of a frequency \[Hz\] that something passes at.
     pub(super) fn near(&self, passing: f64) -> Vec<String> {
         let one = |(groove, found): (usize, &Option<Resonance>)| {
-            let Resonance { frequency, .. } = (*found)?;
-            let is_near = (passing / frequency - 1.0).abs() <= NEAR;
-            is_near.then(|| {
+            let found = (*found)?;
+            let frequency = found.frequency;
+            found.is_near(passing).then(|| {
                 let resonates = format!("tread_pattern.grooves[{groove}] resonates at {frequency:.0} Hz");
                 format!("pitches pass at {passing:.0} Hz, and {resonates}")
             })
@@ -259,13 +339,9 @@ impl GrooveFields {
     }
 }
 
-/// Part of a groove's resonance within which what passes excites it.
-const NEAR: f64 = 0.1;
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::double;
     use crate::scene::{DEFAULT, Receiver, ReceiverPlace, Scene};
 
     #[test]
@@ -321,6 +397,11 @@ mod tests {
         // Pitches that pass there are told of.
         assert_eq!(opened.fields.near(1.05 * resonance.frequency).len(), 1);
         assert!(opened.fields.near(1.2 * resonance.frequency).is_empty());
+        // Few frequencies before the run find the same.
+        let clock = std::time::Instant::now();
+        let early = open.resonances([LOOKED_AT[0], LOOKED_AT[1].min(open.highest())]).unwrap()[0].unwrap();
+        println!("{early:?} after {:?}, in the run {resonance:?}", clock.elapsed());
+        assert!((early.frequency / resonance.frequency - 1.0).abs() < 0.01, "{early:?} {resonance:?}");
     }
 
     #[test]

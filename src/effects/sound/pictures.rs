@@ -1,10 +1,13 @@
 //! Pictures of a run's sound.
 
-use super::planned::Heard;
+use ndarray::Array2;
+
+use super::open_patch::UnderPatchLevels;
+use super::planned::{Heard, Sound};
 use crate::effects::error::RunError;
 use crate::response::{BandLevel, LevelErrors};
 use crate::results::files::ResultFiles;
-use crate::results::plots::{Axis, LinePlot, PolarPlot, Series, ThirdOctavePlot};
+use crate::results::plots::{Axis, LinePlot, PatchMap, PolarPlot, Series, ThirdOctavePlot};
 use crate::results::sound::{ReceiverSpectrum, SOUND_LEVEL};
 use crate::results::spectra::LOWEST_FREQUENCY;
 use crate::scene::LoadedScene;
@@ -34,6 +37,39 @@ pub(super) fn draw_levels(
         errors,
     };
     folder.write_text("sound_spectrum.svg", &plot.to_svg()?)?;
+    Ok(())
+}
+
+/// Rows across of a picture of the field under the patch.
+const ROWS: usize = 120;
+
+/// Draws |G| under the patch, as it is at the first point of a receiver; ribs in the patch have none.
+pub(super) fn draw_under_patch(
+    loaded: &LoadedScene,
+    receiver: &str,
+    levels: &UnderPatchLevels,
+    folder: &dyn ResultFiles,
+) -> Result<(), RunError> {
+    let UnderPatchLevels { frequency, green, ends } = levels;
+    let [first, .., last] = ends.as_slice() else { return Ok(()) };
+    let strips = ends.len() - 1;
+    let (along, dy) = (green.len() / strips, (last - first) / ROWS as f64);
+    let values = Array2::from_shape_fn((along, ROWS), |(cell, row)| {
+        let y = first + (row as f64 + 0.5) * dy;
+        let strip = ends.partition_point(|end| *end <= y).clamp(1, strips) - 1;
+        let value = green[cell * strips + strip];
+        if value > 0.0 { 20.0 * value.log10() } else { f64::NAN }
+    });
+    let dx = loaded.scene.tyre.circumference / Sound::GRID.around as f64;
+    let title = format!("Field under the patch for {receiver}, {frequency:.0} Hz: {}", loaded.title());
+    let map = PatchMap {
+        title: &title,
+        quantity: "|G| [dB re 1/m]",
+        values: values.view(),
+        first_position: (0.5 - 0.5 * along as f64) * dx,
+        size: [dx, dy],
+    };
+    folder.write_text("gap.svg", &map.to_svg()?)?;
     Ok(())
 }
 

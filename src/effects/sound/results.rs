@@ -8,7 +8,7 @@ use super::planned::{Heard, SOUND_FADE, SOUND_SEGMENT, Sound};
 use crate::effects::error::RunError;
 use crate::effects::sound::SoundObserver;
 use crate::effects::sound::passing::{HeardPassing, Passing};
-use crate::effects::sound::pictures::{draw_directivity, draw_levels, draw_pass_by};
+use crate::effects::sound::pictures::{draw_directivity, draw_levels, draw_pass_by, draw_under_patch};
 use crate::numeric::in_parallel;
 use crate::response::{BandLevel, LevelErrors, PowerSpectrum, SliceErrors, SpectrumAccumulator, ThirdOctaveBand};
 use crate::results::ResultsError;
@@ -45,6 +45,10 @@ impl SoundObserver {
         folder.write_text(SOUND_NARROW_FILE, &sound_narrow_csv(&spectra))?;
         if let Some(grooves) = &self.way.grooves {
             folder.write_text(GAP_FILE, &grooves.to_csv(&self.sound))?;
+            let drawn = grooves.loudest.as_ref().zip(self.sound.heard.first());
+            if let Some((levels, heard)) = drawn.filter(|_| loaded.scene.outputs.plots) {
+                draw_under_patch(loaded, &heard.name, levels, folder)?;
+            }
         }
         let (mut receivers, mut recordings) = (Vec::new(), Vec::new());
         for (heard, spectrum) in self.sound.heard.iter().zip(&spectra) {

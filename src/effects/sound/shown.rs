@@ -1,6 +1,6 @@
 //! Sound of a run on a page: levels at the receivers, sounds to play, spectra and pictures.
 
-use crate::effects::section::{Block, Figure, ReportError, levels, pictures_of};
+use crate::effects::section::{Block, Figure, ReportError, levels, pictures, pictures_of};
 use crate::effects::stored::Stored;
 use crate::results::sound::SOUND_LEVEL;
 use crate::sound::wav::rescaled;
@@ -39,6 +39,8 @@ pub(super) fn blocks(stored: &Stored, all: &[Stored]) -> Result<Vec<Block>, Repo
         blocks.push(Block::Sound { words, file: audio.file.clone(), bytes });
     }
     blocks.extend(levels(stored, SOUND_LEVEL, "Sound pressure at the receivers, A-weighted third octaves")?);
+    let under = "|G| under the patch at the frequency at which a groove has most: ribs are sealed.";
+    blocks.extend(pictures(stored, &[["gap.svg", under]])?);
     blocks.extend(pictures_of(stored, "pass_by_", "level while the tyre passes")?);
     blocks.extend(pictures_of(stored, "directivity_", "level over the angle from straight ahead")?);
     Ok(blocks)

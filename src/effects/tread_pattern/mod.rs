@@ -10,11 +10,11 @@ use super::stored::Stored;
 use crate::counters::Meter;
 use crate::plan::decisions::{taken_pattern, takes_depths, tread_map};
 use crate::plan::{Amounts, Decisions, Plan};
+use crate::response::Orders;
 use crate::results::files::ResultFiles;
 use crate::results::tread_pattern::{pattern_csv, pitch_spectrum, tread_picture};
 use crate::scene::{BlockModel, LoadedScene, Scene, SceneError, Switch, Zone};
 use crate::storage::state::{StateError, StateReader, StateWriter};
-use orders::Orders;
 
 /// Pattern of the tread.
 pub(crate) struct TreadPatternEffect;
@@ -102,20 +102,20 @@ impl EffectObserver for PatternObserver {
 
     fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
         let orders: Orders = state.take()?;
-        if orders.steps() != self.orders.steps() {
+        if !orders.is_like(&self.orders) {
             return Err(StateError::Value);
         }
         self.orders = orders;
         Ok(())
     }
 
-    fn write(&self, end: &End<'_>, files: &dyn ResultFiles, _: &mut Found, _: &mut Meter) -> Result<(), RunError> {
+    fn write(&self, end: &End<'_>, files: &dyn ResultFiles, found: &mut Found, _: &mut Meter) -> Result<(), RunError> {
         let Plan { scene, speed, .. } = end.plan;
         let Some(map) = end.plan.tread_map() else { return Ok(()) };
         files.write_text("pattern.csv", &pattern_csv(&map, *speed))?;
-        let found = self.orders.found(speed / scene.tyre.circumference);
-        if let Some(found) = &found {
-            files.write_text("orders.csv", &orders::to_csv(found))?;
+        let by_order = self.orders.found(speed / scene.tyre.circumference);
+        if let Some(by_order) = &by_order {
+            files.write_text("orders.csv", &orders::to_csv(by_order, &found.pressures_by_order))?;
         }
         if !scene.outputs.plots {
             return Ok(());
@@ -125,8 +125,8 @@ impl EffectObserver for PatternObserver {
         if let Some(train) = &map.train {
             files.write_text("pitch_spectrum.svg", &pitch_spectrum(train, *speed, &title)?)?;
         }
-        if let Some(found) = &found {
-            files.write_text("orders.svg", &orders::picture(found, &title)?)?;
+        if let Some(by_order) = &by_order {
+            files.write_text("orders.svg", &orders::picture(by_order, &title)?)?;
         }
         Ok(())
     }

@@ -9,7 +9,15 @@ pub(crate) struct Resonance {
     pub quality: f64,
 }
 
+/// Part of a resonance within which what passes excites it.
+const NEAR: f64 = 0.1;
+
 impl Resonance {
+    /// Tells whether what passes at a frequency \[Hz\] excites it.
+    pub(crate) fn is_near(&self, passing: f64) -> bool {
+        (passing / self.frequency - 1.0).abs() <= NEAR
+    }
+
     /// Finds the highest peak of magnitudes at rising frequencies \[Hz\]; `None` where it is at an end.
     ///
     /// One over the magnitude's square is a parabola about the resonance of a single mode; it is laid through the peak

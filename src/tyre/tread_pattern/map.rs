@@ -8,12 +8,16 @@ use super::PatternFault;
 use super::pitches::PitchTrain;
 use super::raster::Raster;
 use super::share::{Band, covered};
-use crate::scene::{Groove, LateralGroove, RasterPeriod, Scene, TreadPattern, short};
+use crate::scene::{Groove, LateralGroove, RasterPeriod, Scene, TreadPattern, Zone, short};
 
 /// Most pitches in parts of the cells round the tyre: a pitch has four cells at least.
 const CELLS_OF_PITCH: usize = 4;
 /// Part by which the share of void on cells may be off.
 const VOID_OFF: f64 = 0.05;
+/// Times the cells, round the tyre and at most across, that are tried for a share of void that is not off.
+const FINER: [usize; 3] = [1, 2, 4];
+/// Most cells that are tried.
+const TRIED: usize = 100;
 
 /// Cut between two cells that are no void, or none: 0.
 pub(crate) type Cut = u32;
@@ -60,6 +64,45 @@ impl TreadMap {
     /// # Errors
     /// [`PatternFault`]: what the cells cannot hold, or a file that is no raster.
     pub(crate) fn new(pattern: &TreadPattern, scene: &Scene, cells: TreadCells) -> Result<Self, PatternFault> {
+        let map = Self::laid(pattern, scene, cells)?;
+        let key = if pattern.file.is_some() {
+            "file"
+        } else if pattern.laterals.is_empty() {
+            "grooves"
+        } else {
+            "laterals"
+        };
+        map.check_columns(key)?;
+        if map.is_off() {
+            let [exact, on_cells] = [map.exact_void, map.void()].map(|share| format!("{:.1} %", 100.0 * share));
+            let wrong = format!("{exact} are void, on cells {on_cells}: 5 % of the void may be missed");
+            return Err(PatternFault::new(key, wrong, Self::right_cells(pattern, scene, cells)));
+        }
+        Ok(map)
+    }
+
+    /// Returns in words the fewest finer cells on which the share of void is not off.
+    fn right_cells(pattern: &TreadPattern, scene: &Scene, cells: TreadCells) -> String {
+        let most = cells.across * FINER[FINER.len() - 1];
+        let finer = FINER.map(|times| {
+            let columns = cells.columns * times;
+            (cells.across..=most).map(move |across| TreadCells { columns, across })
+        });
+        let mut finer: Vec<TreadCells> = finer.into_iter().flatten().collect();
+        finer.sort_by_key(|cells| cells.columns * cells.across);
+        let holds = |cells: &TreadCells| Self::laid(pattern, scene, *cells).is_ok_and(|map| !map.is_off());
+        let Some(TreadCells { columns, across }) = finer.into_iter().take(TRIED).find(holds) else {
+            return "finer cells, or grooves of whole cells".to_owned();
+        };
+        let round = match scene.contact.zone {
+            Zone::Cells => format!("numerics.elements = {columns}"),
+            Zone::Slices => format!("numerics.elements times contact.cells_along = {columns}"),
+        };
+        format!("contact.cells_across = {across} with {round}, or grooves of whole cells")
+    }
+
+    /// Lays a scene's pattern over cells, whatever its share of void is there.
+    fn laid(pattern: &TreadPattern, scene: &Scene, cells: TreadCells) -> Result<Self, PatternFault> {
         let TreadCells { columns, across } = cells;
         let (around, width) = (scene.tyre.circumference, scene.tyre.contact_width);
         let train = pattern.pitches.as_ref().map(|pitches| PitchTrain::new(pitches, around));
@@ -84,7 +127,6 @@ impl TreadMap {
             Some(file) => map.lay(Raster::read(file, pattern.depth)?, pattern.period)?,
             None => map.cut(pattern)?,
         }
-        map.check(pattern)?;
         Ok(map)
     }
 
@@ -269,26 +311,18 @@ impl TreadMap {
         }
     }
 
-    /// Refuses what the cells do not hold.
-    fn check(&self, pattern: &TreadPattern) -> Result<(), PatternFault> {
-        let key = if pattern.file.is_some() {
-            "file"
-        } else if pattern.laterals.is_empty() {
-            "grooves"
-        } else {
-            "laterals"
-        };
+    /// Tells whether the share of void on cells misses that of the grooves.
+    fn is_off(&self) -> bool {
+        (self.void() - self.exact_void).abs() > VOID_OFF * self.exact_void
+    }
+
+    /// Refuses columns without a solid cell.
+    fn check_columns(&self, key: &str) -> Result<(), PatternFault> {
         let is_void = |column: &[f64]| column.iter().all(|depth| *depth > 0.0);
         if let Some(column) = self.depths.chunks_exact(self.across).position(is_void) {
             let wrong =
                 format!("no cell of column {column}, {:.1} mm along, is solid", 1e3 * self.size[0] * column as f64);
             return Err(PatternFault::new(key, wrong, "leave some of the tread in each column across"));
-        }
-        let (on_cells, exact) = (self.void(), self.exact_void);
-        if (on_cells - exact).abs() > VOID_OFF * exact {
-            let wrong = format!("{:.1} % are void, on cells {:.1} %", 100.0 * exact, 100.0 * on_cells);
-            let right = "finer cells, or grooves of whole cells: 5 % of the void may be missed";
-            return Err(PatternFault::new(key, wrong, right));
         }
         Ok(())
     }

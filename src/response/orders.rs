@@ -1,5 +1,5 @@
-//! Amplitudes by order k of the revolution: k V/L in frequency. A segment is one revolution, so that what turns with the
-//! tyre falls on whole orders and a window is not needed.
+//! Amplitudes by order k of the revolution: k V/L in frequency. A segment is one revolution, so that what turns with
+//! the tyre falls on whole orders and a window is not needed.
 
 use num_complex::Complex64;
 use rustfft::FftPlanner;

@@ -7,7 +7,7 @@ use tyrewave::contact::cells::{CellSearch, InstantCells};
 use tyrewave::plan::Plan;
 use tyrewave::run::Simulation;
 use tyrewave::scene::{LoadedScene, Scene};
-use tyrewave::test_models::{scene, scene_text};
+use tyrewave::test_models::{edit, scene, scene_text};
 use tyrewave::tyre::influence::{CellGrid, CellInfluence, CellSums, CellTruncation};
 use tyrewave::tyre::tread_pattern::blocks::{Blocks, NO_BLOCK};
 
@@ -155,7 +155,8 @@ fn equal_pitches_are_heard_at_their_orders_and_the_orders_have_all_of_the_sound(
         let beside = rows[24..32].iter().chain(&rows[33..=40]).map(|row| row[column]).fold(0.0, f64::max);
         println!("column {column}: {line:.2e} Pa, beside it {beside:.1e} Pa");
         assert!(line > 30.0 * beside && beside > 0.0, "{column}: {line} Pa, beside it {beside} Pa");
-        assert!(rows[48..].iter().all(|row| row[column] < 1e-3 * line), "{column}: {rows:?}");
+        // Beyond, there is the leak of the first revolutions, in which the tyre comes down on the road.
+        assert!(rows[48..].iter().all(|row| row[column] < 1e-2 * line), "{column}: {rows:?}");
     }
 }
 
@@ -223,14 +224,17 @@ fn what_a_pattern_cannot_be_is_refused_with_its_place() {
     }
     // Cells that hold the void are named, and fewer do not.
     let off = groove(0.0, 0.045, 0.008);
-    let on = |across: usize| refusal(&rolled(0.5, SMOOTH, &format!("zone = \"cells\"\ncells_across = {across}"), &off));
+    let on = |across: usize| {
+        let contact = format!("zone = \"cells\"\ncells_across = {across}");
+        refusal(&edit(&rolled(0.5, SMOOTH, &contact, &off), &[("numerics.lateral_terms", "64")]))
+    };
     let told = on(ACROSS);
     let after = told.split("contact.cells_across = ").nth(1).unwrap_or_else(|| panic!("{told}"));
     let digits: String = after.chars().take_while(char::is_ascii_digit).collect();
     let enough: usize = digits.parse().unwrap();
     assert!(enough > ACROSS && told.contains("numerics.elements = 128"), "{told}");
-    assert!((ACROSS..enough).all(|across| !on(across).is_empty()), "{told}");
-    assert_eq!(on(enough), "");
+    assert!((ACROSS..enough).all(|across| on(across).contains("% are void")), "{told}");
+    assert!(!on(enough).contains("void"), "{}", on(enough));
     // Slices by another law have no cells that could be left out.
     let slices = format!("[effects]\ntread_pattern = \"on\"\n{}", laterals(32, MIDDLE, ""));
     let told = refusal(&rolled(0.5, SMOOTH, "slices = \"half-space\"", &slices));

@@ -285,3 +285,25 @@ fn the_sheet_of_a_welded_tyre_has_the_field_of_boundary_elements() {
         assert!(off < 1.0, "{frequency} Hz: {off} dB");
     }
 }
+
+#[test]
+fn a_groove_of_no_depth_lets_nothing_through_and_leaves_the_field_beside_it() {
+    let body = tyre(0.108);
+    let frequency = 1000.0;
+    let (transfers, wavenumber) = (transfers(&body, frequency), TAU * frequency / AIR.sound_speed);
+    let solve = |depth: f64| {
+        let patch = sheet_of(0.108, &[Channel { position: 0.0, width: 0.012, depth }]);
+        let fields = patch.factorise(&AIR, wavenumber).unwrap().solve(&transfers);
+        (patch, fields)
+    };
+    let [(patch, open), (_, closed), (_, none)] = [0.008, 1e-7, 0.0].map(solve);
+    for ((open, closed), none) in open.iter().zip(&closed).zip(&none) {
+        let largest = none.iter().map(|value| value.norm()).fold(0.0, f64::max);
+        let [amid_open, amid_closed] = [open, closed].map(|field| patch.amid(field, 0.0).norm());
+        assert!(amid_open > largest && amid_closed < 1e-12 * largest, "{amid_open} {amid_closed:e} {largest}");
+        let beside = closed.iter().zip(none).filter(|(_, none)| none.norm() > 0.0);
+        let off = beside.map(|(closed, none)| (closed - none).norm()).fold(0.0, f64::max);
+        println!("open {amid_open:.3}, closed {amid_closed:.1e}, largest of none {largest:.3} 1/m, off by {off:.1e}");
+        assert!(off < 1e-3 * largest, "{off:e} of {largest:e}");
+    }
+}

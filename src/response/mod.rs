@@ -8,7 +8,7 @@
 //! - `slice_errors`: how far levels of contact over slices are off; `level_errors`: by all that is known;
 //! - `speed_exponent`: how a level grows with the speed;
 //! - `orders`: amplitudes by order of the revolution;
-//! - `lateral_forces`: forces on cells, resolved into lateral waves;
+//! - `lateral_forces`: forces on cells, resolved into lateral waves; `squeezed_volumes`: what they press out of blocks;
 //! - `vibration`: the tyre's velocities from the contact forces.
 
 pub(crate) mod accumulator;
@@ -19,6 +19,7 @@ pub(crate) mod pressure;
 pub(crate) mod slice_errors;
 pub(crate) mod spectrum;
 pub(crate) mod speed_exponent;
+pub(crate) mod squeezed_volumes;
 pub(crate) mod third_octave;
 pub(crate) mod vibration;
 
@@ -30,4 +31,5 @@ pub(crate) use orders::{Order, Orders};
 pub(crate) use slice_errors::SliceErrors;
 pub use spectrum::{BandLevel, PowerSpectrum, SpectrumError};
 pub(crate) use speed_exponent::SpeedExponent;
+pub(crate) use squeezed_volumes::SqueezedVolumes;
 pub use third_octave::ThirdOctaveBand;

@@ -24,28 +24,50 @@ pub struct ReceiverSpectrum {
     pub name: String,
     /// Pressures \[Pa^2\].
     pub spectrum: PowerSpectrum,
+    /// Parts of these pressures, where blocks are heard that press air out of voids.
+    pub parts: Option<SoundParts>,
     /// How far off its levels may be.
     pub error: SoundError,
 }
 
+/// Spectra of the two parts of a pressure, each as if it were alone \[Pa^2\]. They are in step with each other: the
+/// spectrum of their sum is not the sum of theirs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SoundParts {
+    /// By the vibration of the tyre.
+    pub vibration: PowerSpectrum,
+    /// By the squeeze of blocks.
+    pub squeeze: PowerSpectrum,
+}
+
 /// Returns the third-octave levels: nominal and exact mid-frequency \[Hz\], level \[dB re 20 uPa\], A-weighted level
 /// \[dB(A)\], 1 where the run vouches for it and 0 beyond, how far off the level may be there by the numerical solution
-/// and the sound's way, and by slices; empty where that is not known \[dB\].
+/// and the sound's way, and by slices; empty where that is not known \[dB\]. Where there are parts, their levels
+/// follow.
 pub(crate) fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, slices: Option<&SliceErrors>) -> String {
-    let header = "receiver,nominal_hz,mid_frequency_hz,level_db_re_20upa,level_db_a,valid,error_db,slice_error_db";
-    let rows = spectra.iter().flat_map(|ReceiverSpectrum { name, spectrum, error }| {
+    const HEADER: &str =
+        "receiver,nominal_hz,mid_frequency_hz,level_db_re_20upa,level_db_a,valid,error_db,slice_error_db";
+    const PARTS: &str = "vibration_db_re_20upa,squeeze_db_re_20upa";
+    let third_octaves = |spectrum| SoundLevels::of(spectrum, lowest..f64::INFINITY).third_octaves;
+    let rows = spectra.iter().flat_map(|ReceiverSpectrum { name, spectrum, parts, error }| {
         let levels = SoundLevels::of(spectrum, lowest..f64::INFINITY);
-        let bands = levels.third_octaves.into_iter().zip(levels.a_weighted);
-        bands.map(move |(plain, weighted)| {
+        let parts = parts.as_ref().map(|parts| [&parts.vibration, &parts.squeeze].map(third_octaves));
+        let bands = levels.third_octaves.into_iter().zip(levels.a_weighted).enumerate();
+        bands.map(move |(index, (plain, weighted))| {
             let band = plain.band;
             let valid = f64::from(u8::from(plain.valid));
             let [nominal, middle] = [band.nominal_frequency(), band.mid_frequency()];
             let error = optional(error.of_band(middle).filter(|_| plain.valid));
             let by_slices = optional(slices.and_then(|slices| slices.sound(band)));
-            row([name, &nominal, &middle, &plain.level, &weighted.level, &valid, &error, &by_slices])
+            let own = row([name, &nominal, &middle, &plain.level, &weighted.level, &valid, &error, &by_slices]);
+            match &parts {
+                None => own,
+                Some([vibration, squeeze]) => [own, row([&vibration[index].level, &squeeze[index].level])].concat(),
+            }
         })
     });
-    csv(header.split(','), rows)
+    let has_parts = spectra.iter().any(|spectrum| spectrum.parts.is_some());
+    csv(HEADER.split(',').chain(PARTS.split(',').filter(|_| has_parts)), rows)
 }
 
 /// Returns the narrow-band spectra: frequency \[Hz\] and power spectral density \[Pa^2/Hz\].
@@ -156,6 +178,12 @@ pub struct ReceiverSummary {
     pub level: f64,
     /// The same, A-weighted \[dB(A)\].
     pub level_a: f64,
+    /// The same by the tyre's vibration alone \[dB(A)\], where the squeeze of blocks is heard beside it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub vibration_level_a: Option<f64>,
+    /// The same by the squeeze of blocks alone \[dB(A)\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub squeeze_level_a: Option<f64>,
     /// How far off that may be \[dB(A)\]: [`SoundError::level_a`], and the largest error by slices of its bands.
     pub level_a_error: f64,
     /// The bands of both levels, of the pass-by and of the files to listen to; absent where the run vouches for none.
@@ -242,6 +270,11 @@ impl ReceiverSummary {
             if let Some(doubt) = bands.doubt() {
                 text.push_str(&format!(" ({doubt})"));
             }
+        }
+        if let Some((vibration, squeeze)) = self.vibration_level_a.zip(self.squeeze_level_a) {
+            text.push_str(&format!(
+                ", vibration alone {vibration:.1} dB(A), squeeze of blocks alone {squeeze:.1} dB(A)"
+            ));
         }
         if let Some(tyres) = self.tyres {
             text.push_str(&format!(", {tyres} tyres"));

@@ -2,14 +2,19 @@
 
 use super::problem::Problem;
 use super::table::Table;
-use super::{AirPumping, PatchAir, RadiationQuality, Scene, Switch, Tread};
+use super::{AirPumping, BlockModel, PatchAir, RadiationQuality, Scene, Switch, Tread, Zone};
 
 /// Complains about ways of the air that the scene cannot have; `None` then.
 pub(super) fn check(scene: &Scene, table: &Table<'_>) -> Option<()> {
     let complain =
         |key: &str, wrong: &str, right: &str| table.complain::<()>(key, Problem::new(wrong.to_owned(), right));
-    let is_open = matches!(&scene.air_pumping, Some(AirPumping { patch }) if *patch != PatchAir::Sealed);
+    let is_open = matches!(&scene.air_pumping, Some(AirPumping { patch, .. }) if *patch != PatchAir::Sealed);
+    let squeezes = scene.air_pumping.as_ref().is_some_and(|pumping| pumping.squeeze);
     if !is_open {
+        if squeezes && scene.effects.air_pumping != Switch::Off {
+            let wrong = "the patch is sealed: nothing that blocks press out of it is heard";
+            return complain("air_pumping.squeeze", wrong, "add patch = \"grooves\", or leave this out");
+        }
         if scene.effects.air_pumping == Switch::On {
             let right = "\"auto\" or \"off\", or a table [air_pumping] with patch = \"grooves\"";
             return complain("effects.air_pumping", "there is no [air_pumping] that opens the patch", right);
@@ -30,6 +35,8 @@ pub(super) fn check(scene: &Scene, table: &Table<'_>) -> Option<()> {
         Some(pattern) if pattern.file.is_some() => Some("a raster does not tell which of its voids run round the tyre"),
         _ => Some("there are no grooves that run round the tyre"),
     };
+    let are_compliant = pattern.is_some_and(|pattern| pattern.blocks == BlockModel::Compliant);
+    let compliant = "tread_pattern.blocks = \"compliant\", or leave this out";
     let springs = "springs keep no volume: the air under them would be moved by what the tread is not";
     let refused = [
         (missing.is_some(), "air_pumping.patch", missing.unwrap_or_default(), "give tread_pattern.grooves"),
@@ -45,6 +52,18 @@ pub(super) fn check(scene: &Scene, table: &Table<'_>) -> Option<()> {
             "radiation.quality",
             "a draft knows no field at the grooves' mouths",
             "\"full\", or leave [air_pumping] out",
+        ),
+        (
+            squeezes && scene.contact.zone != Zone::Cells,
+            "air_pumping.squeeze",
+            "slices have no blocks that yield",
+            "contact.zone = \"cells\", or leave this out",
+        ),
+        (
+            squeezes && !are_compliant,
+            "air_pumping.squeeze",
+            "blocks as stiff as an uncut tread press nothing out",
+            compliant,
         ),
     ];
     let mut fits = Some(());

@@ -167,6 +167,7 @@ impl Radiator {
             air: self.motion,
             highest: f64::INFINITY,
             delays: Vec::new(),
+            strips: None,
         }
     }
 

@@ -1,13 +1,16 @@
 //! Air under the contact patch: what grooves change, what they leave as it was, what is refused.
 
 use std::fs;
+use std::sync::atomic::{AtomicBool, Ordering};
 
+use tyrewave::counters::{Progress, Watch};
 use tyrewave::plan::Plan;
-use tyrewave::run::Simulation;
-use tyrewave::scene::Scene;
+use tyrewave::planning::rows;
+use tyrewave::run::{RunOptions, Simulation, Unwatched, resume};
+use tyrewave::scene::{LoadedScene, Scene};
 use tyrewave::test_models::{edit, scene, scene_text};
 
-use crate::suite::common::run;
+use crate::suite::common::{Results, run};
 
 const ELEMENTS: usize = 128;
 const SPEED: f64 = 80.0 / 3.6;
@@ -22,6 +25,8 @@ const HEARD: &str = "[[receiver]]\nname = \"beside\"\nposition = [0.3, 0.6, 0.2]
                      audio = false\n";
 const DRAFT: &str = "[[receiver]]\nposition = [0.3, 0.6, 0.2]\n[radiation]\nquality = \"draft\"\nfmax = 500.0\n";
 const OPEN: &str = "[air_pumping]\npatch = \"grooves\"\n";
+const CELLS: &str = "zone = \"cells\"\ncells_across = 4";
+const SQUEEZED: &str = "squeeze = true\n";
 
 /// A scene of so many revolutions, with the keys of its contact and other tables after them.
 fn rolled(revolutions: f64, contact: &str, more: &str) -> String {
@@ -42,7 +47,7 @@ const SOUND: [&str; 2] = ["sound.csv", "sound_narrow.csv"];
 fn grooves_are_heard_on_any_number_of_threads_and_a_sealed_patch_is_the_one_without_a_table() {
     let of = |more: &str| run(&rolled(8.0, SLICES, &format!("{GROOVE}{HEARD}{more}")));
     let without = of("");
-    let bytes = |results: &crate::suite::common::Results| SOUND.map(|name| fs::read(results.path(name)).unwrap());
+    let bytes = |results: &Results| SOUND.map(|name| fs::read(results.path(name)).unwrap());
     let off = format!("{OPEN}[effects]\nair_pumping = \"off\"\n");
     for more in ["[air_pumping]\n", "[air_pumping]\npatch = \"sealed\"\n", &off] {
         let sealed = of(more);
@@ -52,13 +57,12 @@ fn grooves_are_heard_on_any_number_of_threads_and_a_sealed_patch_is_the_one_with
         |threads: usize| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| of(OPEN));
     let (one, two) = (on(1), on(2));
     assert!(bytes(&one) == bytes(&two), "threads");
-    let gap = |results: &crate::suite::common::Results| fs::read_to_string(results.path("gap.csv")).unwrap();
+    let gap = |results: &Results| fs::read_to_string(results.path("gap.csv")).unwrap();
     assert_eq!(gap(&one), gap(&two));
     // The forces are the same.
-    let force = |results: &crate::suite::common::Results| fs::read(results.path("total_force.npy")).unwrap();
+    let force = |results: &Results| fs::read(results.path("total_force.npy")).unwrap();
     assert!(force(&one) == force(&without));
-    let level =
-        |results: &crate::suite::common::Results| results.summary()["sound"]["receivers"][0]["level"].as_f64().unwrap();
+    let level = |results: &Results| results.summary()["sound"]["receivers"][0]["level"].as_f64().unwrap();
     let (sealed, open) = (level(&without), level(&one));
     println!("sealed {sealed:.2} dB, open {open:.2} dB");
     assert!((sealed - open).abs() > 0.01, "{sealed} {open} dB");
@@ -70,6 +74,97 @@ fn grooves_are_heard_on_any_number_of_threads_and_a_sealed_patch_is_the_one_with
     assert!(rows.len() >= 5 && rows.iter().all(|row| row[8].parse::<f64>().unwrap() > 0.0), "{table}");
     // Up to 500 Hz it has no peak.
     assert!(rows.iter().all(|row| row[0] == "0" && row[4].is_empty() && row[6] == "beside"), "{table}");
+}
+
+/// Bytes of the tables of the sound.
+fn sound(results: &Results) -> [Vec<u8>; 2] {
+    SOUND.map(|name| fs::read(results.path(name)).unwrap())
+}
+
+/// Interruption once so many steps are done.
+struct After<'a>(u64, &'a AtomicBool);
+
+impl Progress for After<'_> {
+    fn step(&mut self, done: u64) {
+        self.1.fetch_or(done >= self.0, Ordering::Relaxed);
+    }
+}
+
+#[test]
+fn squeezed_blocks_are_heard_beside_the_vibration_on_any_threads_and_after_a_stop_and_nothing_is_else() {
+    let text = |more: &str| rolled(8.0, CELLS, &format!("{GROOVE}{HEARD}{more}"));
+    let of = |more: &str| run(&text(more));
+    let squeezed = format!("{OPEN}{SQUEEZED}");
+    // Where it is off nothing is as if there were no key.
+    let open = of(OPEN);
+    let without = of(&format!("{OPEN}squeeze = false\n"));
+    assert!(sound(&open) == sound(&without), "squeeze = false");
+    let sealed = of("");
+    assert!(sound(&sealed) == sound(&of(&format!("{squeezed}[effects]\nair_pumping = \"off\"\n"))), "off");
+    let on = |threads: usize| {
+        rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| of(&squeezed))
+    };
+    let (one, two) = (on(1), on(2));
+    assert!(sound(&one) == sound(&two), "threads");
+    // Stopped while its second block of forces is taken in, and gone on with.
+    let folder = tempfile::tempdir().unwrap();
+    let (target, stop) = (folder.path().join("run"), AtomicBool::new(false));
+    let options = RunOptions { target: target.clone(), threads: 1, watch: Watch::default() };
+    let stopped = tyrewave::run::run(&scene(&text(&squeezed)), &options, &stop, &mut After(900, &stop));
+    assert!(stopped.is_err() && !target.exists());
+    resume(&target, 1, Watch::default(), &AtomicBool::new(false), &mut Unwatched).unwrap();
+    assert!(SOUND.map(|name| fs::read(target.join(name)).unwrap()) == sound(&one), "resumed");
+    // The forces are the same, and the vibration's part is all there was.
+    let force = |results: &Results| fs::read(results.path("total_force.npy")).unwrap();
+    assert!(force(&one) == force(&open));
+    let table = |results: &Results| -> Vec<Vec<String>> {
+        let text = fs::read_to_string(results.path("sound.csv")).unwrap();
+        text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect()
+    };
+    let (open, one_table) = (table(&open), table(&one));
+    assert_eq!(one_table[0][..8], open[0]);
+    assert_eq!(one_table[0][8..], ["vibration_db_re_20upa", "squeeze_db_re_20upa"]);
+    let mut apart = 0.0_f64;
+    for (row, before) in one_table[1..].iter().zip(&open[1..]) {
+        assert_eq!(row[8], before[3], "vibration");
+        let [sum, vibration, squeeze] =
+            [3, 8, 9].map(|column| 10.0_f64.powf(row[column].parse::<f64>().unwrap() / 20.0));
+        // Pressures add up, not their squares.
+        let most = vibration + squeeze;
+        assert!(sum < most * (1.0 + 1e-6) && sum > (vibration - squeeze).abs() * (1.0 - 1e-6), "{row:?}");
+        apart = apart.max((20.0 * (sum / vibration.hypot(squeeze)).log10()).abs());
+        println!("{}: sum {} dB, vibration {} dB, squeeze {} dB", row[1], row[3], row[8], row[9]);
+    }
+    println!("levels are up to {apart:.2} dB off a sum of powers");
+    assert!(one_table.len() > 5 && apart > 0.02, "{apart}");
+    let receiver = &one.summary()["sound"]["receivers"][0];
+    let level = |key: &str| receiver[key].as_f64().unwrap();
+    assert!(level("squeeze_level_a") < level("vibration_level_a") + 20.0 && level("squeeze_level_a") > 0.0);
+    assert!(sealed.summary()["sound"]["receivers"][0]["squeeze_level_a"].is_null());
+}
+
+#[test]
+fn what_the_squeeze_needs_takes_it_with_it_where_it_is_switched_off() {
+    let loaded = scene(&rolled(8.0, CELLS, &format!("{GROOVE}{HEARD}{OPEN}{SQUEEZED}")));
+    let squeezes = |plan: &Plan| {
+        let row = plan.decisions.rows.iter().find(|row| row.effect == "squeeze of blocks").unwrap();
+        println!("{}: {} ({})", row.on, row.form, row.reason);
+        row.on
+    };
+    assert!(squeezes(&Plan::of(&loaded).unwrap()));
+    let mut seen = 0;
+    for title in ["squeeze of blocks", "tread blocks", "tread pattern", "contact in three dimensions"] {
+        for row in rows().filter(|row| row.title == title) {
+            let mut without = loaded.scene.clone();
+            row.switch.unwrap()(&mut without, false);
+            let planned = LoadedScene::from_scene(&without, "scene").and_then(|loaded| Plan::of(&loaded));
+            let plan = planned.unwrap_or_else(|error| panic!("{title}: {error}"));
+            assert!(!squeezes(&plan), "{title}");
+            assert!(!plan.sound().unwrap().squeezes, "{title}");
+            seen += 1;
+        }
+    }
+    assert_eq!(seen, 4);
 }
 
 #[test]
@@ -86,7 +181,15 @@ fn ways_of_the_air_that_a_scene_cannot_have_are_refused_with_their_places() {
         (SLICES, format!("{GROOVE}{DRAFT}{OPEN}"), "radiation.quality", "mouths"),
         ("slices = \"winkler\"\ncells_across = 4\ntread = \"uncoupled\"", heard(""), "contact.tread", "no volume"),
         (SLICES, format!("{GROOVE}{HEARD}[air_pumping]\npatch = \"voids\"\n"), "air_pumping.patch", "voids"),
-        (SLICES, format!("{GROOVE}{HEARD}[air_pumping]\nsqueeze = true\n"), "air_pumping.squeeze", "not a key"),
+        (SLICES, format!("{GROOVE}{HEARD}[air_pumping]\nsqueeze = true\n"), "air_pumping.squeeze", "sealed"),
+        (SLICES, heard("") + SQUEEZED, "air_pumping.squeeze", "slices have no blocks"),
+        (
+            CELLS,
+            format!("{GROOVE}blocks = \"continuum\"\n{HEARD}{OPEN}{SQUEEZED}"),
+            "air_pumping.squeeze",
+            "press nothing out",
+        ),
+        (CELLS, heard("").replace("depth = 0.008", "depth = 0.003") + SQUEEZED, "air_pumping.squeeze", "a third"),
         (SLICES, "[effects]\nair_pumping = \"on\"\n".to_owned(), "effects.air_pumping", "no [air_pumping]"),
     ];
     for (contact, more, key, wrong) in cases {
@@ -95,6 +198,7 @@ fn ways_of_the_air_that_a_scene_cannot_have_are_refused_with_their_places() {
         assert!(is_named && told.contains(wrong), "{key}, {wrong}: {told}\n{more}");
     }
     assert_eq!(refusal(&rolled(8.0, SLICES, &heard(""))), "");
+    assert_eq!(refusal(&rolled(8.0, CELLS, &(heard("") + SQUEEZED))), "");
     // Known once the patch is: where the sheet ends the gap is 19 mm high.
     let changes = [("radiation.fmax", "4000.0"), ("numerics.elements", "1024")];
     let high = edit(&rolled(8.0, SLICES, &heard("patch_length = 0.12")), &changes);

@@ -2,6 +2,7 @@
 
 use super::open_patch::OpenAmounts;
 use super::planned::{SOUND_SEGMENT, Sound};
+use super::squeeze::{self, PARTS, found_blocks};
 use crate::counters::{Counter, Stage};
 use crate::numeric::transform_multiply_adds;
 use crate::plan::decisions::taken_pattern;
@@ -10,7 +11,7 @@ use crate::plan::{Amounts, Expected, Place, Plan, Unit};
 use crate::radiation::SetUpCost;
 use crate::response::pressure::{PressureStream, PressureTransfers};
 use crate::response::vibration::SegmentLayout;
-use crate::response::{Orders, SpectrumAccumulator};
+use crate::response::{Orders, SpectrumAccumulator, SqueezedVolumes};
 use crate::tyre::influence::{SurfaceWaves, TractionWaves};
 
 /// Memory of the sound's transfers over that of their numbers: what the allocator keeps of the files or equations that
@@ -56,22 +57,15 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
         amounts.add(Stage::Radiation, Unit::Evaluation, ways * TRACTION_WAVE * waves, Place::BeforeOnAll);
     }
     let layout = SegmentLayout { columns: columns as usize, ..sound.layout };
-    let bins = (sound.radiation.fmax / layout.resolution()).ceil() as usize;
-    let points = sound.points();
+    add_stream(amounts, plan, sound, &layout, sound.integrals());
+    let found = sound.squeezes.then(|| found_blocks(&plan.scene, &plan.decisions)).flatten();
+    if let Some(squeeze) = found {
+        let layout = squeeze::layout(&layout, &squeeze, SqueezedVolumes::margin(&squeeze, layout.columns));
+        add_stream(amounts, plan, sound, &layout, squeeze.across);
+        amounts.hold("spectra of the sound's parts", (PARTS * sound.points()) as f64 * spectrum_bytes(plan));
+    }
+    amounts.hold("spectra of the sound", sound.points() as f64 * spectrum_bytes(plan));
     let steps = plan.steps - plan.warm_up_steps;
-    let blocks = PressureStream::blocks(&layout, steps);
-    let together = PressureStream::together(&layout, bins, steps);
-    let passes = blocks.div_ceil(together.max(1) as u64);
-    let integrals = sound.integrals();
-    let [shared, each] = PressureTransfers::multiply_adds(&layout, bins, together, cells, integrals);
-    let products = shared * PressureStream::batches(points).0 as f64 + each * points as f64;
-    amounts.add(Stage::Sound, Unit::TransferMultiplyAdd, passes as f64 * products, Place::MarchOnAll);
-    let transforms = 0.5 * (layout.places() + points) as f64 * transform_multiply_adds(layout.length());
-    amounts.add(Stage::Sound, Unit::SoundMultiplyAdd, blocks as f64 * transforms, Place::MarchOnAll);
-    let blocks = PressureStream::bytes(&layout, bins, steps, points, [cells, integrals]);
-    amounts.hold("blocks of the sound", SOUND_RESERVE * blocks);
-    let spectra = SpectrumAccumulator::bytes(plan.time_step, SOUND_SEGMENT);
-    amounts.hold("spectra of the sound", points as f64 * spectra);
     if taken_pattern(&plan.scene).is_some() {
         amounts.hold("sound by order", sound.heard.len() as f64 * Orders::bytes(layout.elements * layout.substeps));
     }
@@ -79,4 +73,25 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
     let [kept, read] = sound.heard_samples(samples, plan.speed);
     amounts.add(Stage::Response, Unit::PassedSample, read, Place::BeforeOnAll);
     amounts.hold("pressures to listen to", 4.0 * kept);
+}
+
+fn spectrum_bytes(plan: &Plan) -> f64 {
+    SpectrumAccumulator::bytes(plan.time_step, SOUND_SEGMENT)
+}
+
+/// Adds the way from forces or volumes in windows of a layout to all receivers, with so many integrals of a wavenumber.
+fn add_stream(amounts: &mut Amounts, plan: &Plan, sound: &Sound, layout: &SegmentLayout, integrals: usize) {
+    let (cells, points) = (Sound::GRID.around, sound.points());
+    let bins = (sound.radiation.fmax / layout.resolution()).ceil() as usize;
+    let steps = plan.steps - plan.warm_up_steps;
+    let blocks = PressureStream::blocks(layout, steps);
+    let together = PressureStream::together(layout, bins, steps);
+    let passes = blocks.div_ceil(together.max(1) as u64);
+    let [shared, each] = PressureTransfers::multiply_adds(layout, bins, together, cells, integrals);
+    let products = shared * PressureStream::batches(points).0 as f64 + each * points as f64;
+    amounts.add(Stage::Sound, Unit::TransferMultiplyAdd, passes as f64 * products, Place::MarchOnAll);
+    let transforms = 0.5 * (layout.places() + points) as f64 * transform_multiply_adds(layout.length());
+    amounts.add(Stage::Sound, Unit::SoundMultiplyAdd, blocks as f64 * transforms, Place::MarchOnAll);
+    let blocks = PressureStream::bytes(layout, bins, steps, points, [cells, integrals]);
+    amounts.hold("blocks of the sound", SOUND_RESERVE * blocks);
 }

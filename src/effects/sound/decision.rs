@@ -1,13 +1,14 @@
 //! Sound radiation, of the tread and of the sidewalls.
 
 use super::planned::{channels, waves_for};
+use super::squeeze::found_blocks;
 use crate::numeric::SplitRule;
-use crate::plan::decisions::{Decided, Row, given};
+use crate::plan::decisions::{Decided, Decisions, Row, given};
 use crate::radiation::draft::{DraftError, DraftErrors};
 use crate::scene::{AirMotion, PatchAir, Pitches, Radiation, RadiationQuality, Scene, Switch};
 
-/// Rows of the radiation, of what radiates beside the tread, and of the air under it.
-pub(super) static ROWS: [Row; 3] = [RADIATION, SIDES, PATCH];
+/// Rows of the radiation, of what radiates beside the tread, of the air under it, and of what blocks press into that.
+pub(super) static ROWS: [Row; 4] = [RADIATION, SIDES, PATCH, SQUEEZE];
 
 const RADIATION: Row = Row {
     title: "radiation",
@@ -129,4 +130,34 @@ fn decide_patch(scene: &Scene) -> Decided {
     };
     let form = format!("{form} through the patch, lateral_waves of {needed} follow its steps{pitches}");
     Decided { on: true, form, reason: given.unwrap_or_else(|| "air_pumping.patch = \"grooves\"".to_owned()) }
+}
+
+const SQUEEZE: Row = Row {
+    title: "squeeze of blocks",
+    short: "squeeze",
+    decide: decide_squeeze,
+    switch: Some(|scene, on| match &mut scene.air_pumping {
+        Some(pumping) => pumping.squeeze = on,
+        // Refused by name.
+        None if on => scene.effects.air_pumping = Switch::On,
+        None => {}
+    }),
+    of_cells: true,
+};
+
+fn decide_squeeze(scene: &Scene, decisions: &mut Decisions) -> Decided {
+    let off = |reason: &str| Decided { on: false, form: String::new(), reason: reason.to_owned() };
+    if !scene.air_pumping.as_ref().is_some_and(|pumping| pumping.squeeze) {
+        return off("air_pumping.squeeze is not set");
+    }
+    if !scene.squeezes_blocks() {
+        return off("the open patch, its sound or compliant blocks are left out");
+    }
+    let Some(squeeze) = found_blocks(scene, decisions) else {
+        return off("no cut is deeper than a third of the tread");
+    };
+    let [blocks, without] = squeeze.counts();
+    let without = if without > 0 { format!(", but {without} that have none") } else { String::new() };
+    let form = format!("{blocks} blocks press the volume by which they yield into the voids beside them{without}");
+    Decided { on: true, form, reason: "air_pumping.squeeze = true".to_owned() }
 }

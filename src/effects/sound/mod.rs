@@ -14,6 +14,7 @@ mod pictures;
 mod planned;
 mod results;
 mod shown;
+mod squeeze;
 mod way;
 
 use std::ops::Range;
@@ -28,19 +29,20 @@ use super::section::{Figure, LevelTable, ReportError, Section};
 use super::stored::Stored;
 use crate::counters::{Counter, Meter, Stage, Work};
 use crate::plan::decisions::{Row, taken_pattern};
-use crate::plan::{Amounts, Choice, Plan};
-use crate::response::pressure::{PressureState, PressureStream};
+use crate::plan::{Amounts, Choice, Decisions, Plan};
+use crate::response::pressure::{BlockPressures, PressureState, PressureStream};
 use crate::response::vibration::SegmentLayout;
 use crate::response::{LateralForces, LevelErrors, Orders, SliceErrors, SpectrumAccumulator, SpectrumState};
 use crate::results::files::ResultFiles;
 use crate::results::sound::{BodySummary, RatedLevel, ReceiverSpectrum, SOUND_FILE, SOUND_LEVEL, SoundError};
-use crate::scene::Zone;
+use crate::scene::{LoadedScene, Scene, SceneError, Zone};
 use crate::storage::state::{StateError, StateReader, StateWriter};
 use kept_signal::{KeptSignal, KeptState};
 pub(crate) use kept_transfers::KeptReceiver;
 use passing::Passing;
 pub(crate) use planned::{Heard, Sound};
 use planned::{SOUND_FADE, SOUND_SEGMENT, waves_for};
+use squeeze::{SqueezeState, SqueezeStream, found_blocks};
 pub(crate) use way::WAVES;
 use way::{Seeking, Way};
 
@@ -54,6 +56,14 @@ impl Effect for SoundEffect {
 
     fn rows(&self) -> &'static [Row] {
         &decision::ROWS
+    }
+
+    fn check(&self, loaded: &LoadedScene, scene: &Scene) -> Result<(), SceneError> {
+        if scene.squeezes_blocks() && found_blocks(scene, &Decisions::new(scene)).is_none() {
+            let wrong = "no cut is deeper than a third of the tread: it has no blocks that yield".to_owned();
+            return Err(loaded.complain("air_pumping.squeeze", wrong, "deeper grooves, or leave this out").into());
+        }
+        Ok(())
     }
 
     fn choice(&self, plan: &Plan) -> Option<Choice> {
@@ -107,6 +117,8 @@ pub(crate) struct SoundObserver {
     /// How the transfers were found.
     way: Way,
     stream: PressureStream,
+    /// Volumes that blocks press into voids, where they are heard.
+    squeeze: Option<Box<SqueezeStream>>,
     /// Lateral waves of forces on cells.
     lateral: Option<LateralForces>,
     /// By point.
@@ -166,9 +178,32 @@ fn unheard(plan: &Plan) -> Vec<String> {
 #[derive(Deserialize, Serialize)]
 struct SoundState {
     stream: PressureState,
+    squeeze: Option<SqueezeState>,
     spectra: Vec<SpectrumState>,
     signals: Vec<KeptState>,
     orders: Vec<Orders>,
+}
+
+/// Pressures of blocks by vibration and, where blocks squeeze air, by that.
+struct Summed<'a> {
+    pressures: &'a BlockPressures<'a>,
+    squeezed: Option<&'a BlockPressures<'a>>,
+}
+
+impl Summed<'_> {
+    /// Gives the pressures at a receiver, all parts together, block after block \[Pa\].
+    fn of(&self, receiver: usize, mut take: impl FnMut(&[f64])) {
+        let Some(squeezed) = self.squeezed else { return self.pressures.of(receiver, take) };
+        let mut sum = Vec::new();
+        self.pressures.of(receiver, |block| sum.extend_from_slice(block));
+        let mut from = 0;
+        squeezed.of(receiver, |block| {
+            let own = &mut sum[from..from + block.len()];
+            own.iter_mut().zip(block).for_each(|(sum, more)| *sum += more);
+            take(own);
+            from += block.len();
+        });
+    }
 }
 
 impl SoundObserver {
@@ -231,8 +266,10 @@ impl SoundObserver {
             let (grid, numbers) = (plan.cell_grid(), sound.lateral_numbers(&plan.decisions.tyre));
             LateralForces::new(&grid, numbers).with_tangential(&grid, plan.scene.has_tractions())
         });
+        let squeeze = SqueezeStream::new(plan, &sound, geometry, &transfers, samples as usize)?.map(Box::new);
         Ok(Some(Self {
             way,
+            squeeze,
             lateral,
             stream: PressureStream::new(transfers, plan.steps - plan.warm_up_steps),
             spectra,
@@ -250,17 +287,23 @@ impl SoundObserver {
     pub(crate) fn take(&mut self, forces: &[f64], tangential: Option<&[[f64; 2]]>, meter: &mut Meter) {
         let completes = self.stream.completes_next();
         let columns = self.stream.columns();
-        let work = || match &mut self.lateral {
-            None => self.stream.push(forces),
-            Some(lateral) => self.stream.push(lateral.of_all(forces, tangential, columns)),
+        let work = || {
+            if let Some(squeeze) = &mut self.squeeze {
+                squeeze.push(forces);
+            }
+            match &mut self.lateral {
+                None => self.stream.push(forces),
+                Some(lateral) => self.stream.push(lateral.of_all(forces, tangential, columns)),
+            }
         };
         // A block's end is long and rare: no step stands for it, and it stands for no other.
         let complete = if completes { meter.time(Stage::Sound, work) } else { meter.time_in_step(Stage::Sound, work) };
+        let streams = || std::iter::once(&self.stream).chain(self.squeeze.iter().map(|squeeze| &squeeze.stream));
         if complete {
-            meter.count(Counter::SoundTransforms, self.stream.transforms());
+            meter.count(Counter::SoundTransforms, streams().map(PressureStream::transforms).sum());
         }
-        if complete && self.stream.is_due() {
-            let multiply_adds = self.stream.multiply_adds();
+        if complete && streams().any(PressureStream::is_due) {
+            let multiply_adds = streams().map(PressureStream::multiply_adds).sum();
             meter.time(Stage::Sound, || self.hear());
             meter.add_work(Stage::Sound, Work { multiply_adds, bytes: 0 });
         }
@@ -268,20 +311,30 @@ impl SoundObserver {
 
     /// Takes the pressures of the blocks that wait down.
     fn hear(&mut self) {
-        let Self { sound, stream, signals, spectra, orders, .. } = self;
-        stream.hear(|points, pressures| {
-            for (heard, orders) in sound.heard.iter().zip(orders.iter_mut()) {
-                if points.contains(&heard.points.start) {
-                    let first = heard.points.start - points.start;
-                    pressures.of(first, |block| block.iter().for_each(|&pressure| orders.push(pressure)));
+        let Self { sound, stream, signals, spectra, squeeze, orders, .. } = self;
+        let (other, parts) = match squeeze.as_deref_mut() {
+            None => (None, &mut [][..]),
+            Some(SqueezeStream { stream, parts, .. }) => (Some(stream), &mut parts[..]),
+        };
+        stream.hear(other, |points, pressures, squeezed| {
+            let heard = Summed { pressures, squeezed };
+            for (receiver, orders) in sound.heard.iter().zip(orders.iter_mut()) {
+                if points.contains(&receiver.points.start) {
+                    let first = receiver.points.start - points.start;
+                    heard.of(first, |sum| sum.iter().for_each(|&pressure| orders.push(pressure)));
                 }
             }
-            let each = signals[points.clone()].par_iter_mut().zip(&mut spectra[points]).enumerate();
+            let each = signals[points.clone()].par_iter_mut().zip(&mut spectra[points.clone()]).enumerate();
             each.for_each(|(point, (signal, spectrum))| {
-                pressures.of(point, |block| {
-                    block.iter().for_each(|&pressure| spectrum.push(pressure));
-                    signal.push(block);
+                heard.of(point, |sum| {
+                    sum.iter().for_each(|&pressure| spectrum.push(pressure));
+                    signal.push(sum);
                 });
+            });
+            let Some(squeezed) = squeezed else { return };
+            parts[points].par_iter_mut().enumerate().for_each(|(point, [vibration, squeeze])| {
+                pressures.of(point, |block| block.iter().for_each(|&pressure| vibration.push(pressure)));
+                squeezed.of(point, |block| block.iter().for_each(|&pressure| squeeze.push(pressure)));
             });
         });
     }
@@ -291,7 +344,7 @@ impl SoundObserver {
     /// # Errors
     /// Too short for a spectrum.
     pub(crate) fn heard(&self) -> Result<HeardSound, RunError> {
-        let receivers = self.receiver_spectra(&self.point_spectra()?);
+        let receivers = self.receiver_spectra(&self.point_spectra()?)?;
         let rated = self.rated(&receivers);
         Ok(HeardSound { receivers, rated, body: self.way.body.clone(), error: self.sound.error() })
     }
@@ -311,6 +364,7 @@ impl EffectObserver for SoundObserver {
     fn save(&self, state: &mut StateWriter) -> Result<(), StateError> {
         state.put(&SoundState {
             stream: self.stream.save(),
+            squeeze: self.squeeze.as_ref().map(|squeeze| squeeze.save()),
             spectra: self.spectra.iter().map(SpectrumAccumulator::save).collect(),
             signals: self.signals.iter().map(KeptSignal::save).collect(),
             orders: self.orders.clone(),
@@ -318,7 +372,7 @@ impl EffectObserver for SoundObserver {
     }
 
     fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        let SoundState { stream, spectra, signals, orders } = state.take()?;
+        let SoundState { stream, squeeze, spectra, signals, orders } = state.take()?;
         if spectra.len() != self.spectra.len() || signals.len() != self.signals.len() {
             return Err(StateError::Length { expected: self.signals.len(), found: signals.len() });
         }
@@ -328,6 +382,11 @@ impl EffectObserver for SoundObserver {
         }
         self.orders = orders;
         self.stream.restore(stream)?;
+        match (&mut self.squeeze, squeeze) {
+            (None, None) => {}
+            (Some(here), Some(saved)) => here.restore(saved)?,
+            _ => return Err(StateError::Value),
+        }
         self.signals.iter_mut().zip(signals).try_for_each(|(here, saved)| here.restore(saved))?;
         self.spectra.iter_mut().zip(spectra).try_for_each(|(here, saved)| here.restore(saved))
     }

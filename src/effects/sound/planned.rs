@@ -129,6 +129,8 @@ pub(crate) struct Sound {
     pub draft: Option<DraftErrors>,
     /// Grooves in which air goes through the patch; none where it is sealed.
     pub channels: Vec<Channel>,
+    /// True if blocks press volume into the voids beside them.
+    pub squeezes: bool,
 }
 
 impl Sound {
@@ -405,7 +407,8 @@ impl Plan {
         let arc = tyre.sidewall_arc(0.0).filter(|_| radiation.hears_sides(tyre));
         let bead = arc.map(|arc| arc.bead_radius());
         let channels = channels(&self.scene);
-        Some(Sound { radiation, heard, positions, stated, layout, lateral, bead, draft, channels })
+        let squeezes = self.scene.squeezes_blocks();
+        Some(Sound { radiation, heard, positions, stated, layout, lateral, bead, draft, channels, squeezes })
     }
 }
 

@@ -15,7 +15,7 @@ use crate::results::ResultsError;
 use crate::results::files::ResultFiles;
 use crate::results::sound::{
     AudioSummary, IntensitySummary, PassBySummary, RatedLevel, ReceiverSpectrum, ReceiverSummary, SOUND_FILE,
-    SOUND_NARROW_FILE, SoundSummary, sound_levels_csv, sound_narrow_csv,
+    SOUND_NARROW_FILE, SoundParts, SoundSummary, sound_levels_csv, sound_narrow_csv,
 };
 use crate::results::spectra::LOWEST_FREQUENCY;
 use crate::results::table::{csv, row};
@@ -39,7 +39,7 @@ impl SoundObserver {
     /// Errors of the files and pictures.
     pub(super) fn write_all(&self, loaded: &LoadedScene, folder: &dyn ResultFiles) -> Result<SoundSummary, RunError> {
         let points = self.point_spectra()?;
-        let spectra = self.receiver_spectra(&points);
+        let spectra = self.receiver_spectra(&points)?;
         let error = self.sound.error();
         folder.write_text(SOUND_FILE, &sound_levels_csv(&spectra, LOWEST_FREQUENCY, self.slice_errors.as_ref()))?;
         folder.write_text(SOUND_NARROW_FILE, &sound_narrow_csv(&spectra))?;
@@ -52,7 +52,7 @@ impl SoundObserver {
         }
         let (mut receivers, mut recordings) = (Vec::new(), Vec::new());
         for (heard, spectrum) in self.sound.heard.iter().zip(&spectra) {
-            let (summary, recording) = self.receiver(loaded, heard, &spectrum.spectrum, &points, folder)?;
+            let (summary, recording) = self.receiver(loaded, heard, spectrum, &points, folder)?;
             recordings.extend(recording.map(|recording| (receivers.len(), recording)));
             receivers.push(summary);
         }
@@ -82,25 +82,39 @@ impl SoundObserver {
 
     /// Computes for each receiver the mean over its points that count, times the tyres that it hears: lines of points
     /// have as many each.
-    pub(super) fn receiver_spectra(&self, points: &[PowerSpectrum]) -> Vec<ReceiverSpectrum> {
-        let one = |heard: &Heard| {
+    ///
+    /// # Errors
+    /// Too short for a spectrum.
+    pub(super) fn receiver_spectra(&self, points: &[PowerSpectrum]) -> Result<Vec<ReceiverSpectrum>, RunError> {
+        let parts = self.squeeze.as_ref().map(|squeeze| squeeze.spectra(self.valid_to)).transpose()?;
+        let at = |heard: &Heard, points: &[PowerSpectrum]| {
             let mut spectrum = mean(self.sound.counted(heard).map(|point| &points[point]))?;
             let tyres = heard.tyres() as f64;
             spectrum.power.iter_mut().for_each(|power| *power *= tyres);
-            Some(ReceiverSpectrum { name: heard.name.clone(), spectrum, error: self.sound.error_at(heard) })
+            Some(spectrum)
         };
-        self.sound.heard.iter().filter_map(one).collect()
+        let one = |heard: &Heard| {
+            let [vibration, squeeze] = [0, 1].map(|part| parts.as_ref().and_then(|parts| at(heard, &parts[part])));
+            Some(ReceiverSpectrum {
+                name: heard.name.clone(),
+                spectrum: at(heard, points)?,
+                parts: vibration.zip(squeeze).map(|(vibration, squeeze)| SoundParts { vibration, squeeze }),
+                error: self.sound.error_at(heard),
+            })
+        };
+        Ok(self.sound.heard.iter().filter_map(one).collect())
     }
 
     fn receiver(
         &self,
         loaded: &LoadedScene,
         heard: &Heard,
-        spectrum: &PowerSpectrum,
+        ReceiverSpectrum { spectrum, parts, .. }: &ReceiverSpectrum,
         points: &[PowerSpectrum],
         folder: &dyn ResultFiles,
     ) -> Result<(ReceiverSummary, Option<Audible>), RunError> {
         let levels = vouched(spectrum);
+        let level_of = |part: fn(&SoundParts) -> &PowerSpectrum| Some(vouched(part(parts.as_ref()?)).overall_a);
         let by_slices = self.level_errors(None).largest_by_slices(&levels.a_weighted);
         let mut recording = None;
         let mut summary = ReceiverSummary {
@@ -109,6 +123,8 @@ impl SoundObserver {
             tyres: heard.vehicle().map(|_| heard.tyres()),
             level: levels.overall,
             level_a: levels.overall_a,
+            vibration_level_a: level_of(|parts| &parts.vibration),
+            squeeze_level_a: level_of(|parts| &parts.squeeze),
             level_a_error: self.sound.error_at(heard).level_a + by_slices.unwrap_or(0.0),
             bands: levels.covered(),
             power_level_a: None,

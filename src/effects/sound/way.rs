@@ -118,9 +118,10 @@ impl Seeking<'_> {
             air: sound.radiation.air,
             highest: sound.radiation.fmax,
             delays: left,
+            strips: None,
         };
         meter.close(open, Stage::Radiation);
-        Ok((Way { air, delays, body: summary, grooves }, PressureTransfers { model, greens }))
+        Ok((Way { air, delays, body: summary, grooves }, PressureTransfers { model, greens: greens.into() }))
     }
 
     fn refused(&self, key: &str, wrong: String, right: &str) -> RunError {

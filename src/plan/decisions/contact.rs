@@ -16,6 +16,8 @@ pub(super) const ZONE: Row = Row {
             // Cells are no resolution of the texture in slices.
             (scene.contact.cell, scene.contact.cells_across) = (None, None);
             scene.outputs.cells_every = None;
+            // Slices have no blocks that press air out.
+            scene.air_pumping.iter_mut().for_each(|pumping| pumping.squeeze = false);
             if let Some(vibration) = &mut scene.outputs.vibration {
                 vibration.lateral_tolerance = None;
             }

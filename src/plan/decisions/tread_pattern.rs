@@ -34,6 +34,8 @@ pub(super) const BLOCKS: Row = Row {
         pattern.blocks = if on { BlockModel::Compliant } else { BlockModel::Continuum };
         if !on {
             pattern.block_compliance = None;
+            // Nothing yields that could press air out.
+            scene.air_pumping.iter_mut().for_each(|pumping| pumping.squeeze = false);
         }
     }),
     of_cells: true,

@@ -58,6 +58,7 @@ fn models(layout: SegmentLayout) -> [PressureModel; 3] {
         air,
         highest: 1200.0,
         delays: vec![0.0],
+        strips: None,
     })
 }
 
@@ -84,14 +85,14 @@ fn green_within(degrees: f64, frequencies: Vec<f64>) -> SurfaceGreen {
 fn heard(models: &[PressureModel; 3], green: &SurfaceGreen, force: impl Fn(usize, usize) -> f64) -> [f64; 3] {
     models.each_ref().map(|model| {
         let (layout, steps) = (model.layout, 2 * model.layout.length());
-        let transfers = PressureTransfers { model: model.clone(), greens: vec![green.clone()] };
+        let transfers = PressureTransfers { model: model.clone(), greens: vec![green.clone()].into() };
         let mut stream = PressureStream::new(transfers, steps as u64);
         for step in 0..steps {
             let column = |index: usize| force(step, index % layout.columns);
             stream.push(&(0..layout.width()).map(column).collect::<Vec<f64>>());
         }
         let (mut sum, mut count) = (0.0, 0.0);
-        stream.hear(|_, pressures| {
+        stream.hear(None, |_, pressures, _| {
             pressures.of(0, |block| {
                 sum += block.iter().map(|pressure| pressure * pressure).sum::<f64>();
                 count += block.len() as f64;

@@ -45,6 +45,7 @@ fn model(tyre: &Tyre, lateral: Vec<usize>, across: Across, air: AirMotion) -> Pr
         air,
         highest: f64::INFINITY,
         delays: Vec::new(),
+        strips: None,
     }
 }
 

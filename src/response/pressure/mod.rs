@@ -37,6 +37,9 @@
 //! - [`shares`]: which waves and which part of the circumference make it;
 //! - [`stream`]: forces, step by step, to pressures over time.
 //!
+//! Volumes of cells may be given in place of forces: a motion that the tyre does not answer for, of material cells with
+//! the rate of the material, w - n Omega, whatever the air does. Each cell across meets the mean of G over its strip.
+//!
 //! Whole time steps are taken off the propagation delay r0/c from the contact to the receiver: a response then
 //! begins with its force however far away it is heard. The forces of a Runge-Kutta rule's stages act at their own times
 //! with their own weights, on the tyre itself (s = i w); those of a multistep rule act on the tyre as the rule sees it.
@@ -50,6 +53,8 @@ pub(crate) mod model;
 #[cfg(test)]
 mod resolved_tests;
 pub(crate) mod shares;
+#[cfg(test)]
+mod squeeze_tests;
 pub(crate) mod stream;
 pub(crate) mod surface;
 #[cfg(test)]
@@ -59,6 +64,6 @@ mod window;
 
 pub(crate) use model::PressureModel;
 pub(crate) use shares::PressureShares;
-pub(crate) use stream::{PressureState, PressureStream};
+pub(crate) use stream::{BlockPressures, PressureState, PressureStream};
 pub(crate) use surface::{SurfaceGreen, UnderPatch};
 pub(crate) use transfer::PressureTransfers;

@@ -35,6 +35,9 @@ pub(crate) struct PressureModel {
     pub highest: f64,
     /// By receiver, what is left of the propagation delay r0/c when whole time steps are taken off \[s\].
     pub delays: Vec<f64>,
+    /// Ends of cells across, rising, by which a cell's inward volume is given \[m^3\] in the place of each component of
+    /// a force \[m\]; none of forces, which the tyre answers.
+    pub strips: Option<Arc<[f64]>>,
 }
 
 impl PressureModel {
@@ -53,6 +56,9 @@ impl PressureModel {
     /// their shares already, what the wave is to cos(ky_m y) or sin(ky_m y) instead of a_m.
     /// The parts are listed for each component of the forces.
     pub(super) fn strip(&self) -> Vec<f64> {
+        if self.strips.is_some() {
+            return vec![1.0; self.driven()];
+        }
         let (tyre, across) = (self.waves.waves, self.layout.across);
         let part = |&m: &usize| {
             let share = match across {
@@ -69,9 +75,17 @@ impl PressureModel {
         if self.tangential.is_some() { 3 } else { 1 }
     }
 
-    /// Counts the waves across that all components of the forces drive.
+    /// Counts the waves across that all components of the forces drive, or the cells whose volumes are given.
     fn driven(&self) -> usize {
-        self.forces() * self.waves.lateral.len()
+        match &self.strips {
+            None => self.forces() * self.waves.lateral.len(),
+            Some(ends) => ends.len() - 1,
+        }
+    }
+
+    /// Counts the rings of a flank that moves: given volumes move none.
+    fn rings(&self) -> usize {
+        if self.strips.is_some() { 0 } else { self.waves.pieces() }
     }
 
     /// Returns the shapes that so many lateral waves have with so many rings on a flank that moves: the rings sum over
@@ -85,7 +99,10 @@ impl PressureModel {
 
     /// Returns these shapes, component by component across.
     pub(super) fn shapes(&self) -> Vec<Shape> {
-        let (lateral, rings) = (self.waves.lateral.iter(), self.waves.pieces());
+        if let Some(ends) = &self.strips {
+            return ends.windows(2).map(|ends| Shape::Strip([ends[0], ends[1]])).collect();
+        }
+        let (lateral, rings) = (self.waves.lateral.iter(), self.rings());
         match self.layout.across {
             Across::Even => {
                 let rings = (0..rings).map(|number| Shape::Ring { number, odd: false });
@@ -112,13 +129,12 @@ impl PressureModel {
 
     /// Returns the integrals of this model.
     pub(crate) fn integrals_of_wave(&self) -> usize {
-        let rings = self.waves.pieces();
-        Self::integrals(self.air, Self::shape_count(self.layout.across, self.driven(), rings))
+        Self::shape_count(self.layout.across, self.driven(), self.rings()) * self.weights()
     }
 
     /// Returns the number of [`super::surface::WEIGHTS`] that the air's motion asks for.
     pub(super) fn weights(&self) -> usize {
-        Self::integrals(self.air, 1)
+        if self.strips.is_some() { 1 } else { Self::integrals(self.air, 1) }
     }
 
     /// Returns the rates at which the air sees a wave of n periods move, at an angular frequency beside the axle:
@@ -130,6 +146,13 @@ impl PressureModel {
     fn rates(&self, angular: f64, n: i64) -> [f64; 2] {
         let layout = &self.layout;
         let turned = std::f64::consts::TAU * n as f64 * layout.revolutions as f64 * layout.resolution();
+        if self.strips.is_some() {
+            // The volume of a cell changes in time as the material sees it. Between the steps it is the smooth course
+            // that they define: nothing is above half of their rate.
+            let material = angular - turned;
+            let is_seen = material.abs() * layout.time_step <= std::f64::consts::PI * (1.0 + 1e-9);
+            return [if is_seen { material } else { 0.0 }, 0.0];
+        }
         match self.air {
             AirMotion::Axle => [angular, 0.0],
             AirMotion::WithTread => [angular - turned, 0.0],
@@ -145,7 +168,7 @@ impl PressureModel {
 
     /// Returns the room for the flows of all lateral waves; none without a flank that moves.
     pub(super) fn room_for_flows(&self) -> Vec<Complex64> {
-        vec![Complex64::ZERO; self.driven() * self.waves.pieces()]
+        vec![Complex64::ZERO; self.driven() * self.rings()]
     }
 
     /// Finds the factors from the integrals of G to the pressure at a bin, shape by shape, weight by weight, for unit
@@ -178,9 +201,10 @@ impl PressureModel {
         let layout = &self.layout;
         let angular = std::f64::consts::TAU * frequency;
         // p = i w rho Int G v dS, v = -i w u: outwards.
-        let radiated = angular * self.density * self.taper(frequency) * self.scale;
+        let scale = if self.strips.is_some() { 1.0 } else { self.scale };
+        let radiated = angular * self.density * self.taper(frequency) * scale;
         let factors = self.rates(angular, n).map(|rate| radiated * rate * mean / layout.circumference);
-        let (weights, rings) = (self.weights(), self.waves.pieces());
+        let (weights, rings) = (self.weights(), self.rings());
         self.compliances(n, material, &mut out[..strip.len()], flows);
         let together = layout.across == Across::Even;
         let each = if together { weights } else { weights * (1 + rings) };
@@ -215,6 +239,10 @@ impl PressureModel {
     /// Computes C_nm at a frequency of the material, as the run's rule sees it, for each component of the forces, and
     /// the flows of the sidewalls with them, if they are heard.
     fn compliances(&self, n: i64, frequency: f64, out: &mut [Complex64], flows: &mut [Complex64]) {
+        if self.strips.is_some() {
+            out.fill(Complex64::ONE);
+            return;
+        }
         let SegmentLayout { rule, time_step, .. } = self.layout;
         // The waves are known on the imaginary axis, where a multistep rule's s is nearly.
         let seen = if rule.is_multistep() {

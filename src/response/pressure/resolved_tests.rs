@@ -52,6 +52,7 @@ fn model(tyre: &Tyre, air: AirMotion) -> PressureModel {
         air,
         highest: 150.0,
         delays: vec![0.0],
+        strips: None,
     }
 }
 
@@ -83,7 +84,7 @@ fn pressures(
     let forces = lateral.of_all(&cells, Some(&tangential), COLUMNS);
     let places: Vec<Complex32> = forces.iter().map(|&force| Complex32::from(force as f32)).collect();
     let block = (0..model.bins()).flat_map(|_| places.clone()).collect();
-    let transfers = PressureTransfers { model: model.clone(), greens: vec![green] };
+    let transfers = PressureTransfers { model: model.clone(), greens: vec![green].into() };
     transfers.pressures(0..1, &[block]).of_block(0, 0).map(double).collect()
 }
 

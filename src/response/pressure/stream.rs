@@ -164,17 +164,35 @@ impl PressureStream {
         self.waiting.len() >= most || (self.ahead == 0 && !self.waiting.is_empty())
     }
 
-    /// Makes the pressures of the blocks that wait, and gives them for some receivers after the others.
-    pub(crate) fn hear(&mut self, mut take: impl FnMut(Range<usize>, &BlockPressures<'_>)) {
-        let Self { transfers, backward, waiting, .. } = self;
-        let receivers = transfers.greens.len();
+    /// Counts the steps taken in so far.
+    pub(crate) fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// Makes the pressures of the blocks that wait, and gives them for some receivers after the others; beside them
+    /// those of another stream, which has taken in as many steps and is heard by the same receivers.
+    pub(crate) fn hear(
+        &mut self,
+        mut other: Option<&mut Self>,
+        mut take: impl FnMut(Range<usize>, &BlockPressures<'_>, Option<&BlockPressures<'_>>),
+    ) {
+        let receivers = self.transfers.greens.len();
         let (batches, most) = Self::batches(receivers);
         for batch in 0..batches {
             let some = (batch * most).min(receivers)..((batch + 1) * most).min(receivers);
-            let spectra = transfers.pressures(some.clone(), waiting);
-            take(some, &BlockPressures { layout: &transfers.model.layout, backward: &**backward, spectra });
+            let beside = other.as_deref().map(|other| other.heard_by(some.clone()));
+            take(some.clone(), &self.heard_by(some), beside.as_ref());
         }
-        waiting.clear();
+        self.waiting.clear();
+        if let Some(other) = &mut other {
+            other.waiting.clear();
+        }
+    }
+
+    fn heard_by(&self, receivers: Range<usize>) -> BlockPressures<'_> {
+        let Self { transfers, backward, waiting, .. } = self;
+        let spectra = transfers.pressures(receivers, waiting);
+        BlockPressures { layout: &transfers.model.layout, backward: &**backward, spectra }
     }
 
     fn layout(&self) -> &SegmentLayout {

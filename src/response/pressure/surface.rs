@@ -52,10 +52,12 @@ pub(crate) struct UnderPatch {
 }
 
 /// Shape of a part of the tyre's motion, of a wave round the tyre.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Shape {
     /// The tread's wave of a lateral number.
     Tread(usize),
+    /// A strip of the tread between two distances from mid-width, to the left \[m\], that moves as one.
+    Strip([f64; 2]),
     /// Rings of a number on both sides, whose flow is the same or opposite.
     Ring { number: usize, odd: bool },
 }
@@ -96,13 +98,14 @@ pub(super) const WEIGHTS: [[f64; 3]; 2] = [[0.0, 1.0, 0.0], [-0.5, 1.0, -0.5]];
 
 /// Int G exp(i kx_n x) cos(ky_m y) dS over the tread for the waves of a tyre, n by n, m by m, weight by weight, of
 /// those that are odd about mid-width with sin(ky_m y) \[m\]; of rings 2 Int G exp(i n theta) dtheta \[1/m\], for a
-/// flow per radian.
+/// flow per radian; of strips the integral along of G's mean across \[1\], for a flow per length.
 pub(super) struct WaveIntegrals {
     /// Largest |n|: as far as the cells can tell waves apart.
     most_around: usize,
     /// By shape, the first row of G that it meets, and weights from there on.
     shapes: Vec<(usize, Vec<f64>)>,
-    /// By shape of the tread, its integrals over the strips of an open patch; none of rings, or of a sealed one.
+    /// By shape of the tread, its integrals over the strips of an open patch, or the shares that these have of it; none
+    /// of rings, or of a sealed one.
     strips: Vec<Vec<f64>>,
     /// Number of [`WEIGHTS`] that are taken.
     weights: usize,
@@ -125,6 +128,7 @@ impl WaveIntegrals {
         };
         let strips = |shape: &Shape| match (shape, &green.under_patch) {
             (&Shape::Tread(m), Some(patch)) => strip_weights(!waves.is_even(m), &patch.ends, waves.ky(m)),
+            (&Shape::Strip(ends), Some(patch)) => strip_shares(ends, &patch.ends),
             _ => Vec::new(),
         };
         Self {
@@ -139,6 +143,7 @@ impl WaveIntegrals {
                         let wave = if odd { f64::sin } else { f64::cos };
                         (rows(odd), wave_weights(wave, across, *half_width, waves.ky(m)))
                     }
+                    Shape::Strip(ends) => (0, strip_means(ends, across, *rings)),
                     Shape::Ring { number, odd } => {
                         (rows(odd) + across.len() + number, vec![2.0 * std::f64::consts::TAU / waves.circumference])
                     }
@@ -208,7 +213,7 @@ impl WaveIntegrals {
     }
 
     /// Computes Int G cos(ky_m y) dy, or sin, across the tread of the shape of an index, cell by cell \[1\]; of a ring
-    /// 2 G/R.
+    /// 2 G/R, of a strip G's mean across \[1/m\].
     pub(super) fn across(&self, green: &SurfaceGreen, frequency: usize, index: usize, cells: &mut [Complex64]) {
         cells.fill(Complex64::ZERO);
         let (first, weights) = &self.shapes[index];
@@ -237,6 +242,34 @@ fn strip_weights(odd: bool, ends: &[f64], k: f64) -> Vec<f64> {
         wave * sinc(0.5 * k * length) * length
     };
     ends.windows(2).map(strip).collect()
+}
+
+/// Returns the share of each strip across in the mean over an interval.
+fn strip_shares([right, left]: [f64; 2], ends: &[f64]) -> Vec<f64> {
+    let share = |ends: &[f64]| (ends[1].min(left) - ends[0].max(right)).max(0.0) / (left - right);
+    ends.windows(2).map(share).collect()
+}
+
+/// Computes the weights of all rows of G by which its mean over an interval across is their sum: of the polynomials
+/// through its even part, of rings, of which it has none, and of the polynomials through its odd part.
+fn strip_means([right, left]: [f64; 2], points: &[f64], rings: usize) -> Vec<f64> {
+    let odd = points.len() + rings;
+    let mut sums = vec![0.0; odd + points.len()];
+    // Polynomials in |y|.
+    for [from, to] in [[right, left.min(0.0)], [right.max(0.0), left]] {
+        if to <= from {
+            continue;
+        }
+        for [node, weight] in legendre::gauss(points.len()) {
+            let y = 0.5 * (from + to) + 0.5 * (to - from) * node;
+            let weight = 0.5 * weight * (to - from) / (left - right);
+            for (point, share) in lagrange::weights(points, y.abs()).enumerate() {
+                sums[point] += weight * share;
+                sums[odd + point] += weight * share * y.signum();
+            }
+        }
+    }
+    sums
 }
 
 /// Computes Int cos(k y) L_j(y) dy, or sin, over the whole width of polynomials that are 1 at one point and 0 at the

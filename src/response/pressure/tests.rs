@@ -54,6 +54,7 @@ fn model(
         air,
         highest: 150.0,
         delays,
+        strips: None,
     }
 }
 
@@ -63,7 +64,7 @@ struct UnitPressures(PressureSpectra);
 impl UnitPressures {
     /// Computes the pressures at a receiver with this G: a block for each place, in which it alone has a force.
     fn of(model: &PressureModel, green: SurfaceGreen) -> Self {
-        let transfers = PressureTransfers { model: model.clone(), greens: vec![green] };
+        let transfers = PressureTransfers { model: model.clone(), greens: vec![green].into() };
         let (bins, places) = (model.bins(), model.layout.places());
         let force = |place: usize| (0..bins * places).map(move |index| if index % places == place { 1.0 } else { 0.0 });
         let blocks: Vec<Vec<Complex32>> =
@@ -291,6 +292,7 @@ fn radiates_what_vibrates(tyre: Tyre) {
         air: AirMotion::WithTread,
         highest: 400.0,
         delays: vec![0.0],
+        strips: None,
     };
     let turned_round = Tyre { angular_velocity: -tyre.angular_velocity, ..tyre.clone() };
     let other = SurfaceWaves::new(&turned_round, ELEMENTS / 2, 20, 0.5 / layout.time_step, 1e-6);
@@ -332,7 +334,7 @@ fn a_stream_of_delays_gives_the_delayed_forces_without_a_seam() {
             highest: f64::INFINITY,
             ..model(layout, &waves, &plate_tyre(), AirMotion::Axle, vec![0.0])
         };
-        let transfers = PressureTransfers { model, greens: vec![surface_green(0.1)] };
+        let transfers = PressureTransfers { model, greens: vec![surface_green(0.1)].into() };
         let steps = 3 * length + 17;
         let mut stream = PressureStream::new(transfers.clone(), steps as u64);
         let force = |step: usize, place: usize| ((step * 7 + place * 13) as f64 * 0.37).sin();

@@ -7,6 +7,7 @@
 //! first product serves them all, so nothing of the size of places times bins is kept of a receiver.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
@@ -28,8 +29,8 @@ const TOGETHER: usize = 32;
 pub(crate) struct PressureTransfers {
     /// The tyre and its forces.
     pub model: PressureModel,
-    /// G by receiver, all of the same cells and frequencies.
-    pub greens: Vec<SurfaceGreen>,
+    /// G by receiver, all of the same cells and frequencies; shared by transfers of other motions.
+    pub greens: Arc<[SurfaceGreen]>,
 }
 
 /// Forces of a block at the bins from 0 on, bin by bin, place by place; a place is (channel x columns + column) x

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::scene::keys::keys;
-use crate::scene::kind::OneOf;
+use crate::scene::keys::{is_default, keys};
+use crate::scene::kind::{Flag, OneOf};
 use crate::scene::table::Nested;
 
 /// Ways of the air under the patch.
@@ -23,6 +23,9 @@ keys! {
     pub AirPumping {
         /// Ways of the air under the patch: none, or the grooves of `[tread_pattern]` that run round the tyre.
         patch: PatchAir = PatchAir::Sealed => OneOf::new(),
+        /// True if compliant blocks of `[tread_pattern]` press the volume by which they yield into voids beside them.
+        #[serde(skip_serializing_if = "is_default")]
+        squeeze: bool = false => Flag,
     }
 }
 

@@ -3,14 +3,14 @@
 use serde::Serialize;
 
 use super::air_pumping::{AIR_PUMPING, AirPumping, PatchAir};
-use super::contact::{CONTACT, Contact, Tread, of_zone};
+use super::contact::{CONTACT, Contact, Tread, Zone, of_zone};
 use super::effects::{EFFECTS, Effects, Switch};
 use super::friction::{ADHESION, Adhesion, FRICTION, Friction};
 use super::numerics::{NUMERICS, Numerics, OUTPUTS, Outputs};
 use super::road::{ROAD, Road};
 use super::rolling::{ROLLING, Rolling};
 use super::sound::{RADIATION, RECEIVERS, Radiation, RadiationQuality, Receiver};
-use super::tread_pattern::{Groove, TREAD_PATTERN, TreadPattern};
+use super::tread_pattern::{BlockModel, Groove, TREAD_PATTERN, TreadPattern};
 use super::tyre::{Tyre, TyreKind};
 use crate::scene::keys::{is_default, keys};
 use crate::scene::kind::{Flag, Optional, Text};
@@ -75,6 +75,14 @@ impl Scene {
         let is_open = patch == PatchAir::Grooves && self.effects.air_pumping != Switch::Off && is_heard;
         let pattern = self.pattern().filter(|_| is_open && self.contact.tread == Tread::Elastic);
         pattern.map_or(&[], |pattern| &pattern.grooves)
+    }
+
+    /// Tells whether blocks press volume into the voids beside them, and are heard: the patch is open, and no part that
+    /// this needs is left out.
+    pub(crate) fn squeezes_blocks(&self) -> bool {
+        let is_compliant = self.pattern().is_some_and(|pattern| pattern.blocks == BlockModel::Compliant);
+        let is_asked = self.air_pumping.as_ref().is_some_and(|pumping| pumping.squeeze);
+        is_asked && is_compliant && self.contact.zone == Zone::Cells && !self.open_grooves().is_empty()
     }
 
     /// Tells whether contact has tangential forces or a pull: friction of 0 alone is contact without either.

@@ -5,13 +5,15 @@
 //! - [`share`]: exact shares of void;
 //! - `raster`: depths of a file;
 //! - [`map`]: depths of cells;
-//! - [`blocks`]: blocks between cuts, and the compliance of their mean pressure.
+//! - [`blocks`]: blocks between cuts, and the compliance of their mean pressure;
+//! - [`squeeze`]: voids beside blocks, which take the volume that these yield.
 
 pub(crate) mod blocks;
 pub(crate) mod map;
 pub(crate) mod pitches;
 mod raster;
 pub(crate) mod share;
+pub(crate) mod squeeze;
 
 use thiserror::Error;
 

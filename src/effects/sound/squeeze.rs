@@ -1,0 +1,132 @@
+//! Squeeze of blocks: the sound of the volume that they press into the voids beside them.
+//!
+//! ```text
+//! p = i w rho sum_b i w c_b F_b (mean of G over the voids beside block b - mean of G over block b)
+//! ```
+//!
+//! Blocks are material: i w is the change that the material sees, d(c_b F_b)/dt of one block that goes by, and the
+//! means of G go with its place. On the cells of the tread the volumes are a motion like any other, known without the
+//! tyre: their waves round the tyre are met by G as those of the surface are, with the rate w - n Omega of wave n.
+
+use serde::{Deserialize, Serialize};
+
+use super::planned::{SOUND_FADE, SOUND_SEGMENT, Sound};
+use crate::contact::geometry::Geometry;
+use crate::effects::error::RunError;
+use crate::numeric::in_parallel;
+use crate::plan::Plan;
+use crate::plan::decisions::{Decisions, tread_blocks, tread_map};
+use crate::response::pressure::{PressureModel, PressureState, PressureStream, PressureTransfers};
+use crate::response::vibration::{Across, SegmentLayout};
+use crate::response::{PowerSpectrum, SpectrumAccumulator, SpectrumState, SqueezedVolumes};
+use crate::scene::Scene;
+use crate::storage::StateError;
+use crate::tyre::tread_pattern::squeeze::Squeeze;
+
+/// Parts of the pressure: by vibration, and by squeeze.
+pub(super) const PARTS: usize = 2;
+
+/// Returns the blocks of a scene's tread with the voids beside them; `None` where none yields by itself.
+pub(super) fn found_blocks(scene: &Scene, decisions: &Decisions) -> Option<Squeeze> {
+    let map = tread_map(scene, decisions)?.ok()?;
+    let blocks = tread_blocks(scene, &map)?;
+    Some(Squeeze::new(&blocks, map.across))
+}
+
+/// Returns the layout of volumes that stand in windows of the sound's layout, wider by so many columns at either end.
+pub(super) fn layout(sound: &SegmentLayout, squeeze: &Squeeze, margin: usize) -> SegmentLayout {
+    let element = sound.circumference / sound.elements as f64;
+    SegmentLayout {
+        columns: sound.columns + 2 * margin,
+        first_position: sound.first_position - margin as f64 * element,
+        across: Across::Resolved { components: squeeze.across, kept: 0 },
+        ..*sound
+    }
+}
+
+/// Volumes of a run's blocks on their way to the receivers.
+pub(super) struct SqueezeStream {
+    volumes: SqueezedVolumes,
+    /// First step whose forces count.
+    first_step: u64,
+    pub(super) stream: PressureStream,
+    /// By point, spectra of the pressure by vibration and of that by squeeze.
+    pub(super) parts: Vec<[SpectrumAccumulator; PARTS]>,
+}
+
+/// State of a [`SqueezeStream`].
+#[derive(Deserialize, Serialize)]
+pub(super) struct SqueezeState {
+    stream: PressureState,
+    parts: Vec<[SpectrumState; PARTS]>,
+}
+
+impl SqueezeStream {
+    /// Makes the way of the volumes, given that of the forces; `None` where nothing is squeezed.
+    ///
+    /// # Errors
+    /// Samples that are too few for a spectrum.
+    pub(super) fn new(
+        plan: &Plan,
+        sound: &Sound,
+        forces: &Geometry,
+        transfers: &PressureTransfers,
+        samples: usize,
+    ) -> Result<Option<Self>, RunError> {
+        if !sound.squeezes {
+            return Ok(None);
+        }
+        let Some(squeeze) = found_blocks(&plan.scene, &plan.decisions) else { return Ok(None) };
+        let PressureTransfers { model, greens } = transfers;
+        let margin = SqueezedVolumes::margin(&squeeze, forces.columns);
+        let (width, across) = (model.contact_width, squeeze.across);
+        let model = PressureModel {
+            layout: layout(&model.layout, &squeeze, margin),
+            tangential: None,
+            strips: Some((0..=across).map(|end| width * (end as f64 / across as f64 - 0.5)).collect()),
+            ..model.clone()
+        };
+        let transfers = PressureTransfers { model, greens: greens.clone() };
+        let stream = PressureStream::new(transfers, plan.steps - plan.warm_up_steps);
+        let spectrum = || SpectrumAccumulator::faded(samples, plan.time_step, SOUND_SEGMENT, SOUND_FADE);
+        let parts = (0..sound.points()).map(|_| Ok([spectrum()?, spectrum()?])).collect::<Result<_, RunError>>()?;
+        let volumes = SqueezedVolumes::new(squeeze, forces);
+        debug_assert_eq!(volumes.window().columns, stream.columns());
+        Ok(Some(Self { volumes, first_step: plan.warm_up_steps, stream, parts }))
+    }
+
+    /// Takes in the forces of a step that counts \[N\], stage by stage and cell by cell.
+    pub(super) fn push(&mut self, forces: &[f64]) {
+        let step = self.first_step + self.stream.steps();
+        self.stream.push(self.volumes.of(step, forces));
+    }
+
+    /// Returns the spectra at all points by vibration, and by squeeze.
+    pub(super) fn spectra(&self, valid_to: f64) -> Result<[Vec<PowerSpectrum>; PARTS], RunError> {
+        let of = |part: usize| -> Result<Vec<PowerSpectrum>, RunError> {
+            let finished = |parts: &[SpectrumAccumulator; PARTS]| Ok(parts[part].clone().finish()?.valid_to(valid_to));
+            in_parallel::map(&self.parts, finished).into_iter().collect()
+        };
+        Ok([of(0)?, of(1)?])
+    }
+
+    /// Takes the state down.
+    pub(super) fn save(&self) -> SqueezeState {
+        let parts = self.parts.iter().map(|parts| parts.each_ref().map(SpectrumAccumulator::save)).collect();
+        SqueezeState { stream: self.stream.save(), parts }
+    }
+
+    /// Goes on from the state of one of the same run.
+    ///
+    /// # Errors
+    /// [`StateError`].
+    pub(super) fn restore(&mut self, state: SqueezeState) -> Result<(), StateError> {
+        let (expected, found) = (self.parts.len(), state.parts.len());
+        if found != expected {
+            return Err(StateError::Length { expected, found });
+        }
+        self.stream.restore(state.stream)?;
+        let pairs = self.parts.iter_mut().flatten().zip(state.parts.into_iter().flatten());
+        pairs.into_iter().try_for_each(|(here, saved)| here.restore(saved))
+    }
+}

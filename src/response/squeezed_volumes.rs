@@ -1,0 +1,147 @@
+//! Volumes that forces on the cells of a window displace at blocks and at the voids beside them.
+//!
+//! A block gives c_b F_b: its cells go in by equal parts of it, and the void cells beside it come out by equal parts.
+//! The sum over all cells is 0. Cells are material; a wider window than that of the forces holds whole blocks.
+
+use crate::contact::geometry::Geometry;
+use crate::tyre::tread_pattern::blocks::NO_BLOCK;
+use crate::tyre::tread_pattern::squeeze::Squeeze;
+
+/// Volumes over the cells of a window.
+#[derive(Clone, Debug)]
+pub(crate) struct SqueezedVolumes {
+    squeeze: Squeeze,
+    /// Where the window of the volumes is.
+    geometry: Geometry,
+    /// Columns of this window on either side of that of the forces.
+    margin: usize,
+    /// Force by block, and the blocks that have one.
+    sums: Vec<f64>,
+    pressed: Vec<u32>,
+    /// By channel and column \[m^3\].
+    volumes: Vec<f64>,
+}
+
+impl SqueezedVolumes {
+    /// Makes the volumes of forces in a window.
+    pub(crate) fn new(squeeze: Squeeze, forces: &Geometry) -> Self {
+        let margin = Self::margin(&squeeze, forces.columns);
+        let sums = vec![0.0; squeeze.compliance.len()];
+        Self { geometry: forces.wider(margin), squeeze, margin, sums, pressed: Vec::new(), volumes: Vec::new() }
+    }
+
+    /// Returns the columns by which a window of so many is to be wider at either end.
+    pub(crate) fn margin(squeeze: &Squeeze, columns: usize) -> usize {
+        squeeze.reach().min(squeeze.columns.saturating_sub(columns) / 2)
+    }
+
+    /// Returns the window of the volumes.
+    pub(crate) fn window(&self) -> &Geometry {
+        &self.geometry
+    }
+
+    /// Returns the volumes by which cells go in under a step's forces, given stage after stage by cell: stage after
+    /// stage and cell by cell across, by column of the wider window \[m^3\].
+    pub(crate) fn of(&mut self, step: u64, forces: &[f64]) -> &[f64] {
+        let Self { squeeze, geometry, margin, sums, pressed, volumes } = self;
+        let Squeeze { columns: around, across, of_cell, compliance, .. } = &*squeeze;
+        let (around, across, columns) = (*around as i64, *across, geometry.columns);
+        let first = geometry.first_element(step);
+        let cells = (columns - 2 * *margin) * across;
+        volumes.clear();
+        volumes.resize(forces.len() / cells * across * columns, 0.0);
+        for (forces, volumes) in forces.chunks_exact(cells).zip(volumes.chunks_exact_mut(across * columns)) {
+            for (element, forces) in (first + *margin as i64..).zip(forces.chunks_exact(across)) {
+                let row = element.rem_euclid(around) as usize * across;
+                for (&force, &block) in forces.iter().zip(&of_cell[row..row + across]) {
+                    if block == NO_BLOCK || force == 0.0 {
+                        continue;
+                    }
+                    let sum = &mut sums[block as usize];
+                    if *sum == 0.0 {
+                        pressed.push(block);
+                    }
+                    *sum += force;
+                }
+            }
+            for block in pressed.drain(..).map(|block| block as usize) {
+                let volume = compliance[block] * std::mem::take(&mut sums[block]);
+                let voids = squeeze.voids(block);
+                if voids.is_empty() {
+                    continue;
+                }
+                for (cells, volume) in [(squeeze.own(block), volume), (voids, -volume)] {
+                    let each = volume / cells.len() as f64;
+                    for cell in cells.iter().map(|cell| *cell as usize) {
+                        let column = ((cell / across) as i64 - first).rem_euclid(around) as usize;
+                        if column < columns {
+                            volumes[cell % across * columns + column] += each;
+                        }
+                    }
+                }
+            }
+        }
+        volumes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tyre::tread_pattern::blocks::Blocks;
+
+    const AROUND: usize = 24;
+    const ACROSS: usize = 4;
+
+    /// Returns blocks of two columns and two cells, a column of void between them and two rows of it beside.
+    fn squeeze() -> Squeeze {
+        let block = |i: usize, j: usize| if i % 3 < 2 && j < 2 { (i / 3) as u32 } else { NO_BLOCK };
+        let of_cell = (0..AROUND).flat_map(|i| (0..ACROSS).map(move |j| block(i, j))).collect();
+        let count = AROUND / 3;
+        let compliance = (0..count).map(|block| 1e-10 * (1.0 + block as f64)).collect();
+        Squeeze::new(&Blocks { of_cell, compliance, cells: vec![4; count] }, ACROSS)
+    }
+
+    #[test]
+    fn volumes_are_kept_and_go_with_their_cells() {
+        let forces = Geometry::new(2.4, AROUND, 2, 0.03, 0.2);
+        let mut volumes = SqueezedVolumes::new(squeeze(), &forces);
+        let (margin, columns) = (squeeze().reach(), volumes.window().columns);
+        assert_eq!((margin, columns), (3, forces.columns + 6));
+        for step in [0, 1, 2, 7, 40, 95] {
+            let first = forces.first_element(step);
+            let cell = |element: i64, j: usize| 10.0 + (1.3 * element as f64 + 0.7 * j as f64).sin();
+            let elements = first..first + forces.columns as i64;
+            // Two instants, the second of half the force.
+            let one: Vec<f64> = elements.clone().flat_map(|e| (0..ACROSS).map(move |j| cell(e, j))).collect();
+            let both: Vec<f64> = one.iter().copied().chain(one.iter().map(|force| 0.5 * force)).collect();
+            let found = volumes.of(step, &both).to_vec();
+            assert_eq!(found.len(), 2 * ACROSS * columns);
+            for (stage, found) in found.chunks_exact(ACROSS * columns).enumerate() {
+                let scale = found.iter().map(|volume| volume.abs()).sum::<f64>();
+                assert!(scale > 0.0 && found.iter().sum::<f64>().abs() < 1e-14 * scale, "{step}");
+                let part = [1.0, 0.5][stage];
+                for (place, volume) in found.iter().enumerate() {
+                    let (j, element) = (place / columns, first - margin as i64 + (place % columns) as i64);
+                    let around = AROUND as i64;
+                    let of_block = |block: i64| {
+                        let own = (3 * block..3 * block + 2).flat_map(|e| [(e, 0), (e, 1)]);
+                        let turned = |e: i64| elements.clone().find(|own| (own - e).rem_euclid(around) == 0);
+                        let force = own.filter_map(|(e, j)| Some(cell(turned(e)?, j))).sum::<f64>();
+                        part * force * 1e-10 * (1.0 + block as f64)
+                    };
+                    let block = element.rem_euclid(around) / 3;
+                    let expected = match (element.rem_euclid(3), j) {
+                        // Four cells of its own; two beside it in the groove, two before and two behind.
+                        (0 | 1, 0 | 1) => of_block(block) / 4.0,
+                        (0 | 1, 2) => -of_block(block) / 6.0,
+                        (2, 0 | 1) => -(of_block(block) + of_block((block + 1) % (around / 3))) / 6.0,
+                        _ => 0.0,
+                    };
+                    assert!((volume - expected).abs() < 1e-22, "{step} {element} {j}: {volume:e} {expected:e}");
+                }
+            }
+        }
+        assert!(volumes.of(0, &vec![0.0; forces.columns * ACROSS]).iter().all(|volume| *volume == 0.0));
+    }
+}

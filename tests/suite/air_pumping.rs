@@ -68,12 +68,20 @@ fn grooves_are_heard_on_any_number_of_threads_and_a_sealed_patch_is_the_one_with
     assert!((sealed - open).abs() > 0.01, "{sealed} {open} dB");
     let table = gap(&one);
     let mut lines = table.lines();
-    let header = "groove,position_m,width_m,depth_m,resonance_hz,quality,receiver,frequency_hz,green_1_per_m";
+    let header =
+        "groove,position_m,width_m,depth_m,resonance_hz,quality,largest_pa,receiver,frequency_hz,green_1_per_m";
     assert_eq!(lines.next(), Some(header));
     let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
-    assert!(rows.len() >= 5 && rows.iter().all(|row| row[8].parse::<f64>().unwrap() > 0.0), "{table}");
+    assert!(rows.len() >= 5 && rows.iter().all(|row| row[9].parse::<f64>().unwrap() > 0.0), "{table}");
+    // Amid the groove it is louder than at the receiver, and far from 1 % of the air's own pressure.
+    let largest: f64 = rows[0][6].parse().unwrap();
+    println!("largest pressure amid the groove {largest:.2} Pa");
+    let mean = 2e-5 * 10.0_f64.powf(open / 20.0);
+    assert!(largest > 10.0 * mean && largest < 1400.0, "{largest} Pa, {mean} Pa at the receiver");
+    let warnings = &one.summary()["warnings"];
+    assert!(!warnings.to_string().contains("not linear"), "{warnings}");
     // Up to 500 Hz it has no peak.
-    assert!(rows.iter().all(|row| row[0] == "0" && row[4].is_empty() && row[6] == "beside"), "{table}");
+    assert!(rows.iter().all(|row| row[0] == "0" && row[4].is_empty() && row[7] == "beside"), "{table}");
 }
 
 /// Bytes of the tables of the sound.

@@ -81,7 +81,7 @@ fn spectrum_bytes(plan: &Plan) -> f64 {
 
 /// Adds the way from forces or volumes in windows of a layout to all receivers, with so many integrals of a wavenumber.
 fn add_stream(amounts: &mut Amounts, plan: &Plan, sound: &Sound, layout: &SegmentLayout, integrals: usize) {
-    let (cells, points) = (Sound::GRID.around, sound.points());
+    let (cells, points) = (Sound::GRID.around, sound.streamed());
     let bins = (sound.radiation.fmax / layout.resolution()).ceil() as usize;
     let steps = plan.steps - plan.warm_up_steps;
     let blocks = PressureStream::blocks(layout, steps);

@@ -39,6 +39,7 @@ use crate::scene::{LoadedScene, Scene, SceneError, Zone};
 use crate::storage::state::{StateError, StateReader, StateWriter};
 use kept_signal::{KeptSignal, KeptState};
 pub(crate) use kept_transfers::KeptReceiver;
+use open_patch::AmidGroove;
 use passing::Passing;
 pub(crate) use planned::{Heard, Sound};
 use planned::{SOUND_FADE, SOUND_SEGMENT, waves_for};
@@ -125,6 +126,8 @@ pub(crate) struct SoundObserver {
     spectra: Vec<SpectrumAccumulator>,
     /// By point, pressures over time as far as they are kept to be listened to.
     signals: Vec<KeptSignal>,
+    /// By open groove, pressures amid it.
+    amid: Vec<AmidGroove>,
     /// By receiver, pressures at its first point by order of the revolution; none without a tread pattern.
     orders: Vec<Orders>,
     valid_to: f64,
@@ -182,6 +185,7 @@ struct SoundState {
     spectra: Vec<SpectrumState>,
     signals: Vec<KeptState>,
     orders: Vec<Orders>,
+    amid: Vec<AmidGroove>,
 }
 
 /// Pressures of blocks by vibration and, where blocks squeeze air, by that.
@@ -275,6 +279,7 @@ impl SoundObserver {
             spectra,
             signals,
             orders: vec![Orders::new(steps); receivers],
+            amid: vec![AmidGroove::default(); sound.channels.len()],
             speed,
             valid_to: contact.sound_valid_to().min(sound.complete_to()),
             slice_errors: contact.slice_errors.clone(),
@@ -311,13 +316,18 @@ impl SoundObserver {
 
     /// Takes the pressures of the blocks that wait down.
     fn hear(&mut self) {
-        let Self { sound, stream, signals, spectra, squeeze, orders, .. } = self;
+        let Self { sound, stream, signals, spectra, squeeze, orders, amid, .. } = self;
         let (other, parts) = match squeeze.as_deref_mut() {
             None => (None, &mut [][..]),
             Some(SqueezeStream { stream, parts, .. }) => (Some(stream), &mut parts[..]),
         };
-        stream.hear(other, |points, pressures, squeezed| {
+        stream.hear(other, |streamed, pressures, squeezed| {
             let heard = Summed { pressures, squeezed };
+            let [start, end] = [streamed.start, streamed.end].map(|point| point.min(sound.points()));
+            for point in end..streamed.end {
+                heard.of(point - streamed.start, |sum| amid[point - sound.points()].take(sum));
+            }
+            let points = start..end;
             for (receiver, orders) in sound.heard.iter().zip(orders.iter_mut()) {
                 if points.contains(&receiver.points.start) {
                     let first = receiver.points.start - points.start;
@@ -368,19 +378,20 @@ impl EffectObserver for SoundObserver {
             spectra: self.spectra.iter().map(SpectrumAccumulator::save).collect(),
             signals: self.signals.iter().map(KeptSignal::save).collect(),
             orders: self.orders.clone(),
+            amid: self.amid.clone(),
         })
     }
 
     fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
-        let SoundState { stream, squeeze, spectra, signals, orders } = state.take()?;
+        let SoundState { stream, squeeze, spectra, signals, orders, amid } = state.take()?;
         if spectra.len() != self.spectra.len() || signals.len() != self.signals.len() {
             return Err(StateError::Length { expected: self.signals.len(), found: signals.len() });
         }
         let alike = orders.iter().zip(&self.orders).all(|(saved, here)| saved.is_like(here));
-        if orders.len() != self.orders.len() || !alike {
+        if orders.len() != self.orders.len() || !alike || amid.len() != self.amid.len() {
             return Err(StateError::Value);
         }
-        self.orders = orders;
+        (self.orders, self.amid) = (orders, amid);
         self.stream.restore(stream)?;
         match (&mut self.squeeze, squeeze) {
             (None, None) => {}
@@ -402,6 +413,7 @@ impl EffectObserver for SoundObserver {
 
     fn write(&self, end: &End<'_>, files: &dyn ResultFiles, found: &mut Found, _: &mut Meter) -> Result<(), RunError> {
         found.sound = Some(self.write_all(end.loaded, files)?);
+        found.warnings.extend(self.amid.iter().enumerate().filter_map(|(groove, amid)| amid.warning(groove)));
         Ok(())
     }
 }

@@ -3,6 +3,7 @@
 use std::cmp::Ordering;
 
 use num_complex::{Complex32, Complex64};
+use serde::{Deserialize, Serialize};
 
 use super::planned::Sound;
 use crate::numeric::{double, in_parallel, lagrange, single};
@@ -69,6 +70,8 @@ struct Solved {
     responses: Vec<Complex64>,
     /// By point, |G| amid each groove, and G exp(i k r0) on the grid's cells \[1/m\].
     fields: Vec<(Vec<f64>, Vec<Complex32>)>,
+    /// By groove, G of the point amid it on these cells \[1/m\]; none where no field is asked for.
+    of_amid: Vec<Vec<Complex32>>,
 }
 
 /// Work and memory of an open patch, before it is solved.
@@ -89,7 +92,7 @@ impl OpenAmounts {
         let body = plan.radiating_body(&sound.radiation, at_rest).ok()?;
         let air = Air::at(sound.radiation.temperature)?;
         let OpenPatch { sheet, .. } = OpenPatch::of(sound, &body, &air)?;
-        let (points, intervals) = (sound.points() as f64, 2 * (sound.range(&air).first().len() - 1));
+        let (points, intervals) = (sound.streamed() as f64, 2 * (sound.range(&air).first().len() - 1));
         let known = FOUND_WANTING * intervals as f64;
         // Of each interval the middle is tried, too.
         let solved = known * (sheet.sheet.multiply_adds(1) + sheet.sheet.multiply_adds(sound.points() + 1));
@@ -106,6 +109,8 @@ const FOUND_WANTING: f64 = 1.3;
 pub(super) struct Opened {
     pub(super) set: TransferSet,
     pub(super) under: Vec<UnderPatch>,
+    /// By groove, that of the point amid it.
+    pub(super) of_amid: Vec<UnderPatch>,
     pub(super) fields: GrooveFields,
 }
 
@@ -141,7 +146,12 @@ impl<'a> OpenPatch<'a> {
             (amid(field).into_iter().map(|value| value.norm()).collect(), values)
         });
         let fields = fields.collect();
-        Ok(Solved { frequency, responses, fields })
+        let channels = if transfers.is_empty() { &[] } else { self.channels };
+        let of_groove = |channel: &Channel| {
+            self.sheet.on_grid(&factored.sourced_amid(channel.position)).into_iter().map(single).collect()
+        };
+        let of_amid = channels.iter().map(of_groove).collect();
+        Ok(Solved { frequency, responses, fields, of_amid })
     }
 
     fn wavenumber(&self, frequency: f64) -> f64 {
@@ -237,6 +247,7 @@ impl<'a> OpenPatch<'a> {
         let ends = &self.sheet.sheet.y;
         let sealed = || UnderPatch { cells: self.sheet.cells, ends: ends.clone(), values: Vec::new() };
         let mut under: Vec<UnderPatch> = (0..points).map(|_| sealed()).collect();
+        let mut of_amid: Vec<UnderPatch> = self.channels.iter().map(|_| sealed()).collect();
         let loudest = {
             let level =
                 |solved: &Solved| solved.fields.first().map(|(amid, _)| amid.iter().copied().fold(0.0, f64::max));
@@ -248,12 +259,46 @@ impl<'a> OpenPatch<'a> {
         };
         let mut amid = vec![Vec::new(); points];
         for solved in known {
+            of_amid.iter_mut().zip(solved.of_amid).for_each(|(under, values)| under.values.push(values));
             for (point, (levels, values)) in solved.fields.into_iter().enumerate() {
                 amid[point].push(levels);
                 under[point].values.push(values);
             }
         }
-        Opened { set, under, fields: GrooveFields { resonances, frequencies, amid, loudest } }
+        Opened { set, under, of_amid, fields: GrooveFields { resonances, frequencies, amid, loudest } }
+    }
+}
+
+/// Pressure above which air is not linear by 1 %: that part of gamma times its static pressure \[Pa\].
+const NOT_LINEAR: f64 = 0.01 * 1.4 * 101_325.0;
+
+/// Pressures amid a groove, sample by sample.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
+pub(super) struct AmidGroove {
+    samples: u64,
+    /// Samples at which it is not linear.
+    above: u64,
+    /// Largest magnitude \[Pa\].
+    largest: f64,
+}
+
+impl AmidGroove {
+    /// Takes in pressures \[Pa\].
+    pub(super) fn take(&mut self, pressures: &[f64]) {
+        self.samples += pressures.len() as u64;
+        self.above += pressures.iter().filter(|pressure| pressure.abs() > NOT_LINEAR).count() as u64;
+        self.largest = pressures.iter().fold(self.largest, |largest, pressure| largest.max(pressure.abs()));
+    }
+
+    /// Warns of samples at which the air in a groove of a number is not linear; `None` without any.
+    pub(super) fn warning(&self, groove: usize) -> Option<String> {
+        let Self { samples, above, largest } = self;
+        (*above > 0).then(|| {
+            format!(
+                "the pressure amid tread_pattern.grooves[{groove}] is above {NOT_LINEAR:.0} Pa, 1 % of gamma times \
+                 that of the air, in {above} of {samples} samples, at most {largest:.0} Pa: it is not linear there"
+            )
+        })
     }
 }
 
@@ -300,12 +345,14 @@ impl GrooveFields {
         self.resonances.iter().enumerate().filter_map(one).collect()
     }
 
-    /// Returns the table of the grooves: resonances, and |G| amid them by receiver, at its first point.
-    pub(super) fn to_csv(&self, sound: &Sound) -> String {
+    /// Returns the table of the grooves: resonances, largest pressures, and |G| amid them by receiver, at its first
+    /// point.
+    pub(super) fn to_csv(&self, sound: &Sound, pressures: &[AmidGroove]) -> String {
         let mut rows = Vec::new();
         for (groove, (channel, found)) in sound.channels.iter().zip(&self.resonances).enumerate() {
             let resonance = optional(found.map(|found| found.frequency));
             let quality = optional(found.map(|found| found.quality));
+            let largest = optional(pressures.get(groove).map(|amid| amid.largest));
             for heard in &sound.heard {
                 for (frequency, amid) in self.frequencies.iter().zip(&self.amid[heard.points.start]) {
                     let Channel { position, width, depth } = channel;
@@ -317,6 +364,7 @@ impl GrooveFields {
                         depth,
                         &resonance,
                         &quality,
+                        &largest,
                         &heard.name,
                         frequency,
                         &level,
@@ -331,6 +379,7 @@ impl GrooveFields {
             "depth_m",
             "resonance_hz",
             "quality",
+            "largest_pa",
             "receiver",
             "frequency_hz",
             "green_1_per_m",
@@ -402,6 +451,16 @@ mod tests {
         let early = open.resonances([LOOKED_AT[0], LOOKED_AT[1].min(open.highest())]).unwrap()[0].unwrap();
         println!("{early:?} after {:?}, in the run {resonance:?}", clock.elapsed());
         assert!((early.frequency / resonance.frequency - 1.0).abs() < 0.01, "{early:?} {resonance:?}");
+    }
+
+    #[test]
+    fn pressures_above_a_hundredth_of_the_airs_are_counted_and_warned_of() {
+        let mut amid = AmidGroove::default();
+        amid.take(&[0.0, -1400.0, 1400.0]);
+        assert_eq!(amid.warning(1), None);
+        amid.take(&[-1500.0, 1450.0, 3.0]);
+        let told = amid.warning(1).unwrap();
+        assert!(told.contains("grooves[1]") && told.contains("2 of 6 samples, at most 1500 Pa"), "{told}");
     }
 
     #[test]

@@ -142,6 +142,11 @@ impl Sound {
         self.positions.len()
     }
 
+    /// Returns the points whose pressures are made: those of all receivers, and one amid each open groove.
+    pub(crate) fn streamed(&self) -> usize {
+        self.points() + self.channels.len()
+    }
+
     /// Returns the transfers from a body to all points.
     pub(crate) fn problem<'a>(&'a self, body: &'a Body, memory_limit: u64) -> TransferProblem<'a> {
         TransferProblem {

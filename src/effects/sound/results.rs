@@ -44,7 +44,7 @@ impl SoundObserver {
         folder.write_text(SOUND_FILE, &sound_levels_csv(&spectra, LOWEST_FREQUENCY, self.slice_errors.as_ref()))?;
         folder.write_text(SOUND_NARROW_FILE, &sound_narrow_csv(&spectra))?;
         if let Some(grooves) = &self.way.grooves {
-            folder.write_text(GAP_FILE, &grooves.to_csv(&self.sound))?;
+            folder.write_text(GAP_FILE, &grooves.to_csv(&self.sound, &self.amid))?;
             let drawn = grooves.loudest.as_ref().zip(self.sound.heard.first());
             if let Some((levels, heard)) = drawn.filter(|_| loaded.scene.outputs.plots) {
                 draw_under_patch(loaded, &heard.name, levels, folder)?;

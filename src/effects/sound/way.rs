@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use num_complex::Complex32;
 use rayon::prelude::*;
 
 use super::kept_transfers::KeptTransfers;
@@ -93,7 +94,9 @@ impl Seeking<'_> {
         progress.stage(Stage::Radiation);
         let body = self.body(contact.at_rest.length)?;
         let (greens, summary, grooves) = self.greens(&air, &body, warnings, progress, meter)?;
-        let (delays, left) = delays(sound, &body, &air);
+        let (delays, mut left) = delays(sound, &body, &air);
+        // Points amid grooves are heard at once.
+        left.resize(greens.len(), 0.0);
         let (lateral, highest) = (sound.lateral_numbers(tyre), 0.5 / layout.time_step);
         let rule = sound.flank(&body).map(|flank| flank.rule);
         let around = Sound::GRID.around / 2;
@@ -202,9 +205,24 @@ impl Seeking<'_> {
         };
         let Some(open) = open else { return Ok((surface_greens(set, body, sound), summary, None)) };
         let opened = open.open(set).map_err(|error| self.refused("air_pumping", error.to_string(), "other grooves"))?;
-        let Opened { set, under, fields } = opened;
+        let Opened { set, under, of_amid, fields } = opened;
         let mut greens = surface_greens(set, body, sound);
         greens.iter_mut().zip(under).for_each(|(green, under)| green.under_patch = Some(under));
+        // Sources beyond the sheet are left out of the pressures amid grooves.
+        let amid = greens.first().map(|first| {
+            let values = first.values.iter().map(|values| vec![Complex32::ZERO; values.len()]).collect();
+            SurfaceGreen {
+                frequencies: first.frequencies.clone(),
+                around: first.around,
+                across: first.across.clone(),
+                half_width: first.half_width,
+                rings: first.rings,
+                values,
+                under_patch: None,
+            }
+        });
+        let of = |under| amid.clone().map(|green| SurfaceGreen { under_patch: Some(under), ..green });
+        greens.extend(of_amid.into_iter().filter_map(of));
         Ok((greens, summary, Some(fields)))
     }
 

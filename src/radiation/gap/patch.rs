@@ -235,11 +235,17 @@ impl PatchSheet {
         values.chunks_exact(across).zip(&self.beyond).flat_map(mean).collect()
     }
 
-    /// Returns the pressure amid the patch at a distance across, of values on the sheet's cells.
-    pub(crate) fn amid(&self, values: &[Complex64], y: f64) -> Complex64 {
+    /// Returns the two cells of the sheet amid the patch at a distance across.
+    fn cells_amid(&self, y: f64) -> [usize; 2] {
         let [along, across] = self.sheet.cells();
         let j = self.sheet.y.partition_point(|&end| end <= y).clamp(1, across) - 1;
-        0.5 * (values[(along / 2 - 1) * across + j] + values[along / 2 * across + j])
+        [along / 2 - 1, along / 2].map(|i| i * across + j)
+    }
+
+    /// Returns the pressure amid the patch at a distance across, of values on the sheet's cells.
+    pub(crate) fn amid(&self, values: &[Complex64], y: f64) -> Complex64 {
+        let [one, other] = self.cells_amid(y);
+        0.5 * (values[one] + values[other])
     }
 }
 
@@ -249,6 +255,17 @@ impl FactoredPatch<'_> {
         let drives: Vec<Drive> = transfers.iter().map(|transfer| self.patch.drive(transfer)).collect();
         debug_assert!(transfers.iter().all(|transfer| (transfer.wavenumber / self.wavenumber - 1.0).abs() < 1e-9));
         self.factored.solve(&drives)
+    }
+
+    /// Solves for G of a point amid the patch at a distance across, on the sheet's cells: by reciprocity the field of a
+    /// source there that runs out through the edges \[1/m\].
+    pub(crate) fn sourced_amid(&self, y: f64) -> Vec<Complex64> {
+        let [along, across] = self.patch.sheet.cells();
+        let mut sources = vec![Complex64::ZERO; along * across];
+        for cell in self.patch.cells_amid(y) {
+            sources[cell] = Complex64::new(-0.5 / self.factored.area(cell), 0.0);
+        }
+        self.factored.solve(&[Drive { sources, ..Drive::default() }]).remove(0)
     }
 
     /// Solves for the field of ends that are driven by 1 \[1/m\] alike, on the sheet's cells.

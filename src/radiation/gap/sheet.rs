@@ -217,6 +217,11 @@ impl Sheet {
 const TOGETHER: usize = 32;
 
 impl FactoredSheet {
+    /// Returns the area of a cell \[m^2\].
+    pub(crate) fn area(&self, cell: usize) -> f64 {
+        self.areas[cell]
+    }
+
     /// Solves for the pressures of some drives: by drive, by cell; 0 where the gap is closed.
     pub(crate) fn solve(&self, drives: &[Drive]) -> Vec<Vec<Complex64>> {
         drives.chunks(TOGETHER).flat_map(|some| self.solve_together(some)).collect()

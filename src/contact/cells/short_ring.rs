@@ -49,11 +49,16 @@ impl Seen {
     }
 }
 
+/// Returns what begins at the same place of a row and of another one that begins so many places later.
+pub(crate) fn aligned<'a, N, M>(row: &'a [N], later: i64, other: &'a mut [M]) -> (&'a [N], &'a mut [M]) {
+    let skipped = |places: i64, of: usize| usize::try_from(places).unwrap_or(0).min(of);
+    let (first, skipped) = (skipped(later.saturating_neg(), other.len()), skipped(later, row.len()));
+    (&row[skipped..], &mut other[first..])
+}
+
 /// Adds numbers to others that begin so many places later.
 fn add_moved<N: Element>(numbers: &[N], later: i64, out: &mut [f64]) {
-    let skipped = |places: i64, of: usize| usize::try_from(places).unwrap_or(0).min(of);
-    let (first, skipped) = (skipped(later.saturating_neg(), out.len()), skipped(later, numbers.len()));
-    let (out, numbers) = (&mut out[first..], &numbers[skipped..]);
+    let (numbers, out) = aligned(numbers, later, out);
     out.iter_mut().zip(numbers).for_each(|(out, number)| *out += number.double());
 }
 

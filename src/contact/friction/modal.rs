@@ -11,7 +11,7 @@ use super::product::Vector;
 use super::transform::TractionTransform;
 use super::wave_group::{STEPS, Stepping, WaveGroup};
 use crate::contact::cells::ring_waves::{allowed_rounding, is_slow};
-use crate::contact::cells::short_ring::Placed;
+use crate::contact::cells::short_ring::{Placed, aligned};
 use crate::contact::cells::wave_transform::WaveNumber;
 use crate::counters::Work;
 use crate::numeric::Element;
@@ -138,9 +138,8 @@ impl<R: WaveNumber> Ring<R> {
                 cells.fill([0.0; COMPONENTS]);
                 transform.add_inverse(*first, cells);
                 let later = first_element.saturating_sub(*first).saturating_mul(*across as i64);
-                let skipped = |places: i64, of: usize| usize::try_from(places).unwrap_or(0).min(of);
-                let (begin, left) = (skipped(later.saturating_neg(), out.len()), skipped(later, cells.len()));
-                for (out, cell) in out[begin..].iter_mut().zip(&cells[left..]) {
+                let (cells, out) = aligned(cells, later, out);
+                for (out, cell) in out.iter_mut().zip(cells) {
                     out.iter_mut().zip(cell).for_each(|(out, value)| *out += value);
                 }
             }

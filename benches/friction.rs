@@ -32,7 +32,7 @@ fn friction(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("friction");
     group.sample_size(20);
     // Larger ones have many poles to be fitted.
-    let is_test = std::env::args().any(|argument| argument == "--test");
+    let is_test = !std::env::args().any(|argument| argument == "--bench");
     for size in SIZES.into_iter().take(if is_test { 1 } else { SIZES.len() }) {
         let mut times = Vec::new();
         for (name, friction) in [("without", ""), ("with", FRICTION)] {

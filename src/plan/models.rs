@@ -1,5 +1,6 @@
 //! Models of the tyre that a planned run needs, from the user's cache or fitted.
 
+use std::borrow::Cow;
 use std::sync::atomic::AtomicBool;
 
 use thiserror::Error;
@@ -8,7 +9,7 @@ use super::Plan;
 use crate::counters::{Counter, Meter, Stage, Work};
 use crate::scene::{LoadedScene, SceneError, Tyre};
 use crate::storage::Cache;
-use crate::tyre::influence::{CellGrid, CellSums};
+use crate::tyre::influence::{CellGrid, CellSums, WaveBand};
 use crate::tyre::layers::operations;
 use crate::tyre::poles::cache::{self, Fetched};
 use crate::tyre::poles::{FitError, FitOptions, FitTimes, RationalModel, fit_timed};
@@ -82,6 +83,12 @@ pub(crate) fn cell_sums(plan: &Plan, tyre: &Tyre) -> CellSums {
     let grid = CellGrid::new(tyre, numerics.elements, plan.cell_grid().across);
     let largest = numerics.time_rule.resolved_symbol() / plan.time_step;
     CellSums::new(tyre, grid, plan.cell_truncation(), numerics.influence_tolerance, largest)
+}
+
+/// Returns the sums that carry a band of waves: those of the tyre as a `whole`, or, for a folded one, of the tyre whose
+/// sides are moved.
+pub(crate) fn band_sums<'a>(plan: &Plan, band: WaveBand, whole: &'a CellSums) -> Cow<'a, CellSums> {
+    if band.folded { Cow::Owned(cell_sums(plan, &plan.tyre_of(band))) } else { Cow::Borrowed(whole) }
 }
 
 /// Counts evaluations of the compliance of a planned scene's tyre, and their arithmetic: as many flops as so many

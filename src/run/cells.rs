@@ -16,7 +16,7 @@ use crate::counters::{Counter, Meter, Stage};
 use crate::effects::RunError;
 use crate::effects::TyreModels;
 use crate::plan::Plan;
-use crate::plan::models::{cell_sums, count_evaluations, refused};
+use crate::plan::models::{band_sums, cell_sums, count_evaluations, refused};
 use crate::response::vibration::CarriedWaves;
 use crate::road::maker::SliceForm;
 use crate::run::friction::FrictionContact;
@@ -147,11 +147,9 @@ impl<'a> CellContact<'a> {
         warnings: &mut Vec<String>,
     ) -> Result<Vec<CarriedWaves>, RunError> {
         let carried = |band: WaveBand| -> Result<CarriedWaves, RunError> {
-            let tyre = self.plan.tyre_of(band);
-            let moved = band.folded.then(|| cell_sums(self.plan, &tyre));
-            let sums = moved.as_ref().unwrap_or(&self.sums);
+            let sums = band_sums(self.plan, band, &self.sums);
             let rows = sums.waves(band);
-            let model = self.model(sums, &tyre, &rows, meter, warnings)?;
+            let model = self.model(&sums, &self.plan.tyre_of(band), &rows, meter, warnings)?;
             Ok(CarriedWaves { part: band.part, rows, model })
         };
         self.bands(columns).into_iter().map(carried).collect()

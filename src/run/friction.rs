@@ -20,7 +20,7 @@ use crate::contact::tread::TreadSurface;
 use crate::counters::{Counter, Meter, Stage};
 use crate::effects::RunError;
 use crate::plan::Plan;
-use crate::plan::models::{cell_sums, count_evaluations, refused};
+use crate::plan::models::{band_sums, count_evaluations, refused};
 use crate::scene::{Friction, History, LoadedScene, LongitudinalCreep, Tyre};
 use crate::storage::Cache;
 use crate::storage::cache::key;
@@ -114,11 +114,9 @@ impl FrictionContact<'_> {
             return Ok(TractionHistory::Direct(Box::new(past)));
         }
         let carried = |band: WaveBand| -> Result<Carried, RunError> {
-            let tyre = plan.tyre_of(band);
-            let moved = band.folded.then(|| cell_sums(plan, &tyre));
-            let sums = moved.as_ref().unwrap_or(sums);
+            let sums = band_sums(plan, band, sums);
             let rows = sums.traction_rows(band);
-            let model = self.model(sums, &tyre, &rows, meter, warnings)?;
+            let model = self.model(&sums, &plan.tyre_of(band), &rows, meter, warnings)?;
             meter.count(Counter::Poles, model.order() as u64);
             Ok(Carried { band, grid: sums.grid().clone(), rows, model })
         };

@@ -1,10 +1,10 @@
 //! Volumes that forces on the cells of a window displace at blocks and at the voids beside them.
 //!
 //! A block gives c_b F_b: its cells go in by equal parts of it, and the void cells beside it come out by equal parts.
-//! The sum over all cells is 0. Cells are material; a wider window than that of the forces holds whole blocks.
+//! A rib gives the mean over all places of a block on it. The sum over all cells is 0. Cells are material; a wider window than that of the forces holds whole blocks.
 
 use crate::contact::geometry::Geometry;
-use crate::tyre::tread_pattern::blocks::NO_BLOCK;
+use crate::tyre::tread_pattern::block_window::{BlockWindow, spread_from_places, sum_over_places};
 use crate::tyre::tread_pattern::squeeze::Squeeze;
 
 /// Volumes over the cells of a window.
@@ -15,9 +15,14 @@ pub(crate) struct SqueezedVolumes {
     geometry: Geometry,
     /// Columns of this window on either side of that of the forces.
     margin: usize,
-    /// Force by block, and the blocks that have one.
-    sums: Vec<f64>,
-    pressed: Vec<u32>,
+    /// Blocks in the window of the volumes.
+    window: BlockWindow,
+    /// Force by number of a part.
+    forces: Vec<f64>,
+    /// Forces by place of averaging, those times one of the shares, and volumes by part, of one block.
+    places: Vec<f64>,
+    shared: Vec<f64>,
+    parts: Vec<f64>,
     /// By channel and column \[m^3\].
     volumes: Vec<f64>,
 }
@@ -26,8 +31,20 @@ impl SqueezedVolumes {
     /// Makes the volumes of forces in a window.
     pub(crate) fn new(squeeze: Squeeze, forces: &Geometry) -> Self {
         let margin = Self::margin(&squeeze, forces.columns);
-        let sums = vec![0.0; squeeze.compliance.len()];
-        Self { geometry: forces.wider(margin), squeeze, margin, sums, pressed: Vec::new(), volumes: Vec::new() }
+        let geometry = forces.wider(margin);
+        let window = BlockWindow::new(&squeeze.blocks, squeeze.across, geometry.columns);
+        let none = Vec::new;
+        Self {
+            squeeze,
+            geometry,
+            margin,
+            window,
+            forces: none(),
+            places: none(),
+            shared: none(),
+            parts: none(),
+            volumes: none(),
+        }
     }
 
     /// Returns the columns by which a window of so many is to be wider at either end.
@@ -43,39 +60,39 @@ impl SqueezedVolumes {
     /// Returns the volumes by which cells go in under a step's forces, given stage after stage by cell: stage after
     /// stage and cell by cell across, by column of the wider window \[m^3\].
     pub(crate) fn of(&mut self, step: u64, forces: &[f64]) -> &[f64] {
-        let Self { squeeze, geometry, margin, sums, pressed, volumes } = self;
-        let Squeeze { columns: around, across, of_cell, compliance, .. } = &*squeeze;
-        let (around, across, columns) = (*around as i64, *across, geometry.columns);
+        let Self { squeeze, geometry, margin, window, forces: of_part, places, shared, parts, volumes } = self;
+        let (around, across, columns) = (squeeze.columns as i64, squeeze.across, geometry.columns);
         let first = geometry.first_element(step);
+        window.place(first);
         let cells = (columns - 2 * *margin) * across;
         volumes.clear();
         volumes.resize(forces.len() / cells * across * columns, 0.0);
         for (forces, volumes) in forces.chunks_exact(cells).zip(volumes.chunks_exact_mut(across * columns)) {
-            for (element, forces) in (first + *margin as i64..).zip(forces.chunks_exact(across)) {
-                let row = element.rem_euclid(around) as usize * across;
-                for (&force, &block) in forces.iter().zip(&of_cell[row..row + across]) {
-                    if block == NO_BLOCK || force == 0.0 {
-                        continue;
-                    }
-                    let sum = &mut sums[block as usize];
-                    if *sum == 0.0 {
-                        pressed.push(block);
-                    }
-                    *sum += force;
-                }
+            of_part.clear();
+            of_part.resize(window.count(), 0.0);
+            for (force, &part) in forces.iter().zip(&window.cells()[*margin * across..]) {
+                of_part[part as usize] += force;
             }
-            for block in pressed.drain(..).map(|block| block as usize) {
-                let volume = compliance[block] * std::mem::take(&mut sums[block]);
-                let voids = squeeze.voids(block);
-                if voids.is_empty() {
+            for span in window.spans() {
+                let forces = &of_part[span.numbers()];
+                if forces.iter().all(|force| *force == 0.0) {
                     continue;
                 }
-                for (cells, volume) in [(squeeze.own(block), volume), (voids, -volume)] {
-                    let each = volume / cells.len() as f64;
-                    for cell in cells.iter().map(|cell| *cell as usize) {
-                        let column = ((cell / across) as i64 - first).rem_euclid(around) as usize;
-                        if column < columns {
-                            volumes[cell % across * columns + column] += each;
+                sum_over_places(forces, span.length, places);
+                parts.resize(forces.len(), 0.0);
+                // Cells of the block go in, voids beside it come out.
+                for (share, sign) in [1.0, -1.0].into_iter().enumerate() {
+                    shared.clear();
+                    let weights = window.places(span).map(|place| squeeze.shares[place][share]);
+                    shared.extend(places.iter().zip(weights).map(|(force, weight)| sign * weight * force));
+                    spread_from_places(shared, span.length, parts);
+                    for (part, &volume) in window.parts(span).zip(&*parts) {
+                        let cells = if share == 0 { squeeze.own(part) } else { squeeze.voids(part) };
+                        for cell in cells.iter().map(|cell| *cell as usize) {
+                            let column = ((cell / across) as i64 - first).rem_euclid(around) as usize;
+                            if column < columns {
+                                volumes[cell % across * columns + column] += volume;
+                            }
                         }
                     }
                 }
@@ -88,7 +105,7 @@ impl SqueezedVolumes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tyre::tread_pattern::blocks::Blocks;
+    use crate::tyre::tread_pattern::blocks::{Blocks, NO_BLOCK};
 
     const AROUND: usize = 24;
     const ACROSS: usize = 4;
@@ -98,8 +115,8 @@ mod tests {
         let block = |i: usize, j: usize| if i % 3 < 2 && j < 2 { (i / 3) as u32 } else { NO_BLOCK };
         let of_cell = (0..AROUND).flat_map(|i| (0..ACROSS).map(move |j| block(i, j))).collect();
         let count = AROUND / 3;
-        let compliance = (0..count).map(|block| 1e-10 * (1.0 + block as f64)).collect();
-        Squeeze::new(&Blocks { of_cell, compliance, cells: vec![4; count] }, ACROSS)
+        let compliance: Vec<f64> = (0..count).map(|block| 1e-10 * (1.0 + block as f64)).collect();
+        Squeeze::new(&Blocks::whole(of_cell, &compliance), ACROSS)
     }
 
     #[test]

@@ -9,7 +9,7 @@ use tyrewave::run::Simulation;
 use tyrewave::scene::{LoadedScene, Scene};
 use tyrewave::test_models::{edit, scene, scene_text};
 use tyrewave::tyre::influence::{CellGrid, CellInfluence, CellSums, CellTruncation};
-use tyrewave::tyre::tread_pattern::blocks::{Blocks, NO_BLOCK};
+use tyrewave::tyre::tread_pattern::blocks::{Block, Blocks, NO_BLOCK};
 
 use crate::suite::common::run;
 
@@ -82,9 +82,7 @@ fn equal_pitches_on_a_smooth_road_give_their_lines_alone() {
 
 #[test]
 fn a_pattern_that_is_moved_by_cells_moves_the_forces() {
-    // Blocks of a part that runs round the tyre are cut where pitches begin, which are not moved.
-    let of =
-        |offset: f64| forces(&scene(&rolled(14.0, SMOOTH, CELLS, &laterals(32, offset, "blocks = \"continuum\""))));
+    let of = |offset: f64| forces(&scene(&rolled(14.0, SMOOTH, CELLS, &laterals(32, offset, ""))));
     let first = of(MIDDLE);
     // A whole pitch is no move.
     assert_eq!(bits(&first), bits(&of(MIDDLE + 1.0)));
@@ -305,20 +303,30 @@ fn influence(columns: usize, across: usize) -> CellInfluence {
     CellSums::new(&tyre, grid, truncation, 1e-6, 0.0).kept_instant(0.0, columns)
 }
 
-/// Blocks of 3 x 2 cells of every other four columns, the others without.
+/// Blocks of 3 x 2 cells of every other four columns, the others without; a ring of two rows with a hole beside them,
+/// and ribs of 20 columns of every 24.
 fn blocks(elements: usize, across: usize) -> Blocks {
-    let mut blocks = Blocks { of_cell: vec![NO_BLOCK; elements * across], compliance: Vec::new(), cells: Vec::new() };
-    for cell in 0..elements * across {
-        let (i, j) = (cell / across, cell % across);
-        let number = (i / 4) * across.div_ceil(2) + j / 2;
-        while blocks.cells.len() <= number {
-            blocks.compliance.push(5e-10 * (1.0 + blocks.cells.len() as f64 % 3.0));
-            blocks.cells.push(0);
+    let mut blocks = Blocks { of_cell: vec![NO_BLOCK; elements * across], cells: Vec::new(), blocks: Vec::new() };
+    let inner = across - 3;
+    let add = |blocks: &mut Blocks, parts: &[Vec<usize>], length: usize, is_ring: bool| {
+        let first = blocks.cells.len() as u32;
+        let compliance = 5e-10 * (1.0 + f64::from(first % 3));
+        blocks.blocks.push(Block { first, parts: parts.len() as u32, length: length as u32, is_ring, compliance });
+        for cells in parts {
+            cells.iter().for_each(|&cell| blocks.of_cell[cell] = blocks.cells.len() as u32);
+            blocks.cells.push(cells.len() as u32);
         }
-        if i % 4 < 3 {
-            blocks.of_cell[cell] = number as u32;
-            blocks.cells[number] += 1;
-        }
+    };
+    for (i, j) in (0..elements / 4).flat_map(|i| (0..inner).step_by(2).map(move |j| (4 * i, j))) {
+        let cells = (i..i + 3).flat_map(|i| (j..inner.min(j + 2)).map(move |j| i * across + j)).collect();
+        add(&mut blocks, &[cells], 1, false);
+    }
+    let column = |i: usize| (inner..inner + 2).map(move |j| i * across + j).filter(|cell| *cell != 7 * across + inner);
+    let ring: Vec<Vec<usize>> = (0..elements).map(|i| column(i).collect()).collect();
+    add(&mut blocks, &ring, 5, true);
+    for first in (0..elements - 24).step_by(24) {
+        let parts: Vec<Vec<usize>> = (first..first + 20).map(|i| vec![i * across + inner + 2]).collect();
+        add(&mut blocks, &parts, 5, false);
     }
     blocks
 }
@@ -350,10 +358,55 @@ fn products_with_blocks_are_those_with_their_entries_and_symmetric() {
 }
 
 #[test]
+fn a_rib_yields_like_the_mean_of_its_blocks_wherever_they_begin() {
+    let (elements, across, columns, face, compliance, length) = (96, 2, 24, 2.7e-5, 6e-10, 7);
+    let rib = Block { first: 0, parts: elements as u32, length: length as u32, is_ring: true, compliance };
+    let of_cell = (0..elements * across).map(|cell| (cell / across) as u32).collect();
+    let ring = Blocks { of_cell, cells: vec![across as u32; elements], blocks: vec![rib] };
+    let term = |blocks: &Blocks| Some(BlockTerm::new(blocks, face, across, columns * across));
+    let mut with = InstantCells::new(influence(columns, across)).with_blocks(term(&ring));
+    // Blocks that begin `shift` columns on; a window that meets no seam.
+    let cut = |shift: usize| {
+        let block = |cell: usize| ((cell / across + shift) / length) as u32;
+        let of_cell: Vec<u32> = (0..elements * across).map(block).collect();
+        let count = *of_cell.last().unwrap() as usize + 1;
+        let mut blocks = Blocks::whole(of_cell, &vec![compliance; count]);
+        // Those that the seam cuts: not met.
+        blocks.cells.fill((length * across) as u32);
+        InstantCells::new(influence(columns, across)).with_blocks(term(&blocks))
+    };
+    let mut all: Vec<InstantCells> = (0..length).map(cut).collect();
+    for first in [20, 21, 26, 47] {
+        with.place(first);
+        all.iter_mut().for_each(|cut| cut.place(first));
+        for (a, b) in [(0, 0), (0, 1), (5, 7), (5, 16), (30, 17), (30, 16), (47, 47), (47, 36), (47, 34), (2, 40)] {
+            let mean = all.iter().map(|cut| cut.entry(a, b)).sum::<f64>() / length as f64;
+            let found = with.entry(a, b);
+            assert!((found / mean - 1.0).abs() < 1e-12, "{first}: {a}, {b}: {found:e} and {mean:e}");
+        }
+    }
+}
+
+#[test]
+fn ribs_without_a_cut_are_as_silent_on_a_smooth_road_as_a_slick() {
+    let grooves = "grooves = [{ position = 0.0, width = 0.06, depth = 0.008 }]";
+    let pattern = |more: &str| format!("[tread_pattern]\n{grooves}\n{more}");
+    let of = |more: &str| {
+        let found = orders(&forces(&scene(&rolled(14.0, SMOOTH, CELLS, more))));
+        (found[0], found[1..].iter().copied().fold(0.0, f64::max))
+    };
+    let (slick, ribs) = (of(""), of(&pattern("pitches = 32")));
+    let (continuum, _) = of(&pattern("pitches = 32\nblocks = \"continuum\""));
+    println!("mean and largest order: slick {slick:?} N, ribs {ribs:?} N");
+    // The ribs do yield.
+    assert!(ribs.0 < 0.999 * continuum && ribs.1 < 1e-6, "{ribs:?}, {continuum}");
+}
+
+#[test]
 fn one_block_of_all_cells_is_pressed_in_by_its_mean_pressure() {
     let (columns, across, face, compliance) = (40, 8, 2.7e-5, 6e-10);
     let count = 256 * across;
-    let all = Blocks { of_cell: vec![0; count], compliance: vec![compliance], cells: vec![count as u32] };
+    let all = Blocks::whole(vec![0; count], &[compliance]);
     for tolerance in [1e-9, 1e-5] {
         let term = BlockTerm::new(&all, face, across, columns * across);
         let mut with =

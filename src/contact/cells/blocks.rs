@@ -5,30 +5,27 @@
 //! ```
 //!
 //! A matrix of rank one to each block, symmetric and positive semi-definite, without memory: a product takes two
-//! additions to each cell. Blocks are material and go through the window with their cells.
+//! additions to each cell. A rib has the mean of such matrices over all places of a block along it, which takes two
+//! additions more to a column. Blocks are material and go through the window with their cells.
 
 use std::ops::Range;
 
 use crate::counters::Work;
 use crate::numeric::Element;
-use crate::tyre::tread_pattern::blocks::{Blocks, NO_BLOCK};
+use crate::tyre::tread_pattern::block_window::{BlockWindow, spread_from_places, sum_over_places};
+use crate::tyre::tread_pattern::blocks::{Block, Blocks};
 
 /// Blocks under a window.
 pub struct BlockTerm {
-    /// Block of each cell round the tyre.
-    of_cell: Vec<u32>,
-    /// c_b/A_b \[m/N\].
+    window: BlockWindow,
+    /// c_b/(m A_b) of all places of averaging, A_b the area there \[m/N\].
     per_force: Vec<f64>,
-    across: usize,
-    /// Blocks of the window's cells by their numbers in `weights`.
-    local: Vec<u32>,
-    /// c_b/A_b of the blocks in the window, 0 behind them for cells of none; and a sum for each.
+    /// Those in the window, block by block.
     weights: Vec<f64>,
-    sums: Vec<f64>,
-    /// Numbers in the window of all blocks.
-    numbers: Vec<u32>,
-    /// Element of the window's first column.
-    first_element: i64,
+    /// By number of a part: force, then displacement.
+    parts: Vec<f64>,
+    /// By place of averaging, of one block.
+    places: Vec<f64>,
     /// First cell of the part of the window that is looked at.
     start: usize,
     /// Bound of the norm \[m/N\].
@@ -38,58 +35,42 @@ pub struct BlockTerm {
 impl BlockTerm {
     /// Makes the term of cells of a face \[m^2\], `across` to a column, in a window of so many cells.
     pub(crate) fn new(blocks: &Blocks, face: f64, across: usize, window: usize) -> Self {
-        let of = |(compliance, cells): (&f64, &u32)| compliance / (f64::from(*cells) * face);
-        let per_force: Vec<f64> = blocks.compliance.iter().zip(&blocks.cells).map(of).collect();
-        let norms = per_force.iter().zip(&blocks.cells).map(|(weight, cells)| weight * f64::from(*cells));
-        let mut term = Self {
-            of_cell: blocks.of_cell.clone(),
-            norm: norms.fold(0.0, f64::max),
-            numbers: vec![NO_BLOCK; per_force.len()],
-            per_force,
-            across,
-            local: vec![0; window],
-            weights: Vec::with_capacity(window + 1),
-            sums: Vec::with_capacity(window + 1),
-            first_element: 0,
-            start: 0,
+        let share = |block: &Block| {
+            let share = block.compliance / (f64::from(block.length) * face);
+            std::iter::repeat_n(share, block.places() as usize)
         };
-        term.number();
+        let shares = blocks.blocks.iter().flat_map(share);
+        // A place that no cell of a rib is at yields nothing.
+        let per_force = shares.zip(blocks.averaged(&blocks.cells));
+        let norms = blocks.blocks.iter().map(|block| block.compliance / face);
+        let mut term = Self {
+            window: BlockWindow::new(blocks, across, window / across),
+            per_force: per_force.map(|(share, cells)| share / f64::from(cells.max(1))).collect(),
+            weights: Vec::new(),
+            parts: Vec::new(),
+            places: Vec::new(),
+            start: 0,
+            norm: norms.fold(0.0, f64::max),
+        };
+        term.take_weights();
         term
     }
 
     /// Goes to the window that begins with an element.
     pub(super) fn place(&mut self, first_element: i64) {
-        if self.first_element != first_element {
-            self.first_element = first_element;
-            self.number();
+        if self.window.place(first_element) {
+            self.take_weights();
         }
     }
 
-    /// Finds the blocks in the window.
-    fn number(&mut self) {
-        let Self { of_cell, per_force, across, local, weights, sums, numbers, first_element, .. } = self;
-        numbers.fill(NO_BLOCK);
-        // Number 0 is that of cells without a block.
+    /// Takes the weights of the blocks in the window.
+    fn take_weights(&mut self) {
+        let Self { window, per_force, weights, parts, .. } = self;
+        parts.clear();
+        parts.resize(window.count(), 0.0);
         weights.clear();
-        weights.push(0.0);
-        let columns = (of_cell.len() / *across) as i64;
-        for (element, cells) in (*first_element..).zip(local.chunks_exact_mut(*across)) {
-            let row = element.rem_euclid(columns) as usize * *across;
-            for (cell, &block) in cells.iter_mut().zip(&of_cell[row..row + *across]) {
-                if block == NO_BLOCK {
-                    *cell = 0;
-                    continue;
-                }
-                let number = &mut numbers[block as usize];
-                if *number == NO_BLOCK {
-                    *number = weights.len() as u32;
-                    weights.push(per_force[block as usize]);
-                }
-                *cell = *number;
-            }
-        }
-        sums.clear();
-        sums.resize(weights.len(), 0.0);
+        let places = window.spans().iter().flat_map(|span| window.places(span));
+        weights.extend(places.map(|place| per_force[place]));
     }
 
     /// Looks at a part of the window that begins with a cell.
@@ -104,44 +85,80 @@ impl BlockTerm {
 
     /// Returns the cells of so many that are looked at: all of the window, whatever part was looked at, or that part.
     fn range(&self, count: usize) -> Range<usize> {
-        let start = if count == self.local.len() { 0 } else { self.start };
+        let start = if count == self.window.cells().len() { 0 } else { self.start };
         start..start + count
     }
 
-    /// Returns the block of each of so many cells that are looked at, 0 for none, and c_b/A_b of these blocks \[m/N\].
-    pub(super) fn looked_at(&self, count: usize) -> (&[u32], &[f64]) {
-        (&self.local[self.range(count)], &self.weights)
+    /// Returns the number of the part of each of so many cells that are looked at, 0 for none.
+    pub(super) fn looked_at(&self, count: usize) -> &[u32] {
+        &self.window.cells()[self.range(count)]
+    }
+
+    /// Returns the blocks in the window: numbers of their parts, from 1 on, how many parts yield together, and
+    /// c_b/(m A_b) by place \[m/N\].
+    pub(super) fn spans(&self) -> impl Iterator<Item = (Range<usize>, usize, &[f64])> {
+        let mut weights = self.weights.as_slice();
+        self.window.spans().iter().map(move |span| {
+            let own;
+            (own, weights) = weights.split_at(span.places());
+            (span.numbers(), span.length, own)
+        })
+    }
+
+    /// Makes displacements of the forces on parts.
+    fn answer(&mut self) {
+        let Self { window, weights, parts, places, .. } = self;
+        let mut weights = weights.as_slice();
+        parts[0] = 0.0;
+        for span in window.spans() {
+            let own;
+            (own, weights) = weights.split_at(span.places());
+            let parts = &mut parts[span.numbers()];
+            if span.length == 1 {
+                parts.iter_mut().zip(own).for_each(|(part, weight)| *part *= weight);
+                continue;
+            }
+            sum_over_places(parts, span.length, places);
+            places.iter_mut().zip(own).for_each(|(place, weight)| *place *= weight);
+            spread_from_places(places, span.length, parts);
+        }
     }
 
     /// Adds what forces do to a part of the window, or to all of it.
     pub(super) fn add<R: Element>(&mut self, forces: &[R], out: &mut [R]) {
         let range = self.range(forces.len());
-        let Self { weights, sums, local, .. } = self;
-        let local = &local[range];
-        sums.fill(0.0);
-        for (force, &block) in forces.iter().zip(local) {
-            sums[block as usize] += force.double();
+        self.parts.fill(0.0);
+        for (force, &part) in forces.iter().zip(&self.window.cells()[range.clone()]) {
+            self.parts[part as usize] += force.double();
         }
-        sums.iter_mut().zip(&*weights).for_each(|(sum, weight)| *sum *= weight);
-        for (out, &block) in out.iter_mut().zip(local) {
-            *out = R::rounded(out.double() + sums[block as usize]);
+        self.answer();
+        for (out, &part) in out.iter_mut().zip(&self.window.cells()[range]) {
+            *out = R::rounded(out.double() + self.parts[part as usize]);
         }
     }
 
     /// Adds what one force does to the part of the window that is looked at.
-    pub(super) fn add_one(&self, cell: usize, force: f32, out: &mut [f32]) {
-        let local = &self.local[self.range(out.len())];
-        let block = local[cell];
-        let shift = (self.weights[block as usize] * f64::from(force)) as f32;
-        if shift.abs() > 0.0 {
-            let own = out.iter_mut().zip(local).filter(|(_, other)| **other == block);
-            own.for_each(|(out, _)| *out += shift);
+    pub(super) fn add_one(&mut self, cell: usize, force: f32, out: &mut [f32]) {
+        let range = self.range(out.len());
+        let part = self.window.cells()[range.start + cell] as usize;
+        self.parts.fill(0.0);
+        self.parts[part] = f64::from(force);
+        self.answer();
+        for (out, &part) in out.iter_mut().zip(&self.window.cells()[range]) {
+            *out += self.parts[part as usize] as f32;
         }
     }
 
     /// Returns what a force on one cell of the window does to another \[m/N\].
     pub(super) fn entry(&self, a: usize, b: usize) -> f64 {
-        if self.local[a] == self.local[b] { self.weights[self.local[a] as usize] } else { 0.0 }
+        let [a, b] = [a, b].map(|cell| self.window.cells()[cell] as usize);
+        for (numbers, length, weights) in self.spans() {
+            if numbers.contains(&a) && numbers.contains(&b) {
+                let [a, b] = [a, b].map(|part| part - numbers.start);
+                return weights.get(a.max(b)..a.min(b) + length).map_or(0.0, |both| both.iter().sum());
+            }
+        }
+        0.0
     }
 
     /// Returns the work of a product over so many cells.

@@ -4,9 +4,7 @@
 //!
 //! 1. Working set A: F > 0 or u < d. Stop when |u - d| over F > 0 and d - u elsewhere are below the goal.
 //! 2. Residual r = d - u on A; preconditioned residual z = (W r) on A, W a small stencil: the middle of the inverse of
-//!    the free field's T. Where blocks yield, U D U^T beside the free field, with U_ib = 1 on block b and D = c_b/A_b,
-//!    it becomes W - W U C U^T W, C_b = 1/(A_b/c_b + (U^T W U)_bb) on A: what Woodbury's formula has, but for what one
-//!    block does to another.
+//!    the free field's T. Where blocks yield it takes them in (`block_shares`).
 //! 3. Direction t = z + beta t on A, beta = max(0, z.(r - r_old)/(z_old.r_old)), but nowhere negative where F = 0:
 //!    it forgets by itself when A changes.
 //! 4. F += alpha t, alpha = r.t/(t.G t), and u += alpha G t; forces below 0 are cut, which u is told of too.
@@ -16,7 +14,7 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::blocks::BlockTerm;
+use super::block_shares::BlockShares;
 use super::filter::Filter;
 use super::instant::InstantCells;
 
@@ -62,66 +60,6 @@ pub(super) struct Gradients {
     cut: Vec<f32>,
     /// Blocks that yield, where the tread has some.
     blocks: Option<Box<BlockShares>>,
-}
-
-/// Part of the preconditioner that blocks have.
-#[derive(Default)]
-struct BlockShares {
-    /// Block of each cell, 0 for none.
-    of_cell: Vec<u32>,
-    /// C by block, 0 for cells of none.
-    factors: Vec<f32>,
-    sums: Vec<f32>,
-    /// U C U^T z on A, and W times that.
-    spread: Vec<f32>,
-    off: Vec<f32>,
-}
-
-impl BlockShares {
-    /// Finds C of the blocks on the cells of A, where `residual` is not 0.
-    fn take(&mut self, blocks: &BlockTerm, filter: &Filter<f32>, residual: &[f32]) {
-        let Self { of_cell, factors, sums, spread, off } = self;
-        let Filter { across, radius, stencil, .. } = filter;
-        let (across, radius, columns) = (*across, *radius, residual.len() / *across);
-        let (local, weights) = blocks.looked_at(residual.len());
-        of_cell.clear();
-        of_cell.extend_from_slice(local);
-        spread.resize(residual.len(), 0.0);
-        off.resize(residual.len(), 0.0);
-        sums.clear();
-        sums.resize(weights.len(), 0.0);
-        for (cell, &block) in of_cell.iter().enumerate().filter(|(cell, _)| residual[*cell].abs() > 0.0) {
-            let (i, j) = (cell / across, cell % across);
-            for column in i.saturating_sub(radius)..(i + radius + 1).min(columns) {
-                let weights = &stencil[column.abs_diff(i) * (radius + 1)..];
-                for place in j.saturating_sub(radius)..(j + radius + 1).min(across) {
-                    let other = column * across + place;
-                    if of_cell[other] == block && residual[other].abs() > 0.0 {
-                        sums[block as usize] += weights[place.abs_diff(j)];
-                    }
-                }
-            }
-        }
-        let factor = |(weight, sum): (&f64, &f32)| (weight / (1.0 + weight * f64::from(*sum).max(0.0))) as f32;
-        factors.clear();
-        factors.extend(weights.iter().zip(&*sums).map(factor));
-    }
-
-    /// Takes W U C U^T z off z.
-    fn take_off(&mut self, filter: &mut Filter<f32>, residual: &[f32], z: &mut [f32]) {
-        let Self { of_cell, factors, sums, spread, off } = self;
-        sums.fill(0.0);
-        let is_active = |residual: &f32| residual.abs() > 0.0;
-        for ((z, residual), &block) in z.iter().zip(residual).zip(&*of_cell) {
-            sums[block as usize] += if is_active(residual) { *z } else { 0.0 };
-        }
-        sums.iter_mut().zip(&*factors).for_each(|(sum, factor)| *sum *= factor);
-        for ((spread, residual), &block) in spread.iter_mut().zip(residual).zip(&*of_cell) {
-            *spread = if is_active(residual) { sums[block as usize] } else { 0.0 };
-        }
-        filter.apply(spread, off);
-        z.iter_mut().zip(&*off).for_each(|(z, off)| *z -= off);
-    }
 }
 
 /// A pass over all cells, compiled for the processor's instructions; loops over whole vectors' numbers side by side, so

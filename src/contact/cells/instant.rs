@@ -218,7 +218,7 @@ impl InstantCells {
         // Both tables, and what is added to.
         self.work += Work { multiply_adds: cells, bytes: 16 * cells };
         self.arch.dispatch(OneForce { cells: self, cell, force, out: &mut *out });
-        if let Some(blocks) = &self.blocks {
+        if let Some(blocks) = &mut self.blocks {
             blocks.add_one(cell, force, out);
         }
     }

@@ -18,6 +18,7 @@
 //! list of residues, as those of slices have.
 
 mod along_ring;
+mod block_shares;
 pub(crate) mod blocks;
 pub(crate) mod direct;
 mod fewer_poles;

@@ -158,6 +158,7 @@ fn decide_squeeze(scene: &Scene, decisions: &mut Decisions) -> Decided {
     };
     let [blocks, without] = squeeze.counts();
     let without = if without > 0 { format!(", but {without} that have none") } else { String::new() };
-    let form = format!("{blocks} blocks press the volume by which they yield into the voids beside them{without}");
+    let form =
+        format!("{blocks} blocks and ribs press the volume by which they yield into the voids beside them{without}");
     Decided { on: true, form, reason: "air_pumping.squeeze = true".to_owned() }
 }

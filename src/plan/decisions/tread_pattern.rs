@@ -111,10 +111,14 @@ fn blocks(scene: &Scene, decisions: &mut Decisions) -> Decided {
     let Some(blocks) = found else {
         return row(false, String::new(), "no cut is deeper than a third of the tread");
     };
-    let ends = |best: fn(f64, f64) -> f64, from: f64| blocks.compliance.iter().copied().fold(from, best);
+    let yields = || blocks.blocks.iter().map(|block| block.compliance);
+    let ends = |best: fn(f64, f64) -> f64, from: f64| yields().fold(from, best);
     let (least, most) = (ends(f64::min, f64::INFINITY), ends(f64::max, 0.0));
     let cells = blocks.smallest().unwrap_or(0);
-    let count = blocks.cells.len();
-    let form = format!("{count} blocks yield by {least:.2e} to {most:.2e} m/Pa, the smallest of {cells} cells");
+    let ribs = blocks.blocks.iter().filter(|block| block.parts > 1).count();
+    let count = blocks.blocks.len() - ribs;
+    let form = format!(
+        "{count} blocks and {ribs} ribs yield by {least:.2e} to {most:.2e} m/Pa, pressed by at least {cells} cells each"
+    );
     row(true, form, if pattern.block_compliance.is_some() { "tread_pattern.block_compliance" } else { "by formula" })
 }

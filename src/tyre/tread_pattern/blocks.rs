@@ -10,7 +10,8 @@
 //! S = A_b/(2 d perimeter)    of the sides that are cut
 //! ```
 //!
-//! so that c_b = d/(a E). It belongs to the block's mean pressure: u_i += (c_b/A_b) sum of the block's forces.
+//! so that c_b = d/(a E). It belongs to the block's mean pressure: u_i += (c_b/A_b) sum of the block's forces. What is
+//! longer than 3 d yields locally, like the mean over all its parts of that length.
 
 use std::collections::BTreeMap;
 use std::collections::VecDeque;
@@ -31,15 +32,38 @@ const RIB: f64 = 3.0;
 /// Mark of a cell that belongs to no block.
 pub(crate) const NO_BLOCK: u32 = u32::MAX;
 
+/// Block, or rib, which is longer than its pressure is averaged over. A rib has a part to each column and yields like
+/// the mean over all blocks of `length` parts, wherever they begin: what has no cut yields the same at each place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Block {
+    /// First part.
+    pub first: u32,
+    /// Parts; 1 of a block.
+    pub parts: u32,
+    /// Parts over which pressure is averaged.
+    pub length: u32,
+    /// True if the first part is behind the last one, round the tyre.
+    pub is_ring: bool,
+    /// Compliance of the mean pressure \[m/Pa\].
+    pub compliance: f64,
+}
+
+impl Block {
+    /// Counts the places where pressure is averaged: on a ring, one to each part; else also those that the ends cut.
+    pub(crate) fn places(&self) -> u32 {
+        if self.is_ring { self.parts } else { self.parts + self.length - 1 }
+    }
+}
+
 /// Blocks of a tread.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Blocks {
-    /// Block of each cell.
+    /// Part of each cell.
     pub of_cell: Vec<u32>,
-    /// Compliance of their mean pressure \[m/Pa\].
-    pub compliance: Vec<f64>,
-    /// Cells.
+    /// Cells of each part.
     pub cells: Vec<u32>,
+    /// Blocks and ribs, in the order of their parts.
+    pub blocks: Vec<Block>,
 }
 
 /// Part of the tread that no cut divides.
@@ -90,13 +114,13 @@ impl Blocks {
         let poisson = tread.material.poisson;
         let modulus = material::effective_modulus(&tread.material, MODULUS_FREQUENCY) * (1.0 - poisson * poisson);
         let blocks = Self::of(map, tread.thickness, modulus, pattern.block_compliance);
-        blocks.compliance.iter().any(|compliance| *compliance > 0.0).then_some(blocks)
+        blocks.blocks.iter().any(|block| block.compliance > 0.0).then_some(blocks)
     }
 
     /// Returns the blocks of a tread of a thickness \[m\] and a Young's modulus \[Pa\], or of a compliance \[m/Pa\].
     fn of(map: &TreadMap, thickness: f64, modulus: f64, given: Option<f64>) -> Self {
         let (across, [dx, dy]) = (map.across, map.size);
-        let mut blocks = Self { of_cell: vec![NO_BLOCK; map.depths.len()], compliance: Vec::new(), cells: Vec::new() };
+        let mut blocks = Self { of_cell: vec![NO_BLOCK; map.depths.len()], cells: Vec::new(), blocks: Vec::new() };
         for piece in pieces(map, DEEP * thickness) {
             let perimeter = piece.perimeter(&map.cuts);
             if perimeter <= 0.0 {
@@ -120,37 +144,67 @@ impl Blocks {
             let longest = lengths[0].max(lengths[1]);
             let is_rib = piece.is_ring || longest > RIB * area / longest;
             let own = given.unwrap_or_else(|| compliance(area, perimeter, depth, is_rib, modulus));
-            let parts_of = |length: f64| (length / (LENGTH * depth)).round().max(1.0) as i64;
-            let parts = lengths.map(parts_of);
-            let ring = map.train.as_ref().filter(|_| piece.is_ring);
-            let mut numbers: BTreeMap<i64, u32> = BTreeMap::new();
-            for &(cell, column) in &piece.cells {
-                // A ring is cut within its pitches: other lengths would make a tone of their own.
-                let along = match ring {
-                    Some(train) => {
-                        let x = ((cell / across) as f64 + 0.5) * dx;
-                        let (pitch, within) = train.within(x);
-                        let own = parts_of(train.lengths[pitch]);
-                        pitch as i64 * columns + ((within * own as f64) as i64).min(own - 1)
-                    }
-                    None => (column - from).rem_euclid(columns) * parts[0] / columns,
-                };
-                let part = along * parts[1] + ((cell % across) as i64 - right) * parts[1] / rows;
-                let number = *numbers.entry(part).or_insert_with(|| {
-                    blocks.compliance.push(own);
-                    blocks.cells.push(0);
-                    (blocks.cells.len() - 1) as u32
+            let parts = lengths.map(|length: f64| (length / (LENGTH * depth)).round().max(1.0) as i64);
+            let is_long = piece.is_ring || parts[0] > 1;
+            let length = if is_long { ((LENGTH * depth / dx).round().max(1.0) as u32).min(columns as u32) } else { 1 };
+            let count = if is_long { columns } else { 1 };
+            // Parts across are one rib beside the other.
+            let first = blocks.cells.len();
+            for rib in 0..parts[1] {
+                blocks.blocks.push(Block {
+                    first: (first as i64 + rib * count) as u32,
+                    parts: count as u32,
+                    length,
+                    is_ring: piece.is_ring,
+                    compliance: own,
                 });
-                blocks.of_cell[cell] = number;
-                blocks.cells[number as usize] += 1;
+            }
+            blocks.cells.resize(first + (parts[1] * count) as usize, 0);
+            for &(cell, column) in &piece.cells {
+                let along = match (is_long, piece.is_ring) {
+                    (false, _) => 0,
+                    (true, true) => (cell / across) as i64,
+                    (true, false) => column - from,
+                };
+                let rib = ((cell % across) as i64 - right) * parts[1] / rows;
+                let part = first + (rib * count + along) as usize;
+                blocks.of_cell[cell] = part as u32;
+                blocks.cells[part] += 1;
             }
         }
         blocks
     }
 
-    /// Returns the number of cells of the smallest block; `None` without blocks.
+    /// Makes blocks of given compliances \[m/Pa\], none of which is a rib.
+    #[cfg(test)]
+    pub(crate) fn whole(of_cell: Vec<u32>, compliances: &[f64]) -> Self {
+        let mut cells = vec![0; compliances.len()];
+        of_cell.iter().filter(|block| **block != NO_BLOCK).for_each(|&block| cells[block as usize] += 1);
+        let block =
+            |(first, &compliance): (u32, &f64)| Block { first, parts: 1, length: 1, is_ring: false, compliance };
+        Self { of_cell, cells, blocks: (0..).zip(compliances).map(block).collect() }
+    }
+
+    /// Returns a number by part, summed over each place where pressure is averaged, block by block.
+    pub(crate) fn averaged(&self, by_part: &[u32]) -> Vec<u32> {
+        let of = |block: &Block| {
+            let parts = by_part[block.first as usize..][..block.parts as usize].to_vec();
+            let (count, length, is_ring) = (block.parts as usize, block.length as usize, block.is_ring);
+            (0..block.places() as usize).map(move |place| match is_ring {
+                true => (place..place + length).map(|part| parts[part % count]).sum(),
+                false => parts[(place + 1).saturating_sub(length)..(place + 1).min(count)].iter().sum(),
+            })
+        };
+        self.blocks.iter().flat_map(of).collect()
+    }
+
+    /// Returns the number of cells over which pressure is averaged in the smallest block; `None` without blocks.
     pub(crate) fn smallest(&self) -> Option<u32> {
-        self.cells.iter().copied().min()
+        let of = |block: &Block| {
+            let cells: u32 = self.cells[block.first as usize..][..block.parts as usize].iter().sum();
+            (f64::from(cells * block.length) / f64::from(block.parts)).round() as u32
+        };
+        self.blocks.iter().map(of).min()
     }
 }
 

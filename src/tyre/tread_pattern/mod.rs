@@ -6,8 +6,10 @@
 //! - `raster`: depths of a file;
 //! - [`map`]: depths of cells;
 //! - [`blocks`]: blocks between cuts, and the compliance of their mean pressure;
+//! - [`block_window`]: those under a window of the tyre;
 //! - [`squeeze`]: voids beside blocks, which take the volume that these yield.
 
+pub(crate) mod block_window;
 pub(crate) mod blocks;
 pub(crate) mod map;
 pub(crate) mod pitches;

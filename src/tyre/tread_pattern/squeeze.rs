@@ -1,38 +1,43 @@
 //! Volume that blocks press into the voids beside them.
 //!
 //! Rubber keeps its volume: a block that its force F_b presses in by c_b F_b/A_b more than a tread without cuts would
-//! be, bulges into its voids by the volume c_b F_b. Nothing is fitted.
+//! be, bulges into its voids by the volume c_b F_b. Nothing is fitted. A rib does that wherever a block may be on it.
 
-use super::blocks::{Blocks, NO_BLOCK};
+use super::blocks::{Block, Blocks, NO_BLOCK};
 
-/// Lists of cells, one for each block.
+/// Lists of cells, one for each part of a block.
 #[derive(Clone, Debug, PartialEq)]
 struct Lists {
-    /// Place of each block's first cell, and the end of all.
+    /// Place of each part's first cell, and the end of all.
     starts: Vec<u32>,
     cells: Vec<u32>,
 }
 
 impl Lists {
-    /// Sorts pairs of a block and a cell by blocks.
-    fn new(pairs: &[[u32; 2]], blocks: usize) -> Self {
-        let mut starts = vec![0; blocks + 1];
-        for &[block, _] in pairs {
-            starts[block as usize + 1] += 1;
+    /// Sorts pairs of a part and a cell by parts.
+    fn new(pairs: &[[u32; 2]], parts: usize) -> Self {
+        let mut starts = vec![0; parts + 1];
+        for &[part, _] in pairs {
+            starts[part as usize + 1] += 1;
         }
-        for block in 0..blocks {
-            starts[block + 1] += starts[block];
+        for part in 0..parts {
+            starts[part + 1] += starts[part];
         }
         let (mut next, mut cells) = (starts.clone(), vec![0; pairs.len()]);
-        for &[block, cell] in pairs {
-            cells[next[block as usize] as usize] = cell;
-            next[block as usize] += 1;
+        for &[part, cell] in pairs {
+            cells[next[part as usize] as usize] = cell;
+            next[part as usize] += 1;
         }
         Self { starts, cells }
     }
 
-    fn of(&self, block: usize) -> &[u32] {
-        &self.cells[self.starts[block] as usize..self.starts[block + 1] as usize]
+    fn of(&self, part: usize) -> &[u32] {
+        &self.cells[self.starts[part] as usize..self.starts[part + 1] as usize]
+    }
+
+    /// Counts the cells of each part.
+    fn counts(&self) -> Vec<u32> {
+        self.starts.windows(2).map(|ends| ends[1] - ends[0]).collect()
     }
 }
 
@@ -43,24 +48,24 @@ pub(crate) struct Squeeze {
     pub columns: usize,
     /// Cells across.
     pub across: usize,
-    /// Block of each cell round the tyre.
-    pub of_cell: Vec<u32>,
-    /// Volume by force of each block, c_b \[m^3/N\].
-    pub compliance: Vec<f64>,
+    pub blocks: Blocks,
+    /// Volume by force that goes in at each cell of a block, and comes out at each void beside it, at each place where
+    /// pressure is averaged; 0 where a block has no voids \[m^3/N\].
+    pub shares: Vec<[f64; 2]>,
     own: Lists,
     voids: Lists,
 }
 
 impl Squeeze {
     /// Finds the voids beside the blocks of a tread with so many cells across. What is beside a block and belongs to
-    /// none is a void that is deep enough to divide blocks.
+    /// none is a void that is deep enough to divide blocks. It counts once for each part of a block that it is beside.
     pub(crate) fn new(blocks: &Blocks, across: usize) -> Self {
-        let (of_cell, count) = (blocks.of_cell.clone(), blocks.cells.len());
+        let (of_cell, count) = (&blocks.of_cell, blocks.cells.len());
         let columns = of_cell.len() / across;
         let (mut own, mut voids) = (Vec::new(), Vec::new());
-        for (cell, &block) in of_cell.iter().enumerate() {
-            if block != NO_BLOCK {
-                own.push([block, cell as u32]);
+        for (cell, &part) in of_cell.iter().enumerate() {
+            if part != NO_BLOCK {
+                own.push([part, cell as u32]);
                 continue;
             }
             let (i, j) = (cell / across, cell % across);
@@ -72,39 +77,56 @@ impl Squeeze {
                 (j > 0).then(|| cell.saturating_sub(1)),
             ];
             let mut found: Vec<u32> =
-                beside.into_iter().flatten().map(|next| of_cell[next]).filter(|block| *block != NO_BLOCK).collect();
+                beside.into_iter().flatten().map(|next| of_cell[next]).filter(|part| *part != NO_BLOCK).collect();
             found.sort_unstable();
             found.dedup();
-            voids.extend(found.into_iter().map(|block| [block, cell as u32]));
+            voids.extend(found.into_iter().map(|part| [part, cell as u32]));
         }
         let (own, voids) = (Lists::new(&own, count), Lists::new(&voids, count));
-        Self { columns, across, of_cell, compliance: blocks.compliance.clone(), own, voids }
+        let volume =
+            |block: &Block| std::iter::repeat_n(block.compliance / f64::from(block.length), block.places() as usize);
+        let cells = blocks.averaged(&blocks.cells).into_iter().zip(blocks.averaged(&voids.counts()));
+        let share = |(volume, (cells, voids)): (f64, (u32, u32))| match voids.min(cells) {
+            0 => [0.0; 2],
+            _ => [cells, voids].map(|cells| volume / f64::from(cells)),
+        };
+        let shares = blocks.blocks.iter().flat_map(volume).zip(cells).map(share).collect();
+        Self { columns, across, blocks: blocks.clone(), shares, own, voids }
     }
 
-    /// Returns the cells of a block.
-    pub(crate) fn own(&self, block: usize) -> &[u32] {
-        self.own.of(block)
+    /// Returns the cells of a part of a block.
+    pub(crate) fn own(&self, part: usize) -> &[u32] {
+        self.own.of(part)
     }
 
-    /// Returns the void cells beside a block; none of one between sipes alone.
-    pub(crate) fn voids(&self, block: usize) -> &[u32] {
-        self.voids.of(block)
+    /// Returns the void cells beside a part of a block; none of one between sipes alone.
+    pub(crate) fn voids(&self, part: usize) -> &[u32] {
+        self.voids.of(part)
     }
 
     /// Counts the blocks, and those that have no void beside them.
     pub(crate) fn counts(&self) -> [usize; 2] {
-        let blocks = self.compliance.len();
-        [blocks, (0..blocks).filter(|&block| self.voids(block).is_empty()).count()]
+        let has_none = |block: &&Block| {
+            let parts = block.first as usize..(block.first + block.parts) as usize;
+            parts.into_iter().all(|part| self.voids(part).is_empty())
+        };
+        [self.blocks.blocks.len(), self.blocks.blocks.iter().filter(has_none).count()]
     }
 
-    /// Returns the most columns that cells of a block and of its voids are away from each other.
+    /// Returns the most columns that cells of a block and of its voids are away from each other, where a force on one
+    /// makes a volume on the other.
     pub(crate) fn reach(&self) -> usize {
-        (0..self.compliance.len()).map(|block| self.extent(block)).max().unwrap_or(0)
+        let of = |block: &Block| {
+            let parts = block.first as usize..(block.first + block.parts) as usize;
+            let part = parts.map(|part| self.extent(part)).max().unwrap_or(0);
+            part + block.length as usize - 1
+        };
+        self.blocks.blocks.iter().map(of).max().unwrap_or(0)
     }
 
-    /// Returns the columns from the first to the last cell of a block and its voids, round the tyre the shorter way.
-    fn extent(&self, block: usize) -> usize {
-        let cells = self.own(block).iter().chain(self.voids(block));
+    /// Returns the columns from the first to the last cell of a part and its voids, round the tyre the shorter way.
+    fn extent(&self, part: usize) -> usize {
+        let cells = self.own(part).iter().chain(self.voids(part));
         let mut found: Vec<usize> = cells.map(|&cell| cell as usize / self.across).collect();
         found.sort_unstable();
         let (Some(first), Some(last)) = (found.first(), found.last()) else { return 0 };
@@ -128,8 +150,7 @@ mod tests {
             [NO_BLOCK, NO_BLOCK, NO_BLOCK, 2],
             [NO_BLOCK, 0, 0, 2],
         ];
-        let cells = vec![5, 4, 6];
-        Squeeze::new(&Blocks { of_cell: rows.concat(), compliance: vec![1e-10, 2e-10, 3e-10], cells }, 4)
+        Squeeze::new(&Blocks::whole(rows.concat(), &[1e-10, 2e-10, 3e-10]), 4)
     }
 
     #[test]

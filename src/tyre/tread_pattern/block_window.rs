@@ -1,0 +1,174 @@
+//! Blocks of the tread under a window, numbered part by part.
+//!
+//! A rib yields like the mean over blocks of m parts wherever they begin: values by part are summed over each place of
+//! such a block, weighted, and given back to the parts. Both sums run along, so that they take two additions to a part.
+
+use std::ops::Range;
+
+use super::blocks::{Block, Blocks, NO_BLOCK};
+
+/// Parts of one block that may be in a window.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Span {
+    /// Number of the first part in the window, above 0.
+    first: usize,
+    /// Parts, one behind the other.
+    parts: usize,
+    /// Parts over which pressure is averaged.
+    pub length: usize,
+    /// First of these parts on the tyre, counted within the block, and the block.
+    offset: usize,
+    block: usize,
+}
+
+impl Span {
+    /// Returns the numbers of the parts.
+    pub(crate) fn numbers(&self) -> Range<usize> {
+        self.first..self.first + self.parts
+    }
+
+    /// Counts the places of averaging that reach the parts.
+    pub(crate) fn places(&self) -> usize {
+        self.parts + self.length - 1
+    }
+}
+
+/// Blocks under a window of the tyre.
+#[derive(Clone, Debug)]
+pub(crate) struct BlockWindow {
+    blocks: Blocks,
+    across: usize,
+    /// Block of each part, and the first place of averaging of each block.
+    block_of: Vec<u32>,
+    first_place: Vec<usize>,
+    /// Number of the part of each cell in the window, 0 for cells of none.
+    cells: Vec<u32>,
+    /// Numbers, that of none, too.
+    count: usize,
+    /// Blocks in the window.
+    spans: Vec<Span>,
+    /// First number by block.
+    numbers: Vec<u32>,
+    /// Element of the window's first column.
+    first_element: i64,
+}
+
+impl BlockWindow {
+    /// Makes the window of so many columns that begins with element 0.
+    pub(crate) fn new(blocks: &Blocks, across: usize, columns: usize) -> Self {
+        let mut next = 0;
+        let place = |block: &Block| {
+            next += block.places() as usize;
+            next - block.places() as usize
+        };
+        let first_place = blocks.blocks.iter().map(place).collect();
+        let of = |(number, block): (usize, &Block)| std::iter::repeat_n(number as u32, block.parts as usize);
+        let mut window = Self {
+            block_of: blocks.blocks.iter().enumerate().flat_map(of).collect(),
+            first_place,
+            cells: vec![0; columns * across],
+            count: 1,
+            spans: Vec::new(),
+            numbers: vec![NO_BLOCK; blocks.blocks.len()],
+            first_element: 0,
+            blocks: blocks.clone(),
+            across,
+        };
+        window.number();
+        window
+    }
+
+    /// Goes to the window that begins with an element; tells whether it was another one.
+    pub(crate) fn place(&mut self, first_element: i64) -> bool {
+        let is_other = self.first_element != first_element;
+        if is_other {
+            self.first_element = first_element;
+            self.number();
+        }
+        is_other
+    }
+
+    /// Finds the blocks in the window.
+    fn number(&mut self) {
+        let Self { blocks, across, block_of, cells, count, spans, numbers, first_element, .. } = self;
+        let columns = blocks.of_cell.len() / *across;
+        let (start, wide) = (first_element.rem_euclid(columns as i64) as usize, cells.len() / *across);
+        numbers.fill(NO_BLOCK);
+        spans.clear();
+        *count = 1;
+        for (column, cells) in cells.chunks_exact_mut(*across).enumerate() {
+            let row = (start + column) % columns * *across;
+            for (cell, &part) in cells.iter_mut().zip(&blocks.of_cell[row..row + *across]) {
+                if part == NO_BLOCK {
+                    *cell = 0;
+                    continue;
+                }
+                let number = block_of[part as usize] as usize;
+                let Block { first, parts, length, is_ring, .. } = blocks.blocks[number];
+                let (parts, length, within) = (parts as usize, length as usize, (part - first) as usize);
+                if numbers[number] == NO_BLOCK {
+                    numbers[number] = *count as u32;
+                    let [offset, parts] = if is_ring { [start, wide.min(parts)] } else { [0, parts] };
+                    spans.push(Span { first: *count, parts, length, offset, block: number });
+                    *count += parts;
+                }
+                let from = if is_ring { (within + parts - start) % parts } else { within };
+                *cell = numbers[number] + from as u32;
+            }
+        }
+    }
+
+    /// Returns the number of the part of each cell, 0 for cells of none.
+    pub(crate) fn cells(&self) -> &[u32] {
+        &self.cells
+    }
+
+    /// Counts the numbers.
+    pub(crate) fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Returns the blocks in the window.
+    pub(crate) fn spans(&self) -> &[Span] {
+        &self.spans
+    }
+
+    /// Returns the places of averaging that reach the parts of a span, in the order of [`Blocks::averaged`]: the first
+    /// one ends with the first part.
+    pub(crate) fn places(&self, span: &Span) -> impl Iterator<Item = usize> + use<> {
+        let Span { length, offset, block, .. } = *span;
+        let (first, count) = (self.first_place[block], self.blocks.blocks[block].places() as usize);
+        let before = if self.blocks.blocks[block].is_ring { length - 1 } else { 0 };
+        (0..span.places()).map(move |place| first + (offset + place + count - before) % count)
+    }
+
+    /// Returns the parts of a span as they are counted on the tyre.
+    pub(crate) fn parts(&self, span: &Span) -> impl Iterator<Item = usize> + use<> {
+        let Block { first, parts, .. } = self.blocks.blocks[span.block];
+        let offset = span.offset;
+        (0..span.parts).map(move |part| first as usize + (offset + part) % parts as usize)
+    }
+}
+
+/// Sums values over each place of `length` of them that reaches one.
+pub(crate) fn sum_over_places(values: &[f64], length: usize, sums: &mut Vec<f64>) {
+    let mut sum = 0.0;
+    sums.clear();
+    sums.extend((0..values.len() + length - 1).map(|place| {
+        sum += values.get(place).copied().unwrap_or(0.0);
+        if let Some(left) = place.checked_sub(length) {
+            sum -= values[left];
+        }
+        sum
+    }));
+}
+
+/// Gives to each value the sum over the places that reach it.
+pub(crate) fn spread_from_places(places: &[f64], length: usize, values: &mut [f64]) {
+    let mut sum: f64 = places[..length - 1].iter().sum();
+    for (first, value) in values.iter_mut().enumerate() {
+        sum += places[first + length - 1];
+        *value = sum;
+        sum -= places[first];
+    }
+}

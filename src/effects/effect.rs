@@ -7,6 +7,7 @@ use super::error::RunError;
 use super::observer::EffectObserver;
 use super::section::{Figure, LevelTable, ReportError, Section};
 use super::stored::Stored;
+use crate::contact::cells::gaps::GapMap;
 use crate::contact::footprint::WindowShape;
 use crate::contact::geometry::Geometry;
 use crate::contact::static_contact::StaticContact;
@@ -39,6 +40,8 @@ pub struct ContactFacts {
     pub valid_to: f64,
     /// Errors of contact over slices, where they are known.
     pub(crate) slice_errors: Option<SliceErrors>,
+    /// Gaps between tread and road at places of the run, where their air is heard.
+    pub(crate) gaps: Vec<GapMap>,
 }
 
 impl ContactFacts {

@@ -26,6 +26,8 @@ pub struct ReceiverSpectrum {
     pub spectrum: PowerSpectrum,
     /// Parts of these pressures, where blocks are heard that press air out of voids.
     pub parts: Option<SoundParts>,
+    /// The same by the voids of each place that they are open at; none without \[Pa^2\].
+    pub places: Vec<PowerSpectrum>,
     /// How far off its levels may be.
     pub error: SoundError,
 }
@@ -43,15 +45,19 @@ pub struct SoundParts {
 /// Returns the third-octave levels: nominal and exact mid-frequency \[Hz\], level \[dB re 20 uPa\], A-weighted level
 /// \[dB(A)\], 1 where the run vouches for it and 0 beyond, how far off the level may be there by the numerical solution
 /// and the sound's way, and by slices; empty where that is not known \[dB\]. Where there are parts, their levels
-/// follow.
+/// follow; where voids are open, the standard deviation of the level over their places \[dB\].
 pub(crate) fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, slices: Option<&SliceErrors>) -> String {
     const HEADER: &str =
         "receiver,nominal_hz,mid_frequency_hz,level_db_re_20upa,level_db_a,valid,error_db,slice_error_db";
     const PARTS: &str = "vibration_db_re_20upa,squeeze_db_re_20upa";
+    const SPREAD: &str = "voids_spread_db";
+    let has_parts = spectra.iter().any(|spectrum| spectrum.parts.is_some());
+    let has_places = spectra.iter().any(|spectrum| !spectrum.places.is_empty());
     let third_octaves = |spectrum| SoundLevels::of(spectrum, lowest..f64::INFINITY).third_octaves;
-    let rows = spectra.iter().flat_map(|ReceiverSpectrum { name, spectrum, parts, error }| {
+    let rows = spectra.iter().flat_map(|ReceiverSpectrum { name, spectrum, parts, places, error }| {
         let levels = SoundLevels::of(spectrum, lowest..f64::INFINITY);
         let parts = parts.as_ref().map(|parts| [&parts.vibration, &parts.squeeze].map(third_octaves));
+        let places: Vec<_> = places.iter().map(third_octaves).collect();
         let bands = levels.third_octaves.into_iter().zip(levels.a_weighted).enumerate();
         bands.map(move |(index, (plain, weighted))| {
             let band = plain.band;
@@ -60,14 +66,22 @@ pub(crate) fn sound_levels_csv(spectra: &[ReceiverSpectrum], lowest: f64, slices
             let error = optional(error.of_band(middle).filter(|_| plain.valid));
             let by_slices = optional(slices.and_then(|slices| slices.sound(band)));
             let own = row([name, &nominal, &middle, &plain.level, &weighted.level, &valid, &error, &by_slices]);
-            match &parts {
-                None => own,
-                Some([vibration, squeeze]) => [own, row([&vibration[index].level, &squeeze[index].level])].concat(),
-            }
+            let of_parts =
+                parts.iter().flat_map(|[vibration, squeeze]| row([&vibration[index].level, &squeeze[index].level]));
+            let of_places = spread(places.iter().map(|bands| bands[index].level)).map(|spread| row([&spread]));
+            own.into_iter().chain(of_parts).chain(of_places.into_iter().flatten()).collect::<Vec<String>>()
         })
     });
-    let has_parts = spectra.iter().any(|spectrum| spectrum.parts.is_some());
-    csv(HEADER.split(',').chain(PARTS.split(',').filter(|_| has_parts)), rows)
+    let parts = PARTS.split(',').filter(|_| has_parts);
+    csv(HEADER.split(',').chain(parts).chain([SPREAD].into_iter().filter(|_| has_places)), rows)
+}
+
+/// Returns the standard deviation of levels; `None` of fewer than two.
+pub(crate) fn spread(levels: impl Iterator<Item = f64> + Clone) -> Option<f64> {
+    let count = levels.clone().count();
+    let mean = levels.clone().sum::<f64>() / count as f64;
+    let square: f64 = levels.map(|level| (level - mean).powi(2)).sum();
+    (count > 1).then(|| (square / (count - 1) as f64).sqrt())
 }
 
 /// Returns the narrow-band spectra: frequency \[Hz\] and power spectral density \[Pa^2/Hz\].
@@ -184,6 +198,9 @@ pub struct ReceiverSummary {
     /// The same by the squeeze of blocks alone \[dB(A)\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub squeeze_level_a: Option<f64>,
+    /// Standard deviation of the A-weighted level over the places whose voids are open \[dB(A)\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub voids_spread_a: Option<f64>,
     /// How far off that may be \[dB(A)\]: [`SoundError::level_a`], and the largest error by slices of its bands.
     pub level_a_error: f64,
     /// The bands of both levels, of the pass-by and of the files to listen to; absent where the run vouches for none.
@@ -275,6 +292,9 @@ impl ReceiverSummary {
             text.push_str(&format!(
                 ", vibration alone {vibration:.1} dB(A), squeeze of blocks alone {squeeze:.1} dB(A)"
             ));
+        }
+        if let Some(spread) = self.voids_spread_a {
+            text.push_str(&format!(", from voids to voids {spread:.1} dB(A) apart"));
         }
         if let Some(tyres) = self.tyres {
             text.push_str(&format!(", {tyres} tyres"));

@@ -5,6 +5,7 @@ use std::sync::atomic::AtomicBool;
 use crate::contact::ContactError;
 use crate::contact::cells::blocks::BlockTerm;
 use crate::contact::cells::direct::DirectPast;
+use crate::contact::cells::gaps::{GapMap, PLACES, StandingCells};
 use crate::contact::cells::past::{RingParts, WavePast, first_influences};
 use crate::contact::cells::resting::RestingCells;
 use crate::contact::cells::wave_transform::{WaveNumber, WaveTransform};
@@ -17,10 +18,11 @@ use crate::effects::RunError;
 use crate::effects::TyreModels;
 use crate::plan::Plan;
 use crate::plan::models::{band_sums, cell_sums, count_evaluations, refused};
+use crate::radiation::gap::patch::REACH;
 use crate::response::vibration::CarriedWaves;
 use crate::road::maker::SliceForm;
 use crate::run::friction::FrictionContact;
-use crate::run::zone_maker::{Made, Window, ZoneMaker};
+use crate::run::zone_maker::{Made, Standing, Window, ZoneMaker};
 use crate::scene::{Axle, History, LoadedScene, SceneError, Tyre};
 use crate::storage::Cache;
 use crate::storage::cache::key;
@@ -42,6 +44,35 @@ pub(super) struct CellContact<'a> {
 impl ZoneMaker for CellContact<'_> {
     fn at_rest(&mut self) -> Result<(StaticContact, f64), RunError> {
         Ok((self.resting.under(&self.plan.decisions.axle)?, 1.0))
+    }
+
+    fn gaps(&self, standing: Standing<'_>) -> Result<Vec<GapMap>, RunError> {
+        let plan = self.plan;
+        if !plan.scene.opens_voids() {
+            return Ok(Vec::new());
+        }
+        let Standing { surface, elements, start, at_rest, reach } = standing;
+        let rate = plan.speed / (0.5 * at_rest.length);
+        let reach = reach.max(0.5 * at_rest.length + REACH);
+        let mut cells = StandingCells::new(&self.sums, self.tread.clone(), self.blocks.as_ref(), rate, reach);
+        let across = self.tread.across();
+        let mut found = Vec::new();
+        let (places, counted) = (PLACES as u64, plan.steps - plan.warm_up_steps);
+        for place in 0..places {
+            let step = plan.warm_up_steps + (2 * place + 1) * counted / (2 * places);
+            let way = start + step as f64 * plan.time_step * plan.speed;
+            let under = (way / plan.element).round() as i64;
+            let window = cells.elements(under);
+            // Where the road ends there is none that the tyre would meet.
+            let (first, end) = elements.map_or((window.start, window.end), |(first, last)| {
+                (first.clamp(window.start, window.end), (last + 1).clamp(window.start, window.end))
+            });
+            let mut heights = vec![0.0; (window.end - window.start) as usize * across];
+            let (from, count) = ((first - window.start) as usize * across, (end - first).max(0) as usize);
+            surface.heights(first, count, &mut heights[from..from + count * across])?;
+            found.push(cells.gap(&plan.decisions.axle, &at_rest, under, &heights)?);
+        }
+        Ok(found)
     }
 
     fn make(&self, window: Window<'_>, meter: &mut Meter, warnings: &mut Vec<String>) -> Result<Made, RunError> {

@@ -7,6 +7,7 @@
 use std::sync::atomic::AtomicBool;
 
 use crate::contact::axle::{AxleHeight, LoadControl};
+use crate::contact::cells::gaps::GapMap;
 use crate::contact::geometry::Geometry;
 use crate::contact::march::March;
 use crate::contact::static_contact::{deepest, window_reach};
@@ -18,7 +19,7 @@ use crate::road::strip::RoadStrip;
 use crate::run::cells::CellContact;
 use crate::run::road::open_road;
 use crate::run::slices::SliceContact;
-use crate::run::zone_maker::{Made, Window, ZoneMaker};
+use crate::run::zone_maker::{Made, Standing, Window, ZoneMaker};
 use crate::scene::{Axle, LoadedScene, Zone};
 
 /// Run about to begin.
@@ -75,7 +76,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
 
     // What the tyre can meet of the plane z = 0; higher texture past the end is not known and counts as no road.
     let chord = Geometry::half_chord(*radius, deepest(&plan.decisions.axle, at_rest.indentation));
-    let (surface, start) = meter.time(Stage::Road, || open_road(loaded, plan, chord))?;
+    let (mut surface, start) = meter.time(Stage::Road, || open_road(loaded, plan, chord))?;
     warnings.extend(surface.report().notes.iter().filter(|note| note.is_warning()).map(ToString::to_string));
     warnings.extend(zone.doubt(&surface));
     let excited = surface.report().highest_frequency(plan.speed);
@@ -99,6 +100,9 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     let strip = RoadStrip::starting_at(elements.map_or(first, |(lowest, _)| first.max(lowest)));
     let reached = sought.first_element(plan.steps.saturating_sub(1)) + columns as i64;
 
+    let standing = Standing { surface: &mut surface, elements, start, at_rest, reach };
+    let gaps = meter.time(Stage::Axle, || zone.gaps(standing))?;
+    notes.extend(touching(&gaps, 0.5 * at_rest.length));
     let window = Window { told, margin, columns, surface: &surface, at_rest };
     let Made { march, form, moving, local_compliance, models } = zone.make(window, meter, &mut warnings)?;
     let axle = match plan.decisions.axle {
@@ -118,9 +122,20 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
         spring: march.spring(),
         valid_to: excited.map_or(plan.valid_to, |excited| plan.valid_to.min(excited)),
         slice_errors,
+        gaps,
     };
     let road = RoadAhead::new(surface, form, strip, elements, reached);
     Ok(Prepared { march, road, axle, contact, models, local_compliance, notes, warnings })
+}
+
+/// Tells over how much of the patch tread and road touch at the places whose voids are open; `None` without any.
+fn touching(gaps: &[GapMap], half_length: f64) -> Option<String> {
+    let parts = || gaps.iter().map(|gap| 100.0 * gap.touching(half_length));
+    let [least, most] = [parts().reduce(f64::min)?, parts().reduce(f64::max)?];
+    let (places, length) = (gaps.len(), 2e3 * half_length);
+    Some(format!(
+        "tread and road touch over {least:.0} to {most:.0} % of {length:.0} mm at the {places} places whose voids are open"
+    ))
 }
 
 /// Tells of a road that excites nothing above a frequency \[Hz\], where more was wanted of it.

@@ -1,6 +1,7 @@
 //! Maker of a zone of the contact: slices or cells.
 
 use crate::contact::axle::MovingAxle;
+use crate::contact::cells::gaps::GapMap;
 use crate::contact::geometry::Geometry;
 use crate::contact::march::March;
 use crate::contact::static_contact::StaticContact;
@@ -22,6 +23,20 @@ pub(super) struct Window<'a> {
     pub(super) surface: &'a RoadSurface,
     /// Static contact on a smooth road.
     pub(super) at_rest: StaticContact,
+}
+
+/// Way of a run along its road, at places of which the tyre stands.
+pub(super) struct Standing<'a> {
+    /// The road.
+    pub(super) surface: &'a mut RoadSurface,
+    /// Its first and last element, where it ends.
+    pub(super) elements: Option<(i64, i64)>,
+    /// Road coordinate under the axle at first \[m\].
+    pub(super) start: f64,
+    /// Static contact on a smooth road.
+    pub(super) at_rest: StaticContact,
+    /// Reach of what can touch from the contact's centre \[m\].
+    pub(super) reach: f64,
 }
 
 /// Contact that is ready for its first step.
@@ -48,6 +63,14 @@ pub(super) trait ZoneMaker {
     /// Tells what a road leaves of the zone's law.
     fn doubt(&self, _surface: &RoadSurface) -> Option<String> {
         None
+    }
+
+    /// Finds the gaps between tread and road at places of the run, where their air is heard.
+    ///
+    /// # Errors
+    /// An axle that finds no height for its load; the road's.
+    fn gaps(&self, _standing: Standing<'_>) -> Result<Vec<GapMap>, RunError> {
+        Ok(Vec::new())
     }
 
     /// Makes the contact.

@@ -30,8 +30,9 @@ pub(super) fn check(scene: &Scene, table: &Table<'_>) -> Option<()> {
     }
     let (radiation, pattern) = (&scene.radiation, scene.tread_pattern.as_ref());
     let has_grooves = pattern.is_some_and(|pattern| pattern.grooves.iter().any(|groove| groove.depth > 0.0));
+    let takes_voids = scene.air_pumping.as_ref().is_some_and(|pumping| pumping.patch == PatchAir::Voids);
     let missing = match pattern {
-        _ if has_grooves => None,
+        _ if has_grooves || takes_voids => None,
         Some(pattern) if pattern.file.is_some() => Some("a raster does not tell which of its voids run round the tyre"),
         _ => Some("there are no grooves that run round the tyre"),
     };
@@ -40,6 +41,12 @@ pub(super) fn check(scene: &Scene, table: &Table<'_>) -> Option<()> {
     let springs = "springs keep no volume: the air under them would be moved by what the tread is not";
     let refused = [
         (missing.is_some(), "air_pumping.patch", missing.unwrap_or_default(), "give tread_pattern.grooves"),
+        (
+            takes_voids && scene.contact.zone != Zone::Cells,
+            "air_pumping.patch",
+            "slices do not tell where tread and road touch across",
+            "contact.zone = \"cells\", or \"grooves\"",
+        ),
         (scene.contact.tread != Tread::Elastic, "contact.tread", springs, "\"elastic\", or leave [air_pumping] out"),
         (
             radiation.acoustic_gap > 0.0,

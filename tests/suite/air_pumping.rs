@@ -26,6 +26,7 @@ const HEARD: &str = "[[receiver]]\nname = \"beside\"\nposition = [0.3, 0.6, 0.2]
 const DRAFT: &str = "[[receiver]]\nposition = [0.3, 0.6, 0.2]\n[radiation]\nquality = \"draft\"\nfmax = 500.0\n";
 const OPEN: &str = "[air_pumping]\npatch = \"grooves\"\n";
 const CELLS: &str = "zone = \"cells\"\ncells_across = 4";
+const VOIDS: &str = "[air_pumping]\npatch = \"voids\"\n";
 const SQUEEZED: &str = "squeeze = true\n";
 
 /// A scene of so many revolutions, with the keys of its contact and other tables after them.
@@ -158,6 +159,65 @@ fn squeezed_blocks_are_heard_beside_the_vibration_on_any_threads_and_after_a_sto
 }
 
 #[test]
+fn voids_of_the_road_are_heard_on_any_threads_and_after_a_stop_and_nothing_is_else() {
+    let text = |more: &str| rolled(8.0, CELLS, &format!("{HEARD}{more}"));
+    let sealed = run(&text(""));
+    let off = run(&text(&format!("{VOIDS}[effects]\nair_pumping = \"off\"\n")));
+    assert!(sound(&sealed) == sound(&off) && !sealed.path("voids.csv").exists(), "off");
+    let on = |threads: usize| {
+        rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| run(&text(VOIDS)))
+    };
+    let (one, two) = (on(1), on(2));
+    let voids = |results: &Results| fs::read_to_string(results.path("voids.csv")).unwrap();
+    assert!(sound(&one) == sound(&two) && voids(&one) == voids(&two), "threads");
+    // There is no groove that could resonate.
+    assert!(!one.path("gap.csv").exists());
+    let folder = tempfile::tempdir().unwrap();
+    let (target, stop) = (folder.path().join("run"), AtomicBool::new(false));
+    let options = RunOptions { target: target.clone(), threads: 1, watch: Watch::default() };
+    let stopped = tyrewave::run::run(&scene(&text(VOIDS)), &options, &stop, &mut After(900, &stop));
+    assert!(stopped.is_err() && !target.exists());
+    resume(&target, 1, Watch::default(), &AtomicBool::new(false), &mut Unwatched).unwrap();
+    assert!(SOUND.map(|name| fs::read(target.join(name)).unwrap()) == sound(&one), "resumed");
+    let force = |results: &Results| fs::read(results.path("total_force.npy")).unwrap();
+    assert!(force(&one) == force(&sealed));
+    let spreads = |results: &Results| -> Vec<f64> {
+        let text = fs::read_to_string(results.path("sound.csv")).unwrap();
+        let mut lines = text.lines();
+        assert!(lines.next().unwrap().ends_with(",slice_error_db,voids_spread_db"));
+        lines.map(|line| line.rsplit(',').next().unwrap().parse().unwrap()).collect()
+    };
+    let found = spreads(&one);
+    println!("spreads {found:?} dB");
+    assert!(found.iter().all(|spread| *spread >= 0.0) && found.iter().copied().fold(0.0, f64::max) > 0.01);
+    assert!(sound(&one) != sound(&sealed));
+    let summary = &one.summary()["sound"]["receivers"][0]["voids_spread_a"];
+    assert!((0.0..5.0).contains(&summary.as_f64().unwrap()));
+    // Where the road is the same at all places, the voids are.
+    let smooth = text(VOIDS).replace(MADE, "kind = \"smooth\"");
+    let found = spreads(&run(&smooth));
+    assert!(found.iter().all(|spread| *spread < 1e-3), "{found:?}");
+}
+
+#[test]
+fn squeezed_blocks_beside_voids_have_parts_of_all_places() {
+    let results = run(&rolled(8.0, CELLS, &format!("{GROOVE}{HEARD}{VOIDS}{SQUEEZED}")));
+    let text = fs::read_to_string(results.path("sound.csv")).unwrap();
+    assert!(text.lines().next().unwrap().ends_with(",vibration_db_re_20upa,squeeze_db_re_20upa,voids_spread_db"));
+    assert!(results.path("gap.csv").exists() && results.path("voids.csv").exists());
+    for line in text.lines().skip(1) {
+        let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap_or(f64::NAN)).collect();
+        let [sum, vibration, squeeze] = [3, 8, 9].map(|column| 10.0_f64.powf(cells[column] / 20.0));
+        // Root mean squares over places keep the inequality of each place.
+        assert!(
+            sum < (vibration + squeeze) * (1.0 + 1e-6) && sum > (vibration - squeeze).abs() * (1.0 - 1e-6),
+            "{line}"
+        );
+        assert!(cells[10] >= 0.0);
+    }
+}
+
+#[test]
 fn what_the_squeeze_needs_takes_it_with_it_where_it_is_switched_off() {
     let loaded = scene(&rolled(8.0, CELLS, &format!("{GROOVE}{HEARD}{OPEN}{SQUEEZED}")));
     let squeezes = |plan: &Plan| {
@@ -194,7 +254,7 @@ fn ways_of_the_air_that_a_scene_cannot_have_are_refused_with_their_places() {
         (SLICES, heard("acoustic_gap = 0.001"), "radiation.acoustic_gap", "not by both"),
         (SLICES, format!("{GROOVE}{DRAFT}{OPEN}"), "radiation.quality", "mouths"),
         ("slices = \"winkler\"\ncells_across = 4\ntread = \"uncoupled\"", heard(""), "contact.tread", "no volume"),
-        (SLICES, format!("{GROOVE}{HEARD}[air_pumping]\npatch = \"voids\"\n"), "air_pumping.patch", "voids"),
+        (SLICES, format!("{HEARD}{VOIDS}"), "air_pumping.patch", "slices do not tell"),
         (SLICES, format!("{GROOVE}{HEARD}[air_pumping]\nsqueeze = true\n"), "air_pumping.squeeze", "sealed"),
         (SLICES, heard("") + SQUEEZED, "air_pumping.squeeze", "slices have no blocks"),
         (

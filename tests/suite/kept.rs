@@ -45,6 +45,11 @@ const SQUEEZE: &str = "[contact]\nzone = \"cells\"\ncells_across = 4\n\
                        [[receiver]]\nposition = [0.1, 1.0, 0.3]\n\
                        [radiation]\nfmax = 200.0\nnodes_per_wavelength = 4.0\nfrequency_tolerance = \"1 dB\"\n\
                        audio = false\n[air_pumping]\npatch = \"grooves\"\nsqueeze = true";
+/// Those of air in all voids.
+const VOIDS: &str = "[contact]\nzone = \"cells\"\ncells_across = 4\n\
+                     [[receiver]]\nposition = [0.1, 1.0, 0.3]\n\
+                     [radiation]\nfmax = 200.0\nnodes_per_wavelength = 4.0\nfrequency_tolerance = \"1 dB\"\n\
+                     audio = false\n[air_pumping]\npatch = \"voids\"";
 /// Those of friction and adhesion.
 const FRICTION: &str = "[contact]\nzone = \"cells\"\ncells_across = 3\n[outputs]\ncells_every = 0.1\n\
                         [friction]\nmu = 0.5\n[adhesion]\nstress = 1e4\nrange = 1e-5";
@@ -133,6 +138,7 @@ fn names_that_scripts_read_are_kept() {
         ("pattern", load, NUMERICS, PATTERN),
         ("grooves", load, NUMERICS, GROOVES),
         ("squeeze", load, NUMERICS, SQUEEZE),
+        ("voids", load, NUMERICS, VOIDS),
     ] {
         let text = scene_text(64, "kind = \"made\"", rolling, numerics, more);
         fs::write(folder.path().join(format!("{name}.toml")), text).unwrap();

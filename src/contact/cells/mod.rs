@@ -7,7 +7,7 @@
 //! - [`wave_transform`]: between cells and waves;
 //! - [`past`]: what past forces displace, by poles, most of it found behind the march (`waves`, `short_ring`);
 //!   [`direct`]: as sums, the reference;
-//! - [`resting`]: contact at rest;
+//! - [`resting`]: contact at rest; [`gaps`]: gaps under a tyre that stands on a road;
 //! - [`zone`]: one instant, from the past to the forces.
 //!
 //! Values of cells are row-major, cell (i, j) at i x across + j; the window's move by whole columns is the caller's.
@@ -23,6 +23,7 @@ pub(crate) mod blocks;
 pub(crate) mod direct;
 mod fewer_poles;
 pub(in crate::contact) mod filter;
+pub(crate) mod gaps;
 mod gradients;
 pub(crate) mod instant;
 pub(crate) mod past;

@@ -62,9 +62,9 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
     if let Some(squeeze) = found {
         let layout = squeeze::layout(&layout, &squeeze, SqueezedVolumes::margin(&squeeze, layout.columns));
         add_stream(amounts, plan, sound, &layout, squeeze.across);
-        amounts.hold("spectra of the sound's parts", (PARTS * sound.points()) as f64 * spectrum_bytes(plan));
+        amounts.hold("spectra of the sound's parts", (PARTS * sound.spectra()) as f64 * spectrum_bytes(plan));
     }
-    amounts.hold("spectra of the sound", sound.points() as f64 * spectrum_bytes(plan));
+    amounts.hold("spectra of the sound", sound.spectra() as f64 * spectrum_bytes(plan));
     let steps = plan.steps - plan.warm_up_steps;
     if taken_pattern(&plan.scene).is_some() {
         amounts.hold("sound by order", sound.heard.len() as f64 * Orders::bytes(layout.elements * layout.substeps));

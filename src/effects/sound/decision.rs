@@ -2,6 +2,7 @@
 
 use super::planned::{channels, waves_for};
 use super::squeeze::found_blocks;
+use crate::contact::cells::gaps::PLACES;
 use crate::numeric::SplitRule;
 use crate::plan::decisions::{Decided, Decisions, Row, given};
 use crate::radiation::draft::{DraftError, DraftErrors};
@@ -89,7 +90,7 @@ fn decide_sides(scene: &Scene) -> Decided {
 const PATCH: Row = Row {
     title: "air under the patch",
     short: "air",
-    decide: |scene, _| decide_patch(scene),
+    decide: |scene, decisions| decide_patch(scene, decisions),
     switch: Some(|scene, on| {
         scene.effects.air_pumping = match (on, &scene.air_pumping) {
             (false, _) => Switch::Off,
@@ -101,7 +102,7 @@ const PATCH: Row = Row {
     of_cells: false,
 };
 
-fn decide_patch(scene: &Scene) -> Decided {
+fn decide_patch(scene: &Scene, decisions: &Decisions) -> Decided {
     let given = given(scene.effects.air_pumping, "air_pumping");
     let off = |reason: String| Decided { on: false, form: String::new(), reason };
     let is_open = scene.air_pumping.as_ref().is_some_and(|pumping| pumping.patch != PatchAir::Sealed);
@@ -112,10 +113,12 @@ fn decide_patch(scene: &Scene) -> Decided {
         return off(given.unwrap_or_default());
     }
     let channels = channels(scene);
-    if channels.is_empty() {
+    let opens_voids = scene.opens_voids();
+    if channels.is_empty() && !opens_voids {
         return off("its grooves, the sound or the elastic tread are left out".to_owned());
     }
-    let needed = waves_for(&channels, scene.tyre.contact_width);
+    let across = decisions.cells_across.filter(|_| opens_voids);
+    let needed = across.map_or_else(|| waves_for(&channels, scene.tyre.contact_width), |cells| 2 * cells);
     let pitches = scene.pattern().and_then(|pattern| pattern.pitches.as_ref()).map_or(String::new(), |pitches| {
         let count = match pitches {
             Pitches::Equal(count) => *count,
@@ -125,11 +128,13 @@ fn decide_patch(scene: &Scene) -> Decided {
         format!(", pitches pass at {passing:.0} Hz")
     });
     let form = match channels.len() {
+        _ if opens_voids => format!("all voids at {PLACES} places"),
         1 => "one groove".to_owned(),
         several => format!("{several} grooves"),
     };
+    let patch = if opens_voids { "voids" } else { "grooves" };
     let form = format!("{form} through the patch, lateral_waves of {needed} follow its steps{pitches}");
-    Decided { on: true, form, reason: given.unwrap_or_else(|| "air_pumping.patch = \"grooves\"".to_owned()) }
+    Decided { on: true, form, reason: given.unwrap_or_else(|| format!("air_pumping.patch = \"{patch}\"")) }
 }
 
 const SQUEEZE: Row = Row {

@@ -43,7 +43,7 @@ use open_patch::AmidGroove;
 use passing::Passing;
 pub(crate) use planned::{Heard, Sound};
 use planned::{SOUND_FADE, SOUND_SEGMENT, waves_for};
-use squeeze::{SqueezeState, SqueezeStream, found_blocks};
+use squeeze::{PARTS, SqueezeState, SqueezeStream, found_blocks};
 pub(crate) use way::WAVES;
 use way::{Seeking, Way};
 
@@ -122,7 +122,7 @@ pub(crate) struct SoundObserver {
     squeeze: Option<Box<SqueezeStream>>,
     /// Lateral waves of forces on cells.
     lateral: Option<LateralForces>,
-    /// By point.
+    /// By place and point.
     spectra: Vec<SpectrumAccumulator>,
     /// By point, pressures over time as far as they are kept to be listened to.
     signals: Vec<KeptSignal>,
@@ -210,6 +210,18 @@ impl Summed<'_> {
     }
 }
 
+/// Takes in both parts of a receiver's pressures, where squeeze is heard.
+fn take_parts(
+    receiver: usize,
+    parts: Option<&mut [SpectrumAccumulator; PARTS]>,
+    pressures: &BlockPressures<'_>,
+    squeezed: Option<&BlockPressures<'_>>,
+) {
+    let (Some([vibration, squeeze]), Some(squeezed)) = (parts, squeezed) else { return };
+    pressures.of(receiver, |block| block.iter().for_each(|&pressure| vibration.push(pressure)));
+    squeezed.of(receiver, |block| block.iter().for_each(|&pressure| squeeze.push(pressure)));
+}
+
 impl SoundObserver {
     /// Begins the observer of a run; `None` without receivers, or, with a warning, if the run is too short.
     ///
@@ -234,11 +246,13 @@ impl SoundObserver {
         let seeking = Seeking { loaded, plan, sound: &sound, layout, stop };
         let (way, transfers) = seeking.find(contact, warnings, *progress, meter)?;
         if let Some(grooves) = &way.grooves {
-            let needed = waves_for(&sound.channels, plan.decisions.tyre.contact_width);
+            let across = contact.gaps.first().map(|gap| gap.across);
+            let needed =
+                across.map_or_else(|| waves_for(&sound.channels, plan.decisions.tyre.contact_width), |cells| 2 * cells);
             if sound.radiation.lateral_waves < needed {
                 let taken = sound.radiation.lateral_waves;
                 warnings.push(format!(
-                    "the field under the patch has steps from groove to rib that take radiation.lateral_waves = \
+                    "the field under the patch has steps from void to rib that take radiation.lateral_waves = \
                      {needed}; {taken} are followed"
                 ));
             }
@@ -260,7 +274,7 @@ impl SoundObserver {
                 signals[heard.points.clone()].fill(KeptSignal::of(std::iter::once(0..kept).collect()));
             }
         }
-        let spectra = (0..points)
+        let spectra = (0..sound.spectra())
             .map(|_| SpectrumAccumulator::faded(samples as usize, plan.time_step, SOUND_SEGMENT, SOUND_FADE))
             .collect::<Result<_, _>>()?;
         let steps = plan.scene.numerics.elements * plan.scene.numerics.substeps;
@@ -325,7 +339,13 @@ impl SoundObserver {
             let heard = Summed { pressures, squeezed };
             let [start, end] = [streamed.start, streamed.end].map(|point| point.min(sound.points()));
             for point in end..streamed.end {
-                heard.of(point - streamed.start, |sum| amid[point - sound.points()].take(sum));
+                let of = point - streamed.start;
+                let Some(place) = sound.spectrum_of(point) else {
+                    heard.of(of, |sum| amid[point - sound.points()].take(sum));
+                    continue;
+                };
+                heard.of(of, |sum| sum.iter().for_each(|&pressure| spectra[place].push(pressure)));
+                take_parts(of, parts.get_mut(place), pressures, squeezed);
             }
             let points = start..end;
             for (receiver, orders) in sound.heard.iter().zip(orders.iter_mut()) {
@@ -341,11 +361,10 @@ impl SoundObserver {
                     signal.push(sum);
                 });
             });
-            let Some(squeezed) = squeezed else { return };
-            parts[points].par_iter_mut().enumerate().for_each(|(point, [vibration, squeeze])| {
-                pressures.of(point, |block| block.iter().for_each(|&pressure| vibration.push(pressure)));
-                squeezed.of(point, |block| block.iter().for_each(|&pressure| squeeze.push(pressure)));
-            });
+            if squeezed.is_some() {
+                let each = parts[points].par_iter_mut().enumerate();
+                each.for_each(|(point, parts)| take_parts(point, Some(parts), pressures, squeezed));
+            }
         });
     }
 
@@ -385,7 +404,7 @@ impl EffectObserver for SoundObserver {
     fn restore(&mut self, state: &mut StateReader<'_>) -> Result<(), StateError> {
         let SoundState { stream, squeeze, spectra, signals, orders, amid } = state.take()?;
         if spectra.len() != self.spectra.len() || signals.len() != self.signals.len() {
-            return Err(StateError::Length { expected: self.signals.len(), found: signals.len() });
+            return Err(StateError::Length { expected: self.spectra.len(), found: spectra.len() });
         }
         let alike = orders.iter().zip(&self.orders).all(|(saved, here)| saved.is_like(here));
         if orders.len() != self.orders.len() || !alike || amid.len() != self.amid.len() {

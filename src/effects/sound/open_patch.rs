@@ -6,10 +6,11 @@ use num_complex::{Complex32, Complex64};
 use serde::{Deserialize, Serialize};
 
 use super::planned::Sound;
+use crate::contact::cells::gaps::GapMap;
 use crate::numeric::{double, in_parallel, lagrange, single};
 use crate::plan::Plan;
 use crate::radiation::gap::GapAir;
-use crate::radiation::gap::patch::{Channel, PatchSheet};
+use crate::radiation::gap::patch::{Channel, PatchSheet, RoughGap};
 use crate::radiation::gap::resonance::Resonance;
 use crate::radiation::transfer::contact_distance;
 use crate::radiation::{Body, FrequencyTransfers, RadiationError, Transfer, TransferSet};
@@ -19,6 +20,8 @@ use crate::sound::Air;
 
 /// File of the grooves' fields and resonances.
 pub(super) const GAP_FILE: &str = "gap.csv";
+/// File of the field under the patch over voids.
+pub(super) const VOIDS_FILE: &str = "voids.csv";
 /// Largest height of the gap at the sheet's ends, in wavelengths of the highest frequency.
 const HIGHEST: f64 = 1.0 / 6.0;
 /// Least distance between frequencies \[Hz\].
@@ -32,7 +35,10 @@ const REFINED: usize = 3;
 /// Grooves through the patch of a body.
 pub(super) struct OpenPatch<'a> {
     body: &'a Body,
-    sheet: PatchSheet,
+    /// One of the grooves, or one for each place at which voids are known.
+    sheets: Vec<PatchSheet>,
+    /// True if voids of the road are open, too.
+    has_voids: bool,
     channels: &'a [Channel],
     air: GapAir,
     /// Largest error of the interpolation between frequencies \[dB\].
@@ -49,6 +55,8 @@ pub(crate) struct GrooveFields {
     amid: Vec<Vec<Vec<f64>>>,
     /// |G| at the first point, where it is loudest amid a groove; none without a point.
     pub(super) loudest: Option<UnderPatchLevels>,
+    /// Root mean square of G over the patch by point, frequency and place; none of grooves alone \[1/m\].
+    of_places: Vec<Vec<Vec<f64>>>,
 }
 
 /// Field under the patch at a frequency.
@@ -66,12 +74,22 @@ pub(super) struct UnderPatchLevels {
 struct Solved {
     /// \[Hz\].
     frequency: f64,
-    /// By groove, amid it.
-    responses: Vec<Complex64>,
-    /// By point, |G| amid each groove, and G exp(i k r0) on the grid's cells \[1/m\].
-    fields: Vec<(Vec<f64>, Vec<Complex32>)>,
+    /// By place, amid each groove, and, of voids, the mean over the patch.
+    responses: Vec<Vec<Complex64>>,
+    /// By place and point.
+    fields: Vec<Vec<Field>>,
     /// By groove, G of the point amid it on these cells \[1/m\]; none where no field is asked for.
     of_amid: Vec<Vec<Complex32>>,
+}
+
+/// Field of a receiver's point.
+struct Field {
+    /// |G| amid each groove \[1/m\].
+    amid: Vec<f64>,
+    /// Root mean square of G over the patch \[1/m\].
+    mean: f64,
+    /// G exp(i k r0) on the grid's cells \[1/m\].
+    values: Vec<Complex32>,
 }
 
 /// Work and memory of an open patch, before it is solved.
@@ -86,16 +104,15 @@ impl OpenAmounts {
     /// Forecasts an open patch of a length \[m\]; `None` of a sealed one, or for a body or air that the run will
     /// refuse.
     pub(super) fn of(plan: &Plan, sound: &Sound, at_rest: f64) -> Option<Self> {
-        if sound.channels.is_empty() {
-            return None;
-        }
         let body = plan.radiating_body(&sound.radiation, at_rest).ok()?;
         let air = Air::at(sound.radiation.temperature)?;
-        let OpenPatch { sheet, .. } = OpenPatch::of(sound, &body, &air)?;
+        let OpenPatch { sheets, .. } = OpenPatch::of(sound, &body, &air, &[])?;
+        let (sheet, places) = (sheets.first()?, sound.places as f64);
         let (points, intervals) = (sound.streamed() as f64, 2 * (sound.range(&air).first().len() - 1));
         let known = FOUND_WANTING * intervals as f64;
         // Of each interval the middle is tried, too.
-        let solved = known * (sheet.sheet.multiply_adds(1) + sheet.sheet.multiply_adds(sound.points() + 1));
+        let one = sheet.sheet.multiply_adds(1) + sheet.sheet.multiply_adds(sound.points() + 1);
+        let solved = known * places * one;
         let values = (2 * sheet.cells * sheet.sheet.cells()[1] + Sound::GRID.around * Sound::GRID.across) as f64;
         let factors = (rayon::current_num_threads() * sheet.sheet.bytes()) as f64;
         Some(Self { multiply_adds: solved, bytes: 8.0 * points * known * values + factors })
@@ -108,49 +125,76 @@ const FOUND_WANTING: f64 = 1.3;
 /// Transfers with frequencies that the grooves ask for, the field by point, and its figures.
 pub(super) struct Opened {
     pub(super) set: TransferSet,
-    pub(super) under: Vec<UnderPatch>,
+    /// By place and point.
+    pub(super) under: Vec<Vec<UnderPatch>>,
     /// By groove, that of the point amid it.
     pub(super) of_amid: Vec<UnderPatch>,
     pub(super) fields: GrooveFields,
 }
 
 impl<'a> OpenPatch<'a> {
-    /// Makes the patch of a body; `None` where it is sealed.
-    pub(super) fn of(sound: &'a Sound, body: &'a Body, air: &Air) -> Option<Self> {
-        if sound.channels.is_empty() {
+    /// Makes the patch of a body, with the gaps at places of the run where these are open; `None` where it is sealed.
+    pub(super) fn of(sound: &'a Sound, body: &'a Body, air: &Air, gaps: &[GapMap]) -> Option<Self> {
+        if sound.channels.is_empty() && sound.places == 1 {
             return None;
         }
-        let sheet = PatchSheet::new(body, Sound::GRID, &sound.channels)?;
-        let tolerance = sound.radiation.frequency_tolerance;
-        Some(Self { body, sheet, channels: &sound.channels, air: air.in_gap(), tolerance })
+        let at_place = |gap: &GapMap| {
+            let (ends, height): (Vec<f64>, _) = (gap.ends().collect(), |x: f64, y: f64| gap.height(x, y));
+            PatchSheet::new(body, Sound::GRID, &sound.channels, Some(&RoughGap { ends: &ends, height: &height }))
+        };
+        let sheets: Option<Vec<PatchSheet>> = match gaps {
+            [] => PatchSheet::new(body, Sound::GRID, &sound.channels, None).map(|sheet| vec![sheet]),
+            gaps => gaps.iter().map(at_place).collect(),
+        };
+        let (channels, tolerance) = (sound.channels.as_slice(), sound.radiation.frequency_tolerance);
+        Some(Self { body, sheets: sheets?, has_voids: !gaps.is_empty(), channels, air: air.in_gap(), tolerance })
     }
 
     /// Returns the highest frequency up to which the gap is thin where the sheet ends \[Hz\].
     pub(super) fn highest(&self) -> f64 {
-        HIGHEST * self.air.sound_speed / self.sheet.height_at_ends()
+        let heights = self.sheets.iter().map(PatchSheet::height_at_ends);
+        HIGHEST * self.air.sound_speed / heights.fold(0.0, f64::max)
     }
 
     /// Solves at a frequency: for the responses amid all grooves to a field that is the same before and behind the
     /// tyre, and for the fields of transfers.
     fn solve(&self, frequency: f64, transfers: &[Transfer]) -> Result<Solved, RadiationError> {
-        let factored = self.sheet.factorise(&self.air, self.wavenumber(frequency))?;
-        let amid = |field: &[Complex64]| -> Vec<Complex64> {
-            self.channels.iter().map(|channel| self.sheet.amid(field, channel.position)).collect()
-        };
-        let responses = amid(&factored.between_equal_ends());
-        let solved = factored.solve(transfers);
-        let fields = solved.iter().zip(transfers).map(|(field, transfer)| {
-            let late = transfer.wavenumber * contact_distance(self.body, transfer.receiver);
-            let turn = Complex64::from_polar(1.0, late);
-            let values = self.sheet.on_grid(field).into_iter().map(|value| single(turn * value)).collect();
-            (amid(field).into_iter().map(|value| value.norm()).collect(), values)
-        });
-        let fields = fields.collect();
-        let channels = if transfers.is_empty() { &[] } else { self.channels };
-        let of_groove = |channel: &Channel| {
-            self.sheet.on_grid(&factored.sourced_amid(channel.position)).into_iter().map(single).collect()
-        };
-        let of_amid = channels.iter().map(of_groove).collect();
+        let (mut responses, mut fields, mut of_amid) = (Vec::new(), Vec::new(), Vec::new());
+        for sheet in &self.sheets {
+            let factored = sheet.factorise(&self.air, self.wavenumber(frequency))?;
+            let amid = |field: &[Complex64]| -> Vec<Complex64> {
+                self.channels.iter().map(|channel| sheet.amid(field, channel.position)).collect()
+            };
+            let driven = factored.between_equal_ends();
+            let mut response = amid(&driven);
+            if self.has_voids {
+                let [sum, area] = sheet
+                    .within(&driven)
+                    .fold([Complex64::ZERO; 2], |[sum, all], (value, area)| [sum + value * area, all + area]);
+                response.push(sum / area);
+            }
+            responses.push(response);
+            let solved = factored.solve(transfers);
+            let of_point = |(field, transfer): (&Vec<Complex64>, &Transfer)| {
+                let late = transfer.wavenumber * contact_distance(self.body, transfer.receiver);
+                let turn = Complex64::from_polar(1.0, late);
+                let squares = sheet.within(field).map(|(value, area)| [value.norm_sqr() * area, area]);
+                let [square, area] = squares.fold([0.0; 2], |[sum, all], [square, area]| [sum + square, all + area]);
+                Field {
+                    amid: amid(field).into_iter().map(|value| value.norm()).collect(),
+                    mean: (square / area).sqrt(),
+                    values: sheet.on_grid(field).into_iter().map(|value| single(turn * value)).collect(),
+                }
+            };
+            fields.push(solved.iter().zip(transfers).map(of_point).collect());
+            // Pressures amid grooves are those at the first place.
+            if of_amid.is_empty() && !transfers.is_empty() {
+                let of_groove = |channel: &Channel| {
+                    sheet.on_grid(&factored.sourced_amid(channel.position)).into_iter().map(single).collect()
+                };
+                of_amid = self.channels.iter().map(of_groove).collect();
+            }
+        }
         Ok(Solved { frequency, responses, fields, of_amid })
     }
 
@@ -163,12 +207,15 @@ impl<'a> OpenPatch<'a> {
         let at: Vec<f64> = known.iter().map(|solved| solved.frequency).collect();
         let near = lagrange::cubic_neighbours(&at, exact.frequency);
         let weights: Vec<f64> = lagrange::weights(&at[near.clone()], exact.frequency).collect();
-        let one = |(groove, exact): (usize, &Complex64)| {
+        let one = |place: usize, groove: usize| {
+            let exact = exact.responses[place][groove];
             let pairs = known[near.clone()].iter().zip(&weights);
-            let guess: Complex64 = pairs.map(|(known, weight)| known.responses[groove] * weight).sum();
-            20.0 * (1.0 + (guess - exact).norm() / exact.norm()).log10()
+            let guess: Complex64 = pairs.map(|(known, weight)| known.responses[place][groove] * weight).sum();
+            20.0 * (1.0 + (guess - exact).norm() / exact.norm().max(f64::MIN_POSITIVE)).log10()
         };
-        exact.responses.iter().enumerate().map(one).fold(0.0, f64::max) > self.tolerance
+        let places = exact.responses.iter().enumerate();
+        let all = places.flat_map(|(place, grooves)| (0..grooves.len()).map(move |groove| (place, groove)));
+        all.map(|(place, groove)| one(place, groove)).fold(0.0, f64::max) > self.tolerance
     }
 
     /// Solves for the field of all transfers of a set, at its frequencies and at those between them without which
@@ -233,8 +280,10 @@ impl<'a> OpenPatch<'a> {
     /// Reads the resonances off the responses at rising frequencies, groove by groove.
     fn found(&self, known: &[Solved]) -> Vec<Option<Resonance>> {
         let of = |groove: usize| {
-            let response: Vec<(f64, f64)> =
-                known.iter().map(|solved| (solved.frequency, solved.responses[groove].norm())).collect();
+            let response: Vec<(f64, f64)> = known
+                .iter()
+                .map(|solved| (solved.frequency, root_mean(&solved.responses, |of| of[groove].norm())))
+                .collect();
             Resonance::of(&response)
         };
         (0..self.channels.len()).map(of).collect()
@@ -244,29 +293,45 @@ impl<'a> OpenPatch<'a> {
     fn opened(&self, set: TransferSet, known: Vec<Solved>, points: usize) -> Opened {
         let resonances = self.found(&known);
         let frequencies = known.iter().map(|solved| solved.frequency).collect();
-        let ends = &self.sheet.sheet.y;
-        let sealed = || UnderPatch { cells: self.sheet.cells, ends: ends.clone(), values: Vec::new() };
-        let mut under: Vec<UnderPatch> = (0..points).map(|_| sealed()).collect();
+        let (ends, cells) = self.sheets.first().map_or((&[][..], 0), |sheet| (&sheet.sheet.y, sheet.cells));
+        let sealed = || UnderPatch { cells, ends: ends.to_vec(), values: Vec::new() };
+        let at_place = |_: &PatchSheet| (0..points).map(|_| sealed()).collect();
+        let mut under: Vec<Vec<UnderPatch>> = self.sheets.iter().map(at_place).collect();
         let mut of_amid: Vec<UnderPatch> = self.channels.iter().map(|_| sealed()).collect();
         let loudest = {
-            let level =
-                |solved: &Solved| solved.fields.first().map(|(amid, _)| amid.iter().copied().fold(0.0, f64::max));
-            let of = known.iter().max_by(|one, other| level(one).partial_cmp(&level(other)).unwrap_or(Ordering::Equal));
-            of.and_then(|solved| Some((solved.frequency, solved.fields.first()?))).map(|(frequency, (_, values))| {
-                let green = values.iter().map(|value| double(*value).norm()).collect();
-                UnderPatchLevels { frequency, green, ends: ends.clone() }
+            let first = |solved: &Solved| -> Option<f64> {
+                let Field { amid, mean, .. } = solved.fields.first()?.first()?;
+                Some(amid.iter().copied().reduce(f64::max).unwrap_or(*mean))
+            };
+            let of = known.iter().max_by(|one, other| first(one).partial_cmp(&first(other)).unwrap_or(Ordering::Equal));
+            of.and_then(|solved| Some((solved.frequency, solved.fields.first()?.first()?))).map(|(frequency, field)| {
+                let green = field.values.iter().map(|value| double(*value).norm()).collect();
+                UnderPatchLevels { frequency, green, ends: ends.to_vec() }
             })
         };
-        let mut amid = vec![Vec::new(); points];
+        let [mut amid, mut of_places] =
+            [vec![Vec::new(); points], vec![Vec::new(); if self.has_voids { points } else { 0 }]];
         for solved in known {
             of_amid.iter_mut().zip(solved.of_amid).for_each(|(under, values)| under.values.push(values));
-            for (point, (levels, values)) in solved.fields.into_iter().enumerate() {
-                amid[point].push(levels);
-                under[point].values.push(values);
+            for (point, amid) in amid.iter_mut().enumerate() {
+                let groove = |groove: usize| root_mean(&solved.fields, |points| points[point].amid[groove]);
+                amid.push((0..self.channels.len()).map(groove).collect());
+            }
+            for (point, means) in of_places.iter_mut().enumerate() {
+                means.push(solved.fields.iter().map(|points| points[point].mean).collect());
+            }
+            for (under, fields) in under.iter_mut().zip(solved.fields) {
+                under.iter_mut().zip(fields).for_each(|(under, field)| under.values.push(field.values));
             }
         }
-        Opened { set, under, of_amid, fields: GrooveFields { resonances, frequencies, amid, loudest } }
+        Opened { set, under, of_amid, fields: GrooveFields { resonances, frequencies, amid, loudest, of_places } }
     }
+}
+
+/// Returns the root mean square of what places have.
+fn root_mean<T>(places: &[T], of: impl Fn(&T) -> f64) -> f64 {
+    let sum: f64 = places.iter().map(|place| of(place).powi(2)).sum();
+    (sum / places.len() as f64).sqrt()
 }
 
 /// Pressure above which air is not linear by 1 %: that part of gamma times its static pressure \[Pa\].
@@ -314,7 +379,7 @@ pub(super) fn expected_resonances(plan: &Plan) -> Option<String> {
     let sound = plan.sound().filter(|sound| !sound.channels.is_empty())?;
     let body = plan.radiating_body(&sound.radiation, plan.expected().length).ok()?;
     let air = Air::at(sound.radiation.temperature)?;
-    let open = OpenPatch::of(&sound, &body, &air)?;
+    let open = OpenPatch::of(&sound, &body, &air, &[])?;
     let resonances = open.resonances([LOOKED_AT[0], LOOKED_AT[1].min(open.highest())]).ok()?;
     let of = |(groove, found): (usize, &Option<Resonance>)| match found {
         Some(Resonance { frequency, .. }) => {
@@ -343,6 +408,21 @@ impl GrooveFields {
             })
         };
         self.resonances.iter().enumerate().filter_map(one).collect()
+    }
+
+    /// Returns the table of the field under the patch over voids, at the first point of each receiver: its root mean
+    /// square over places, and the lowest and highest of a place; `None` of grooves alone.
+    pub(super) fn voids_to_csv(&self, sound: &Sound) -> Option<String> {
+        let mut rows = Vec::new();
+        for heard in &sound.heard {
+            for (frequency, places) in self.frequencies.iter().zip(self.of_places.get(heard.points.start)?) {
+                let ends = [f64::min, f64::max].map(|best| places.iter().copied().reduce(best).unwrap_or(0.0));
+                let mean = root_mean(places, |place| *place);
+                rows.push(row([&heard.name, frequency, &mean, &ends[0], &ends[1]]));
+            }
+        }
+        let header = ["receiver", "frequency_hz", "green_1_per_m", "lowest_1_per_m", "highest_1_per_m"];
+        Some(csv(header, rows))
     }
 
     /// Returns the table of the grooves: resonances, largest pressures, and |G| amid them by receiver, at its first
@@ -403,7 +483,7 @@ mod tests {
         sound.channels = vec![Channel { position: 0.0, width: 0.012, depth: 0.008 }];
         let body = plan.radiating_body(&sound.radiation, 0.108).unwrap();
         let air = Air::at(20.0).unwrap();
-        let open = OpenPatch::of(&sound, &body, &air).unwrap();
+        let open = OpenPatch::of(&sound, &body, &air, &[]).unwrap();
         assert!((3000.0..3700.0).contains(&open.highest()), "{}", open.highest());
         // A field of 1 everywhere, as late as at the receiver.
         let (receiver, grid) = (sound.positions[0], Sound::GRID);
@@ -422,13 +502,13 @@ mod tests {
         assert!(frequencies.len() > known.len() && opened.set.frequencies().len() == frequencies.len());
         let resonance = opened.fields.resonances[0].unwrap();
         assert!((1000.0..1200.0).contains(&resonance.frequency), "{resonance:?}");
-        let under = &opened.under[0];
+        let under = &opened.under[0][0];
         let strips = under.ends.len() - 1;
         for frequency in [933.0, 1058.0, 1104.0, 1171.0, 1262.0] {
             let near = lagrange::cubic_neighbours(frequencies, frequency);
             let weights: Vec<f64> = lagrange::weights(&frequencies[near.clone()], frequency).collect();
             let exact = open.solve(frequency, &at(frequency).transfers).unwrap();
-            let exact = &exact.fields[0].1;
+            let exact = &exact.fields[0][0].values;
             // Amid the patch, all across: 0 on ribs, and steps to the groove.
             let row = under.cells * strips..(under.cells + 1) * strips;
             let (mut off, mut size, mut ribs) = (0.0_f64, 0.0_f64, 0);

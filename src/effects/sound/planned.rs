@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::contact::cells::gaps::PLACES;
 use crate::numeric::SplitRule;
 use crate::plan::Plan;
 use crate::plan::decisions::taken_pattern;
@@ -129,6 +130,8 @@ pub(crate) struct Sound {
     pub draft: Option<DraftErrors>,
     /// Grooves in which air goes through the patch; none where it is sealed.
     pub channels: Vec<Channel>,
+    /// Places of the run whose voids between tread and road are open, or 1.
+    pub places: usize,
     /// True if blocks press volume into the voids beside them.
     pub squeezes: bool,
 }
@@ -142,9 +145,20 @@ impl Sound {
         self.positions.len()
     }
 
-    /// Returns the points whose pressures are made: those of all receivers, and one amid each open groove.
+    /// Returns the points whose pressures are made: those of all receivers, for each place, and one amid each groove.
     pub(crate) fn streamed(&self) -> usize {
-        self.points() + self.channels.len()
+        self.spectra() + self.channels.len()
+    }
+
+    /// Counts the spectra of pressures: of all points, place by place.
+    pub(crate) fn spectra(&self) -> usize {
+        self.points() * self.places
+    }
+
+    /// Returns the spectrum that the pressures of a streamed point belong to; `None` of one amid a groove.
+    pub(crate) fn spectrum_of(&self, streamed: usize) -> Option<usize> {
+        let others = self.points() + self.channels.len();
+        (streamed < self.points()).then_some(streamed).or_else(|| Some(streamed.checked_sub(others)? + self.points()))
     }
 
     /// Returns the transfers from a body to all points.
@@ -413,7 +427,8 @@ impl Plan {
         let bead = arc.map(|arc| arc.bead_radius());
         let channels = channels(&self.scene);
         let squeezes = self.scene.squeezes_blocks();
-        Some(Sound { radiation, heard, positions, stated, layout, lateral, bead, draft, channels, squeezes })
+        let places = if self.scene.opens_voids() { PLACES } else { 1 };
+        Some(Sound { radiation, heard, positions, stated, layout, lateral, bead, draft, channels, places, squeezes })
     }
 }
 

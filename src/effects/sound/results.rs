@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::open_patch::GAP_FILE;
+use super::open_patch::{GAP_FILE, VOIDS_FILE};
 use super::planned::{Heard, SOUND_FADE, SOUND_SEGMENT, Sound};
 use crate::effects::error::RunError;
 use crate::effects::sound::SoundObserver;
@@ -15,7 +15,7 @@ use crate::results::ResultsError;
 use crate::results::files::ResultFiles;
 use crate::results::sound::{
     AudioSummary, IntensitySummary, PassBySummary, RatedLevel, ReceiverSpectrum, ReceiverSummary, SOUND_FILE,
-    SOUND_NARROW_FILE, SoundParts, SoundSummary, sound_levels_csv, sound_narrow_csv,
+    SOUND_NARROW_FILE, SoundParts, SoundSummary, sound_levels_csv, sound_narrow_csv, spread,
 };
 use crate::results::spectra::LOWEST_FREQUENCY;
 use crate::results::table::{csv, row};
@@ -44,7 +44,12 @@ impl SoundObserver {
         folder.write_text(SOUND_FILE, &sound_levels_csv(&spectra, LOWEST_FREQUENCY, self.slice_errors.as_ref()))?;
         folder.write_text(SOUND_NARROW_FILE, &sound_narrow_csv(&spectra))?;
         if let Some(grooves) = &self.way.grooves {
-            folder.write_text(GAP_FILE, &grooves.to_csv(&self.sound, &self.amid))?;
+            if !self.sound.channels.is_empty() {
+                folder.write_text(GAP_FILE, &grooves.to_csv(&self.sound, &self.amid))?;
+            }
+            if let Some(table) = grooves.voids_to_csv(&self.sound) {
+                folder.write_text(VOIDS_FILE, &table)?;
+            }
             let drawn = grooves.loudest.as_ref().zip(self.sound.heard.first());
             if let Some((levels, heard)) = drawn.filter(|_| loaded.scene.outputs.plots) {
                 draw_under_patch(loaded, &heard.name, levels, folder)?;
@@ -74,8 +79,13 @@ impl SoundObserver {
         })
     }
 
-    /// Returns the spectra at all points.
+    /// Returns the spectra at all points, the mean over places whose voids are open.
     pub(super) fn point_spectra(&self) -> Result<Vec<PowerSpectrum>, RunError> {
+        Ok(mean_of_places(self.place_spectra()?, self.sound.points()))
+    }
+
+    /// Returns the spectra at all points, place by place.
+    fn place_spectra(&self) -> Result<Vec<PowerSpectrum>, RunError> {
         let finished = |spectrum: &SpectrumAccumulator| Ok(spectrum.clone().finish()?.valid_to(self.valid_to));
         in_parallel::map(&self.spectra, finished).into_iter().collect()
     }
@@ -86,7 +96,9 @@ impl SoundObserver {
     /// # Errors
     /// Too short for a spectrum.
     pub(super) fn receiver_spectra(&self, points: &[PowerSpectrum]) -> Result<Vec<ReceiverSpectrum>, RunError> {
-        let parts = self.squeeze.as_ref().map(|squeeze| squeeze.spectra(self.valid_to)).transpose()?;
+        let count = self.sound.points();
+        let parts = self.squeeze.as_ref().map(|squeeze| squeeze.spectra(count, self.valid_to)).transpose()?;
+        let places = if self.sound.places > 1 { self.place_spectra()? } else { Vec::new() };
         let at = |heard: &Heard, points: &[PowerSpectrum]| {
             let mut spectrum = mean(self.sound.counted(heard).map(|point| &points[point]))?;
             let tyres = heard.tyres() as f64;
@@ -99,6 +111,7 @@ impl SoundObserver {
                 name: heard.name.clone(),
                 spectrum: at(heard, points)?,
                 parts: vibration.zip(squeeze).map(|(vibration, squeeze)| SoundParts { vibration, squeeze }),
+                places: places.chunks_exact(count).filter_map(|points| at(heard, points)).collect(),
                 error: self.sound.error_at(heard),
             })
         };
@@ -109,7 +122,7 @@ impl SoundObserver {
         &self,
         loaded: &LoadedScene,
         heard: &Heard,
-        ReceiverSpectrum { spectrum, parts, .. }: &ReceiverSpectrum,
+        ReceiverSpectrum { spectrum, parts, places, .. }: &ReceiverSpectrum,
         points: &[PowerSpectrum],
         folder: &dyn ResultFiles,
     ) -> Result<(ReceiverSummary, Option<Audible>), RunError> {
@@ -125,6 +138,7 @@ impl SoundObserver {
             level_a: levels.overall_a,
             vibration_level_a: level_of(|parts| &parts.vibration),
             squeeze_level_a: level_of(|parts| &parts.squeeze),
+            voids_spread_a: spread(places.iter().map(|place| vouched(place).overall_a)),
             level_a_error: self.sound.error_at(heard).level_a + by_slices.unwrap_or(0.0),
             bands: levels.covered(),
             power_level_a: None,
@@ -345,6 +359,14 @@ impl Audible {
 /// Returns the levels, the overall ones of what the run vouches for.
 fn vouched(spectrum: &PowerSpectrum) -> SoundLevels {
     SoundLevels::of(spectrum, LOWEST_FREQUENCY..f64::INFINITY).vouched()
+}
+
+/// Computes from spectra place by place, of so many points each, the mean over places of each point.
+pub(super) fn mean_of_places(spectra: Vec<PowerSpectrum>, points: usize) -> Vec<PowerSpectrum> {
+    if spectra.len() == points {
+        return spectra;
+    }
+    (0..points).filter_map(|point| mean(spectra.iter().skip(point).step_by(points))).collect()
 }
 
 /// Returns the mean of spectra over the same frequencies; `None` of none.

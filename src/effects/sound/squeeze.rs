@@ -11,6 +11,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::planned::{SOUND_FADE, SOUND_SEGMENT, Sound};
+use super::results::mean_of_places;
 use crate::contact::geometry::Geometry;
 use crate::effects::error::RunError;
 use crate::numeric::in_parallel;
@@ -50,7 +51,7 @@ pub(super) struct SqueezeStream {
     /// First step whose forces count.
     first_step: u64,
     pub(super) stream: PressureStream,
-    /// By point, spectra of the pressure by vibration and of that by squeeze.
+    /// By place and point, spectra of the pressure by vibration and of that by squeeze.
     pub(super) parts: Vec<[SpectrumAccumulator; PARTS]>,
 }
 
@@ -89,7 +90,7 @@ impl SqueezeStream {
         let transfers = PressureTransfers { model, greens: greens.clone() };
         let stream = PressureStream::new(transfers, plan.steps - plan.warm_up_steps);
         let spectrum = || SpectrumAccumulator::faded(samples, plan.time_step, SOUND_SEGMENT, SOUND_FADE);
-        let parts = (0..sound.points()).map(|_| Ok([spectrum()?, spectrum()?])).collect::<Result<_, RunError>>()?;
+        let parts = (0..sound.spectra()).map(|_| Ok([spectrum()?, spectrum()?])).collect::<Result<_, RunError>>()?;
         let volumes = SqueezedVolumes::new(squeeze, forces);
         debug_assert_eq!(volumes.window().columns, stream.columns());
         Ok(Some(Self { volumes, first_step: plan.warm_up_steps, stream, parts }))
@@ -101,13 +102,13 @@ impl SqueezeStream {
         self.stream.push(self.volumes.of(step, forces));
     }
 
-    /// Returns the spectra at all points by vibration, and by squeeze.
-    pub(super) fn spectra(&self, valid_to: f64) -> Result<[Vec<PowerSpectrum>; PARTS], RunError> {
+    /// Returns the spectra at all points by vibration, and by squeeze, the mean over places.
+    pub(super) fn spectra(&self, points: usize, valid_to: f64) -> Result<[Vec<PowerSpectrum>; PARTS], RunError> {
         let of = |part: usize| -> Result<Vec<PowerSpectrum>, RunError> {
             let finished = |parts: &[SpectrumAccumulator; PARTS]| Ok(parts[part].clone().finish()?.valid_to(valid_to));
             in_parallel::map(&self.parts, finished).into_iter().collect()
         };
-        Ok([of(0)?, of(1)?])
+        Ok([mean_of_places(of(0)?, points), mean_of_places(of(1)?, points)])
     }
 
     /// Takes the state down.

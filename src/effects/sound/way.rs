@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::kept_transfers::KeptTransfers;
 use super::open_patch::{GrooveFields, OpenPatch, Opened};
 use super::planned::Sound;
+use crate::contact::cells::gaps::GapMap;
 use crate::counters::Progress;
 use crate::counters::{Counter, Meter, Stage, Work};
 use crate::effects::effect::ContactFacts;
@@ -93,10 +94,11 @@ impl Seeking<'_> {
         let open = meter.open();
         progress.stage(Stage::Radiation);
         let body = self.body(contact.at_rest.length)?;
-        let (greens, summary, grooves) = self.greens(&air, &body, warnings, progress, meter)?;
-        let (delays, mut left) = delays(sound, &body, &air);
+        let (greens, summary, grooves) = self.greens(&air, &body, &contact.gaps, warnings, progress, meter)?;
+        let (delays, of_points) = delays(sound, &body, &air);
         // Points amid grooves are heard at once.
-        left.resize(greens.len(), 0.0);
+        let left = |streamed| sound.spectrum_of(streamed).map_or(0.0, |spectrum| of_points[spectrum % sound.points()]);
+        let left = (0..greens.len()).map(left).collect();
         let (lateral, highest) = (sound.lateral_numbers(tyre), 0.5 / layout.time_step);
         let rule = sound.flank(&body).map(|flank| flank.rule);
         let around = Sound::GRID.around / 2;
@@ -149,6 +151,7 @@ impl Seeking<'_> {
         &self,
         air: &Air,
         body: &Body,
+        gaps: &[GapMap],
         warnings: &mut Vec<String>,
         progress: &mut dyn Progress,
         meter: &mut Meter,
@@ -165,7 +168,7 @@ impl Seeking<'_> {
             };
             return Ok((surface_greens(set, body, sound), summary, None));
         }
-        let open = self.open_patch(air, body)?;
+        let open = self.open_patch(air, body, gaps)?;
         let kept = KeptTransfers::open(&problem, &range, sound, warnings);
         let mut troubles = Vec::new();
         let mut watch = Watch {
@@ -207,28 +210,28 @@ impl Seeking<'_> {
         let opened = open.open(set).map_err(|error| self.refused("air_pumping", error.to_string(), "other grooves"))?;
         let Opened { set, under, of_amid, fields } = opened;
         let mut greens = surface_greens(set, body, sound);
-        greens.iter_mut().zip(under).for_each(|(green, under)| green.under_patch = Some(under));
+        let mut under = under.into_iter();
+        let first = under.next().unwrap_or_default();
+        let welded = greens.clone();
+        greens.iter_mut().zip(first).for_each(|(green, under)| green.under_patch = Some(under));
         // Sources beyond the sheet are left out of the pressures amid grooves.
-        let amid = greens.first().map(|first| {
+        let silent = welded.first().map(|first| {
             let values = first.values.iter().map(|values| vec![Complex32::ZERO; values.len()]).collect();
-            SurfaceGreen {
-                frequencies: first.frequencies.clone(),
-                around: first.around,
-                across: first.across.clone(),
-                half_width: first.half_width,
-                rings: first.rings,
-                values,
-                under_patch: None,
-            }
+            SurfaceGreen { values, ..first.clone() }
         });
-        let of = |under| amid.clone().map(|green| SurfaceGreen { under_patch: Some(under), ..green });
+        let of = |under| silent.clone().map(|green| SurfaceGreen { under_patch: Some(under), ..green });
         greens.extend(of_amid.into_iter().filter_map(of));
+        // Then those of the other places, point by point.
+        for under in under {
+            let pairs = welded.iter().cloned().zip(under);
+            greens.extend(pairs.map(|(green, under)| SurfaceGreen { under_patch: Some(under), ..green }));
+        }
         Ok((greens, summary, Some(fields)))
     }
 
     /// Returns the grooves through the patch of a body; none where it is sealed.
-    fn open_patch<'b>(&'b self, air: &Air, body: &'b Body) -> Result<Option<OpenPatch<'b>>, RunError> {
-        let Some(open) = OpenPatch::of(self.sound, body, air) else { return Ok(None) };
+    fn open_patch<'b>(&'b self, air: &Air, body: &'b Body, gaps: &[GapMap]) -> Result<Option<OpenPatch<'b>>, RunError> {
+        let Some(open) = OpenPatch::of(self.sound, body, air, gaps) else { return Ok(None) };
         let (highest, fmax) = (open.highest(), self.sound.radiation.fmax);
         if fmax > highest {
             let wrong = format!(

@@ -29,6 +29,8 @@ use crate::radiation::transfer::{Transfer, TransferGrid, across_points, half_tre
 pub(crate) const REACH: f64 = 0.06;
 /// Largest width of a cell across \[m\].
 const ACROSS: f64 = 3e-3;
+/// The same where cells of contact tell the heights: these are not cut in two for less.
+const ROUGH_ACROSS: f64 = 4e-3;
 /// Least cells across a channel or a rib.
 const LEAST_ACROSS: usize = 2;
 /// End correction of the sides' slot by its height: that of a slot between the road and a wall \[1\].
@@ -45,6 +47,15 @@ pub(crate) struct Channel {
     pub depth: f64,
 }
 
+/// Heights of the gap under a tyre where it stands on a road that is not smooth.
+pub(crate) struct RoughGap<'a> {
+    /// Ends of its cells across \[m\].
+    pub ends: &'a [f64],
+    /// Height at a distance ahead of the contact's centre and to the left, 0 where tread and road touch; `None` where
+    /// it is not known and is that over a smooth road \[m\].
+    pub height: &'a dyn Fn(f64, f64) -> Option<f64>,
+}
+
 /// Sheet under a tyre.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PatchSheet {
@@ -52,12 +63,10 @@ pub(crate) struct PatchSheet {
     pub sheet: Sheet,
     /// Cells of the grid that it holds to either side of the contact's centre.
     pub cells: usize,
-    /// By cell of the sheet along, the part of its ribs that is beyond the patch.
-    beyond: Vec<f64>,
+    /// By cell, the part of it that air moves: all of a channel, of ribs what is beyond the patch.
+    open: Vec<f64>,
     /// By cell of the sheet along, the height under ribs \[m\].
     ribs: Vec<f64>,
-    /// By cell across, true if a channel runs there.
-    is_channel: Vec<bool>,
     grid: TransferGrid,
     half_width: f64,
     half_patch: f64,
@@ -72,7 +81,12 @@ pub(crate) struct FactoredPatch<'a> {
 
 impl PatchSheet {
     /// Makes the sheet of a tyre that stands on the road, for transfers on a grid; `None` for other bodies.
-    pub(crate) fn new(body: &Body, grid: TransferGrid, channels: &[Channel]) -> Option<Self> {
+    pub(crate) fn new(
+        body: &Body,
+        grid: TransferGrid,
+        channels: &[Channel],
+        rough: Option<&RoughGap<'_>>,
+    ) -> Option<Self> {
         let (radius, half_patch, half_width) = (body.radius(), body.half_patch(), half_tread(body));
         if half_patch <= 0.0 || half_width <= 0.0 {
             return None;
@@ -81,7 +95,7 @@ impl PatchSheet {
         let outer = (half_patch + REACH).min(radius * FLATTEST);
         let cells = ((outer / radius).asin() / turn - 1e-9).ceil().max(1.0) as usize;
         let x: Vec<f64> = (-(cells as i64)..=cells as i64).map(|end| radius * (end as f64 * turn).sin()).collect();
-        let y = across(half_width, channels);
+        let y = across(half_width, channels, rough.map_or(&[], |rough| rough.ends));
         let rise = |x: f64| {
             let x = x.abs();
             if x <= half_patch {
@@ -104,10 +118,22 @@ impl PatchSheet {
         };
         let depths: Vec<f64> = y.windows(2).map(depth).collect();
         let ribs: Vec<f64> = x.windows(2).map(mean_rise).collect();
-        let heights = ribs.iter().flat_map(|rise| depths.iter().map(move |depth| rise + depth)).collect();
-        let beyond = x.windows(2).map(beyond).collect();
-        let is_channel = depths.iter().map(|depth| *depth > 0.0).collect();
-        Some(Self { sheet: Sheet { x, y, heights }, cells, beyond, ribs, is_channel, grid, half_width, half_patch })
+        let mut heights: Vec<f64> = ribs.iter().flat_map(|rise| depths.iter().map(move |depth| rise + depth)).collect();
+        let beyond = x.windows(2).map(beyond);
+        let part = |beyond: f64| depths.iter().map(move |depth| if *depth > 0.0 { 1.0 } else { beyond });
+        let mut open: Vec<f64> = beyond.flat_map(part).collect();
+        if let Some(rough) = rough {
+            let middles =
+                |ends: &[f64]| -> Vec<f64> { ends.windows(2).map(|ends| 0.5 * (ends[0] + ends[1])).collect() };
+            let (x, y) = (middles(&x), middles(&y));
+            let places = x.iter().flat_map(|x| y.iter().map(move |y| (*x, *y)));
+            for ((place, height), open) in places.zip(&mut heights).zip(&mut open) {
+                if let Some(known) = (rough.height)(place.0, place.1) {
+                    (*height, *open) = (known, f64::from(u8::from(known > 0.0)));
+                }
+            }
+        }
+        Some(Self { sheet: Sheet { x, y, heights }, cells, open, ribs, grid, half_width, half_patch })
     }
 
     /// Returns the distance from the contact's centre at which the sheet ends, X_o \[m\].
@@ -227,12 +253,19 @@ impl PatchSheet {
     /// Returns the means over the grid's cells of values on the sheet's: where ribs are welded they count as 0, as in a
     /// transfer.
     pub(crate) fn on_grid(&self, values: &[Complex64]) -> Vec<Complex64> {
+        values.iter().zip(&self.open).map(|(value, open)| value * open).collect()
+    }
+
+    /// Lists the values of the sheet's cells within the patch, 0 where it is closed, and their areas \[m^2\].
+    pub(crate) fn within<'a>(&'a self, values: &'a [Complex64]) -> impl Iterator<Item = (Complex64, f64)> {
+        let size = |ends: &[f64]| ends[1] - ends[0];
         let across = self.sheet.cells()[1];
-        let mean = |(values, beyond): (&[Complex64], &f64)| -> Vec<Complex64> {
-            let part = |is_channel: &bool| if *is_channel { 1.0 } else { *beyond };
-            values.iter().zip(&self.is_channel).map(|(value, is_channel)| value * part(is_channel)).collect()
-        };
-        values.chunks_exact(across).zip(&self.beyond).flat_map(mean).collect()
+        let columns = self.sheet.x.windows(2).zip(values.chunks_exact(across)).zip(self.open.chunks_exact(across));
+        let within = columns.filter(|((ends, _), _)| (0.5 * (ends[0] + ends[1])).abs() < self.half_patch);
+        within.flat_map(move |((ends, values), open)| {
+            let widths = self.sheet.y.windows(2).map(size);
+            values.iter().zip(open).zip(widths).map(move |((value, open), width)| (value * open, size(ends) * width))
+        })
     }
 
     /// Returns the two cells of the sheet amid the patch at a distance across.
@@ -286,9 +319,10 @@ const FLATTEST: f64 = 0.8;
 const MEAN: [[f64; 2]; 3] =
     [[0.112_701_665_379_258_3, 5.0 / 18.0], [0.5, 8.0 / 18.0], [0.887_298_334_620_741_7, 5.0 / 18.0]];
 
-/// Returns the ends of the cells across a tread, cut at the sides of the channels \[m\].
-fn across(half_width: f64, channels: &[Channel]) -> Vec<f64> {
+/// Returns the ends of the cells across a tread, cut at the sides of the channels and at other places \[m\].
+fn across(half_width: f64, channels: &[Channel], other: &[f64]) -> Vec<f64> {
     let mut cuts = vec![-half_width, half_width];
+    cuts.extend(other.iter().map(|y| y.clamp(-half_width, half_width)));
     for Channel { position, width, .. } in channels {
         cuts.extend([position - 0.5 * width, position + 0.5 * width].map(|y| y.clamp(-half_width, half_width)));
     }
@@ -296,7 +330,8 @@ fn across(half_width: f64, channels: &[Channel]) -> Vec<f64> {
     cuts.dedup_by(|next, one| (*next - *one).abs() < 1e-9);
     let mut ends = vec![-half_width];
     for pair in cuts.windows(2) {
-        let parts = ((pair[1] - pair[0]) / ACROSS).ceil().max(LEAST_ACROSS as f64) as usize;
+        let (largest, least) = if other.is_empty() { (ACROSS, LEAST_ACROSS) } else { (ROUGH_ACROSS, 1) };
+        let parts = ((pair[1] - pair[0]) / largest).ceil().max(least as f64) as usize;
         ends.extend((1..=parts).map(|part| pair[0] + (pair[1] - pair[0]) * part as f64 / parts as f64));
     }
     ends

@@ -6,7 +6,7 @@ use std::f64::consts::{PI, TAU};
 use num_complex::Complex64;
 
 use super::GapAir;
-use super::patch::{Channel, PatchSheet};
+use super::patch::{Channel, PatchSheet, RoughGap};
 use super::resonance::Resonance;
 use super::sheet::{Drive, Edge, Edges, Sheet};
 use crate::radiation::{Block, Body, Resolution, Transfer, TransferGrid, TransferProblem, Vector};
@@ -125,7 +125,7 @@ const CHANNELS: [Channel; 2] =
     [Channel { position: -0.02, width: 0.012, depth: 0.008 }, Channel { position: 0.03, width: 0.006, depth: 0.005 }];
 
 fn sheet_of(patch: f64, channels: &[Channel]) -> PatchSheet {
-    PatchSheet::new(&tyre(patch), GRID, channels).unwrap()
+    PatchSheet::new(&tyre(patch), GRID, channels, None).unwrap()
 }
 
 #[test]
@@ -327,4 +327,37 @@ fn a_groove_of_no_depth_lets_nothing_through_and_leaves_the_field_beside_it() {
         println!("open {amid_open:.3}, closed {amid_closed:.1e}, largest of none {largest:.3} 1/m, off by {off:.1e}");
         assert!(off < 1e-3 * largest, "{off:e} of {largest:e}");
     }
+}
+
+#[test]
+fn a_gap_that_is_told_cell_by_cell_is_the_one_of_its_channels_and_closed_pockets_are_silent() {
+    let channel = CHANNELS[0];
+    let known = sheet_of(LENGTH, &[channel]);
+    let ends = known.sheet.y.clone();
+    let rough = |channels: &[Channel], height: &dyn Fn(f64, f64) -> Option<f64>| {
+        PatchSheet::new(&tyre(LENGTH), GRID, channels, Some(&RoughGap { ends: &ends, height })).unwrap()
+    };
+    assert_eq!(rough(&[channel], &|_, _| None), known);
+    let is_under = |x: f64| x.abs() < 0.5 * LENGTH - 1e-9;
+    // The groove is there although no channel is.
+    let place = |ends: &[f64], at: f64| ends.partition_point(|end| *end <= at) - 1;
+    let told = rough(&[], &|x, y| {
+        let Sheet { x: columns, y: strips, heights } = &known.sheet;
+        Some(heights[place(columns, x) * (strips.len() - 1) + place(strips, y)])
+    });
+    let field = |sheet: &PatchSheet| {
+        let factored = sheet.factorise(&AIR, TAU * 900.0 / AIR.sound_speed).unwrap();
+        sheet.on_grid(&factored.between_equal_ends())
+    };
+    let (one, other) = (field(&known), field(&told));
+    let [one, other] = [&one, &other].map(|field| known.amid(field, channel.position).norm());
+    println!("amid the groove {one} and {other}");
+    assert!((other / one - 1.0).abs() < 1e-9, "{one} {other}");
+    let pocket = |x: f64, y: f64| if x.abs() < 0.01 && (y + 0.02).abs() < 0.01 { 3e-3 } else { 0.0 };
+    let closed = rough(&[], &|x, y| is_under(x).then(|| pocket(x, y)));
+    let found = field(&closed);
+    assert!(closed.amid(&found, -0.02).norm() <= 0.0);
+    let (open, all) =
+        closed.within(&found).fold((0.0, 0.0), |(open, all), (value, area)| (open + value.norm() * area, all + area));
+    assert!(open <= 0.0 && all > 0.0);
 }

@@ -15,13 +15,16 @@ pub enum PatchAir {
     Sealed,
     /// The grooves that run round the tyre; the ribs between them are sealed.
     Grooves,
+    /// All voids between tread and road, those of grooves and of the road's texture, as they stand at some places.
+    Voids,
 }
 
 keys! {
     /// Air under the contact patch.
     #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
     pub AirPumping {
-        /// Ways of the air under the patch: none, or the grooves of `[tread_pattern]` that run round the tyre.
+        /// Ways of the air under the patch: none, the grooves of `[tread_pattern]` that run round the tyre, or all
+        /// voids between tread and road.
         patch: PatchAir = PatchAir::Sealed => OneOf::new(),
         /// True if compliant blocks of `[tread_pattern]` press the volume by which they yield into voids beside them.
         #[serde(skip_serializing_if = "is_default")]
@@ -31,7 +34,7 @@ keys! {
 
 pub(in crate::scene) const AIR_PUMPING: Nested<AirPumping> = Nested {
     title: "[air_pumping]",
-    wanted: "the table [air_pumping] with patch = \"sealed\" or \"grooves\"",
+    wanted: "the table [air_pumping] with patch = \"sealed\", \"grooves\" or \"voids\"",
     schema: AirPumping::schema,
     read: AirPumping::read,
 };

@@ -71,10 +71,20 @@ impl Scene {
     /// another part that they need is left out.
     pub(crate) fn open_grooves(&self) -> &[Groove] {
         let patch = self.air_pumping.as_ref().map_or(PatchAir::Sealed, |pumping| pumping.patch);
-        let is_heard = !self.receivers.is_empty() && self.radiation.quality == RadiationQuality::Full;
-        let is_open = patch == PatchAir::Grooves && self.effects.air_pumping != Switch::Off && is_heard;
-        let pattern = self.pattern().filter(|_| is_open && self.contact.tread == Tread::Elastic);
+        let pattern = self.pattern().filter(|_| patch != PatchAir::Sealed && self.hears_patch());
         pattern.map_or(&[], |pattern| &pattern.grooves)
+    }
+
+    /// Tells whether air under a patch that is open would be heard.
+    fn hears_patch(&self) -> bool {
+        let is_heard = !self.receivers.is_empty() && self.radiation.quality == RadiationQuality::Full;
+        is_heard && self.effects.air_pumping != Switch::Off && self.contact.tread == Tread::Elastic
+    }
+
+    /// Tells whether the air in all voids between tread and road is heard.
+    pub(crate) fn opens_voids(&self) -> bool {
+        let is_asked = self.air_pumping.as_ref().is_some_and(|pumping| pumping.patch == PatchAir::Voids);
+        is_asked && self.hears_patch() && self.contact.zone == Zone::Cells
     }
 
     /// Tells whether blocks press volume into the voids beside them, and are heard: the patch is open, and no part that
@@ -82,7 +92,8 @@ impl Scene {
     pub(crate) fn squeezes_blocks(&self) -> bool {
         let is_compliant = self.pattern().is_some_and(|pattern| pattern.blocks == BlockModel::Compliant);
         let is_asked = self.air_pumping.as_ref().is_some_and(|pumping| pumping.squeeze);
-        is_asked && is_compliant && self.contact.zone == Zone::Cells && !self.open_grooves().is_empty()
+        let is_open = !self.open_grooves().is_empty() || self.opens_voids();
+        is_asked && is_compliant && self.contact.zone == Zone::Cells && is_open
     }
 
     /// Tells whether contact has tangential forces or a pull: friction of 0 alone is contact without either.

@@ -1,0 +1,195 @@
+//! Gaps between tread and road under a tyre that stands on it: where air may be.
+//!
+//! Cells are pressed on the road as it is at a place of the run, without a past, by the compliance at the rate s = V/a
+//! of a passage through half the patch: rubber that rolls is that stiff, and layers hardly move by their mass.
+
+use super::blocks::BlockTerm;
+use super::instant::InstantCells;
+use super::search::CellSearch;
+use crate::contact::error::ContactError;
+use crate::contact::geometry::Geometry;
+use crate::contact::static_contact::StaticContact;
+use crate::contact::tread::TreadSurface;
+use crate::scene::Axle;
+use crate::tyre::influence::CellSums;
+use crate::tyre::tread_pattern::blocks::Blocks;
+
+/// Places of a run at which gaps are found.
+pub(crate) const PLACES: usize = 8;
+/// How exactly a load is met.
+const LOAD_TOLERANCE: f64 = 1e-3;
+/// Most indentations that are tried for it.
+const TRIED: usize = 40;
+/// How far cells may be from where they are required to be, relative to the indentation.
+const TOLERANCE: f64 = 1e-5;
+
+/// Gap between tread and road over a window of cells.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct GapMap {
+    /// Rear end of the first column and width of a column, from the contact's centre on \[m\].
+    along: [f64; 2],
+    /// Right end of the first cell and width of a cell, from the middle \[m\].
+    beside: [f64; 2],
+    /// Cells across.
+    pub across: usize,
+    /// Height of the gap by cell, column by column; 0 where tread and road touch \[m\].
+    pub heights: Vec<f64>,
+}
+
+impl GapMap {
+    /// Returns the height at a place from the contact's centre, x ahead and y to the left; `None` beyond the map \[m\].
+    pub(crate) fn height(&self, x: f64, y: f64) -> Option<f64> {
+        let cell = |from: f64, size: f64, count: usize| {
+            ((from / size).floor() as i64).try_into().ok().filter(|cell: &usize| *cell < count)
+        };
+        let column = cell(x - self.along[0], self.along[1], self.heights.len() / self.across)?;
+        let place = cell(y - self.beside[0], self.beside[1], self.across)?;
+        Some(self.heights[column * self.across + place])
+    }
+
+    /// Returns the ends of the cells across \[m\].
+    pub(crate) fn ends(&self) -> impl Iterator<Item = f64> {
+        (0..=self.across).map(|end| self.beside[0] + end as f64 * self.beside[1])
+    }
+
+    /// Returns the part of the cells within so much of the contact's centre \[m\] that touch.
+    pub(crate) fn touching(&self, half_length: f64) -> f64 {
+        let middle = |column: usize| self.along[0] + (column as f64 + 0.5) * self.along[1];
+        let columns = self.heights.chunks_exact(self.across).enumerate();
+        let within = columns.filter(|(column, _)| middle(*column).abs() < half_length).flat_map(|(_, cells)| cells);
+        let (mut touching, mut count) = (0, 0);
+        within.for_each(|height| (touching, count) = (touching + usize::from(*height <= 0.0), count + 1));
+        f64::from(touching as u32) / f64::from(count.max(1))
+    }
+}
+
+/// Cells that stand on a road.
+pub(crate) struct StandingCells {
+    tread: TreadSurface,
+    geometry: Geometry,
+    search: CellSearch,
+    pitch: f64,
+    required: Vec<f64>,
+    forces: Vec<f64>,
+    displacement: Vec<f64>,
+}
+
+impl StandingCells {
+    /// Makes cells in a window that reaches so far from the contact's centre \[m\], by the compliance at a rate \[1/s\].
+    pub(crate) fn new(sums: &CellSums, tread: TreadSurface, blocks: Option<&Blocks>, rate: f64, reach: f64) -> Self {
+        let grid = sums.grid();
+        let geometry = Geometry::new(grid.waves().circumference, grid.elements(), 1, 0.0, reach);
+        let cells = geometry.columns * grid.across;
+        let face = grid.length() * grid.pitch();
+        let term = blocks.map(|blocks| BlockTerm::new(blocks, face, grid.across, cells));
+        let instant = InstantCells::new(sums.kept_instant(rate, geometry.columns)).with_blocks(term);
+        let zeros = || vec![0.0; cells];
+        let search = CellSearch::new(instant, TOLERANCE);
+        let pitch = grid.pitch();
+        Self { tread, geometry, search, pitch, required: zeros(), forces: zeros(), displacement: zeros() }
+    }
+
+    /// Returns the elements of the window where the axle stands over one.
+    pub(crate) fn elements(&self, under: i64) -> std::ops::Range<i64> {
+        let first = under + self.geometry.first_element(0);
+        first..first + self.geometry.columns as i64
+    }
+
+    /// Presses the cells on the road's heights under the window, cell by cell, the axle over the middle of an element.
+    fn pressed(&mut self, under: i64, heights: &[f64], indentation: f64) -> f64 {
+        let (first, across) = (self.geometry.first_element(0), self.tread.across());
+        let columns = self.required.chunks_exact_mut(across).zip(heights.chunks_exact(across));
+        for (element, (required, heights)) in (first..).zip(columns) {
+            let rise = self.geometry.rise(self.geometry.position(element, 0));
+            let cells = required.iter_mut().zip(heights).zip(self.tread.row(element + under));
+            cells.for_each(|((required, height), depth)| *required = indentation - rise - depth + height);
+        }
+        self.search.cells_mut().place(first + under);
+        self.search.solve(&self.required, &mut self.forces);
+        self.forces.iter().sum()
+    }
+
+    /// Returns the gap under an axle over an element of the road, whose heights under the window are given.
+    ///
+    /// # Errors
+    /// [`ContactError::LoadNotReached`].
+    pub(crate) fn gap(
+        &mut self,
+        axle: &Axle,
+        at_rest: &StaticContact,
+        under: i64,
+        heights: &[f64],
+    ) -> Result<GapMap, ContactError> {
+        let mut indentation = at_rest.indentation;
+        let mut force = self.pressed(under, heights, indentation);
+        if let Axle::Load { load, .. } | Axle::Mass { load, .. } = *axle {
+            let mut stiffness = at_rest.stiffness;
+            let mut tried = 1;
+            while (force - load).abs() > LOAD_TOLERANCE * load {
+                if tried == TRIED {
+                    return Err(ContactError::LoadNotReached { load, indentation, force });
+                }
+                let step = (load - force) / stiffness;
+                let next = self.pressed(under, heights, indentation + step);
+                // The secant, unless contact is only about to begin.
+                let secant = (next - force) / step;
+                stiffness = if secant > 0.1 * at_rest.stiffness { secant } else { at_rest.stiffness };
+                (indentation, force, tried) = (indentation + step, next, tried + 1);
+            }
+        }
+        self.search.cells_mut().displacement(&self.forces, &mut self.displacement);
+        let of = |((u, d), force): ((&f64, &f64), &f64)| if *force > 0.0 { 0.0 } else { (u - d).max(0.0) };
+        let heights = self.displacement.iter().zip(&self.required).zip(&self.forces).map(of).collect();
+        let Geometry { element, .. } = self.geometry;
+        let first = self.geometry.position(self.geometry.first_element(0), 0) - 0.5 * element;
+        let across = self.tread.across();
+        let beside = [-0.5 * across as f64 * self.pitch, self.pitch];
+        Ok(GapMap { along: [first, element], beside, across, heights })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::cells::resting::RestingCells;
+    use crate::scene::{DEFAULT, Scene};
+    use crate::tyre::influence::{CellGrid, CellTruncation};
+
+    fn sums() -> CellSums {
+        let tyre = Scene::from_str(DEFAULT, "default").unwrap().scene.tyre;
+        let truncation = CellTruncation { lateral_terms: None, aliases: None };
+        CellSums::new(&tyre, CellGrid::new(&tyre, 128, 6), truncation, 1e-6, 0.0)
+    }
+
+    #[test]
+    fn a_smooth_road_is_touched_by_the_patch_and_left_as_the_tyre_rises() {
+        let axle = Axle::Load { load: 3400.0, tolerance: 0.1 };
+        let tread = TreadSurface::from(vec![0.0; 6]);
+        let at_rest = RestingCells::new(sums(), tread.clone(), None).under(&axle).unwrap();
+        let mut cells = StandingCells::new(&sums(), tread, None, 0.0, 0.12);
+        let count = cells.required.len();
+        let gap = cells.gap(&axle, &at_rest, 17, &vec![0.0; count]).unwrap();
+        // The same contact as at rest: all cells of the patch touch, and no others.
+        assert!(gap.touching(0.5 * at_rest.length - 1e-6) > 0.99, "{}", gap.touching(0.5 * at_rest.length));
+        let element = 1.95 / 128.0;
+        for steps in [5, 6, 7] {
+            let x = f64::from(steps) * element;
+            let (ahead, behind) = (gap.height(x, 0.0).unwrap(), gap.height(-x, 0.0).unwrap());
+            assert!((ahead - behind).abs() < 1e-5 && ahead > 0.0, "{ahead} {behind}");
+            // Between the round tyre's rise over the patch, and that over where it would touch without bending.
+            let rise = cells.geometry.rise(x);
+            assert!(ahead < rise, "{x}: {ahead} {rise}");
+        }
+        assert_eq!((gap.height(0.2, 0.0), gap.height(0.0, 0.07)), (None, None));
+        // A road that is higher by the same everywhere leaves the same gaps; pits under single cells stay open.
+        let raised = cells.gap(&axle, &at_rest, 17, &vec![2e-3; count]).unwrap();
+        assert!((raised.touching(0.03) - gap.touching(0.03)).abs() < 1e-12);
+        let mut pits = vec![0.0; count];
+        let middle = count / 2 / 6 * 6;
+        pits[middle + 3] = -5e-3;
+        let pitted = cells.gap(&axle, &at_rest, 17, &pits).unwrap();
+        let open: Vec<usize> = (middle - 12..middle + 12).filter(|cell| pitted.heights[*cell] > 0.0).collect();
+        assert_eq!(open, [middle + 3]);
+        assert!((2e-3..5e-3).contains(&pitted.heights[middle + 3]), "{}", pitted.heights[middle + 3]);
+    }
+}

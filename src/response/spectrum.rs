@@ -88,6 +88,25 @@ pub struct BandLevel {
 }
 
 impl PowerSpectrum {
+    /// Returns the mean of spectra over the same frequencies; `None` of none.
+    pub(crate) fn mean_of<'a>(mut spectra: impl Iterator<Item = &'a Self>) -> Option<Self> {
+        let (mut mean, mut count) = (spectra.next()?.clone(), 1.0);
+        for spectrum in spectra {
+            mean.power.iter_mut().zip(&spectrum.power).for_each(|(sum, power)| *sum += power);
+            count += 1.0;
+        }
+        mean.power.iter_mut().for_each(|power| *power /= count);
+        Some(mean)
+    }
+
+    /// Computes from spectra place by place, of so many points each, the mean over places of each point.
+    pub(crate) fn means(spectra: Vec<Self>, points: usize) -> Vec<Self> {
+        if spectra.len() == points {
+            return spectra;
+        }
+        (0..points).filter_map(|point| Self::mean_of(spectra.iter().skip(point).step_by(points))).collect()
+    }
+
     /// Returns the same, vouched for up to a frequency \[Hz\] only.
     #[must_use]
     pub fn valid_to(self, valid_to: f64) -> Self {

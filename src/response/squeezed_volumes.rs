@@ -1,7 +1,8 @@
 //! Volumes that forces on the cells of a window displace at blocks and at the voids beside them.
 //!
 //! A block gives c_b F_b: its cells go in by equal parts of it, and the void cells beside it come out by equal parts.
-//! A rib gives the mean over all places of a block on it. The sum over all cells is 0. Cells are material; a wider window than that of the forces holds whole blocks.
+//! A rib gives the mean over all places of a block on it. The sum over all cells is 0. Cells are material; a wider
+//! window than that of the forces holds whole blocks.
 
 use crate::contact::geometry::Geometry;
 use crate::tyre::tread_pattern::block_window::{BlockWindow, spread_from_places, sum_over_places};

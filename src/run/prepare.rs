@@ -134,7 +134,8 @@ fn touching(gaps: &[GapMap], half_length: f64) -> Option<String> {
     let [least, most] = [parts().reduce(f64::min)?, parts().reduce(f64::max)?];
     let (places, length) = (gaps.len(), 2e3 * half_length);
     Some(format!(
-        "tread and road touch over {least:.0} to {most:.0} % of {length:.0} mm at the {places} places whose voids are open"
+        "tread and road touch over {least:.0} to {most:.0} % of {length:.0} mm at the {places} places whose voids are \
+         open"
     ))
 }
 

@@ -2,6 +2,9 @@
 //!
 //! Cells are pressed on the road as it is at a place of the run, without a past, by the compliance at the rate s = V/a
 //! of a passage through half the patch: rubber that rolls is that stiff, and layers hardly move by their mass.
+//!
+//! Cells that lie deeper than the least depth round the tyre of their place across are those of grooves across. These
+//! open and close within 0.2 ms: they do not stand still while they sound, and count as closed.
 
 use super::blocks::BlockTerm;
 use super::instant::InstantCells;
@@ -66,6 +69,8 @@ impl GapMap {
 /// Cells that stand on a road.
 pub(crate) struct StandingCells {
     tread: TreadSurface,
+    /// Least depth round the tyre by cell across \[m\].
+    least: Vec<f64>,
     geometry: Geometry,
     search: CellSearch,
     pitch: f64,
@@ -75,7 +80,8 @@ pub(crate) struct StandingCells {
 }
 
 impl StandingCells {
-    /// Makes cells in a window that reaches so far from the contact's centre \[m\], by the compliance at a rate \[1/s\].
+    /// Makes cells in a window that reaches so far from the contact's centre \[m\], by the compliance at a rate
+    /// \[1/s\].
     pub(crate) fn new(sums: &CellSums, tread: TreadSurface, blocks: Option<&Blocks>, rate: f64, reach: f64) -> Self {
         let grid = sums.grid();
         let geometry = Geometry::new(grid.waves().circumference, grid.elements(), 1, 0.0, reach);
@@ -86,7 +92,12 @@ impl StandingCells {
         let zeros = || vec![0.0; cells];
         let search = CellSearch::new(instant, TOLERANCE);
         let pitch = grid.pitch();
-        Self { tread, geometry, search, pitch, required: zeros(), forces: zeros(), displacement: zeros() }
+        let rows = (0..grid.elements() as i64).map(|element| tread.row(element));
+        let least = rows.fold(vec![f64::INFINITY; grid.across], |mut least, row| {
+            least.iter_mut().zip(row).for_each(|(least, depth)| *least = least.min(*depth));
+            least
+        });
+        Self { tread, least, geometry, search, pitch, required: zeros(), forces: zeros(), displacement: zeros() }
     }
 
     /// Returns the elements of the window where the axle stands over one.
@@ -138,11 +149,17 @@ impl StandingCells {
             }
         }
         self.search.cells_mut().displacement(&self.forces, &mut self.displacement);
-        let of = |((u, d), force): ((&f64, &f64), &f64)| if *force > 0.0 { 0.0 } else { (u - d).max(0.0) };
-        let heights = self.displacement.iter().zip(&self.required).zip(&self.forces).map(of).collect();
+        let across = self.tread.across();
+        let mut heights = self.displacement.clone();
+        heights.iter_mut().zip(&self.required).zip(&self.forces).for_each(|((u, d), force)| {
+            *u = if *force > 0.0 { 0.0 } else { (*u - d).max(0.0) };
+        });
+        for (element, heights) in self.elements(under).zip(heights.chunks_exact_mut(across)) {
+            let row = heights.iter_mut().zip(self.tread.row(element)).zip(&self.least);
+            row.filter(|((_, depth), least)| depth > least).for_each(|((height, _), _)| *height = 0.0);
+        }
         let Geometry { element, .. } = self.geometry;
         let first = self.geometry.position(self.geometry.first_element(0), 0) - 0.5 * element;
-        let across = self.tread.across();
         let beside = [-0.5 * across as f64 * self.pitch, self.pitch];
         Ok(GapMap { along: [first, element], beside, across, heights })
     }
@@ -190,6 +207,16 @@ mod tests {
         let pitted = cells.gap(&axle, &at_rest, 17, &pits).unwrap();
         let open: Vec<usize> = (middle - 12..middle + 12).filter(|cell| pitted.heights[*cell] > 0.0).collect();
         assert_eq!(open, [middle + 3]);
+        // A groove across is closed, though it touches nothing.
+        let element = (middle / 6) as i64 + cells.elements(17).start;
+        let mut depths = vec![0.0; 128 * 6];
+        depths[element.rem_euclid(128) as usize * 6..][..6].fill(8e-3);
+        let map = crate::tyre::tread_pattern::map::TreadMap::of_depths(128, 6, depths);
+        let cut = TreadSurface::with_pattern(vec![0.0; 6], &map);
+        let mut cells = StandingCells::new(&sums(), cut, None, 0.0, 0.12);
+        let closed = cells.gap(&axle, &at_rest, 17, &vec![0.0; count]).unwrap();
+        assert!(closed.heights[middle..middle + 6].iter().all(|height| *height <= 0.0));
+        assert!(cells.forces[middle..middle + 6].iter().all(|force| *force <= 0.0));
         assert!((2e-3..5e-3).contains(&pitted.heights[middle + 3]), "{}", pitted.heights[middle + 3]);
     }
 }

@@ -81,7 +81,7 @@ impl SoundObserver {
 
     /// Returns the spectra at all points, the mean over places whose voids are open.
     pub(super) fn point_spectra(&self) -> Result<Vec<PowerSpectrum>, RunError> {
-        Ok(mean_of_places(self.place_spectra()?, self.sound.points()))
+        Ok(PowerSpectrum::means(self.place_spectra()?, self.sound.points()))
     }
 
     /// Returns the spectra at all points, place by place.
@@ -100,7 +100,7 @@ impl SoundObserver {
         let parts = self.squeeze.as_ref().map(|squeeze| squeeze.spectra(count, self.valid_to)).transpose()?;
         let places = if self.sound.places > 1 { self.place_spectra()? } else { Vec::new() };
         let at = |heard: &Heard, points: &[PowerSpectrum]| {
-            let mut spectrum = mean(self.sound.counted(heard).map(|point| &points[point]))?;
+            let mut spectrum = PowerSpectrum::mean_of(self.sound.counted(heard).map(|point| &points[point]))?;
             let tyres = heard.tyres() as f64;
             spectrum.power.iter_mut().for_each(|power| *power *= tyres);
             Some(spectrum)
@@ -359,23 +359,4 @@ impl Audible {
 /// Returns the levels, the overall ones of what the run vouches for.
 fn vouched(spectrum: &PowerSpectrum) -> SoundLevels {
     SoundLevels::of(spectrum, LOWEST_FREQUENCY..f64::INFINITY).vouched()
-}
-
-/// Computes from spectra place by place, of so many points each, the mean over places of each point.
-pub(super) fn mean_of_places(spectra: Vec<PowerSpectrum>, points: usize) -> Vec<PowerSpectrum> {
-    if spectra.len() == points {
-        return spectra;
-    }
-    (0..points).filter_map(|point| mean(spectra.iter().skip(point).step_by(points))).collect()
-}
-
-/// Returns the mean of spectra over the same frequencies; `None` of none.
-fn mean<'a>(mut spectra: impl Iterator<Item = &'a PowerSpectrum>) -> Option<PowerSpectrum> {
-    let (mut mean, mut count) = (spectra.next()?.clone(), 1.0);
-    for spectrum in spectra {
-        mean.power.iter_mut().zip(&spectrum.power).for_each(|(sum, power)| *sum += power);
-        count += 1.0;
-    }
-    mean.power.iter_mut().for_each(|power| *power /= count);
-    Some(mean)
 }

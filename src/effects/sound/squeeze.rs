@@ -11,7 +11,6 @@
 use serde::{Deserialize, Serialize};
 
 use super::planned::{SOUND_FADE, SOUND_SEGMENT, Sound};
-use super::results::mean_of_places;
 use crate::contact::geometry::Geometry;
 use crate::effects::error::RunError;
 use crate::numeric::in_parallel;
@@ -108,7 +107,7 @@ impl SqueezeStream {
             let finished = |parts: &[SpectrumAccumulator; PARTS]| Ok(parts[part].clone().finish()?.valid_to(valid_to));
             in_parallel::map(&self.parts, finished).into_iter().collect()
         };
-        Ok([mean_of_places(of(0)?, points), mean_of_places(of(1)?, points)])
+        Ok([PowerSpectrum::means(of(0)?, points), PowerSpectrum::means(of(1)?, points)])
     }
 
     /// Takes the state down.

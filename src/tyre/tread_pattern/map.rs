@@ -59,6 +59,24 @@ pub(crate) struct TreadCells {
 }
 
 impl TreadMap {
+    /// Makes the map of given depths \[m\], column by column, whose cells are of 1 m and have no cuts.
+    #[cfg(test)]
+    pub(crate) fn of_depths(columns: usize, across: usize, depths: Vec<f64>) -> Self {
+        let none = || vec![0; depths.len()];
+        Self {
+            columns,
+            across,
+            size: [1.0; 2],
+            groove_of: none(),
+            sipes: [none(), none()],
+            sipe_lines: Vec::new(),
+            cuts: vec![[0.0; 2]],
+            train: None,
+            exact_void: 0.0,
+            depths,
+        }
+    }
+
     /// Makes the map of a scene's pattern.
     ///
     /// # Errors

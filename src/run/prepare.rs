@@ -102,7 +102,7 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
 
     let standing = Standing { surface: &mut surface, elements, start, at_rest, reach };
     let gaps = meter.time(Stage::Axle, || zone.gaps(standing))?;
-    notes.extend(touching(&gaps, 0.5 * at_rest.length));
+    notes.extend(closed(&gaps, 0.5 * at_rest.length));
     let window = Window { told, margin, columns, surface: &surface, at_rest };
     let Made { march, form, moving, local_compliance, models } = zone.make(window, meter, &mut warnings)?;
     let axle = match plan.decisions.axle {
@@ -128,14 +128,13 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     Ok(Prepared { march, road, axle, contact, models, local_compliance, notes, warnings })
 }
 
-/// Tells over how much of the patch tread and road touch at the places whose voids are open; `None` without any.
-fn touching(gaps: &[GapMap], half_length: f64) -> Option<String> {
-    let parts = || gaps.iter().map(|gap| 100.0 * gap.touching(half_length));
+/// Tells how much of the patch is closed at the places whose voids are open; `None` without any.
+fn closed(gaps: &[GapMap], half_length: f64) -> Option<String> {
+    let parts = || gaps.iter().map(|gap| 100.0 * gap.closed(half_length));
     let [least, most] = [parts().reduce(f64::min)?, parts().reduce(f64::max)?];
     let (places, length) = (gaps.len(), 2e3 * half_length);
     Some(format!(
-        "tread and road touch over {least:.0} to {most:.0} % of {length:.0} mm at the {places} places whose voids are \
-         open"
+        "{least:.0} to {most:.0} % of a patch of {length:.0} mm are closed at the {places} places whose voids are open"
     ))
 }
 

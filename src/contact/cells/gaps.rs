@@ -35,7 +35,7 @@ pub(crate) struct GapMap {
     beside: [f64; 2],
     /// Cells across.
     pub across: usize,
-    /// Height of the gap by cell, column by column; 0 where tread and road touch \[m\].
+    /// Height of the gap by cell, column by column; 0 where it is closed \[m\].
     pub heights: Vec<f64>,
 }
 
@@ -55,14 +55,14 @@ impl GapMap {
         (0..=self.across).map(|end| self.beside[0] + end as f64 * self.beside[1])
     }
 
-    /// Returns the part of the cells within so much of the contact's centre \[m\] that touch.
-    pub(crate) fn touching(&self, half_length: f64) -> f64 {
+    /// Returns the part of the cells within so much of the contact's centre \[m\] that is closed.
+    pub(crate) fn closed(&self, half_length: f64) -> f64 {
         let middle = |column: usize| self.along[0] + (column as f64 + 0.5) * self.along[1];
         let columns = self.heights.chunks_exact(self.across).enumerate();
         let within = columns.filter(|(column, _)| middle(*column).abs() < half_length).flat_map(|(_, cells)| cells);
-        let (mut touching, mut count) = (0, 0);
-        within.for_each(|height| (touching, count) = (touching + usize::from(*height <= 0.0), count + 1));
-        f64::from(touching as u32) / f64::from(count.max(1))
+        let (mut closed, mut count) = (0, 0);
+        within.for_each(|height| (closed, count) = (closed + usize::from(*height <= 0.0), count + 1));
+        f64::from(closed as u32) / f64::from(count.max(1))
     }
 }
 
@@ -187,7 +187,7 @@ mod tests {
         let count = cells.required.len();
         let gap = cells.gap(&axle, &at_rest, 17, &vec![0.0; count]).unwrap();
         // The same contact as at rest: all cells of the patch touch, and no others.
-        assert!(gap.touching(0.5 * at_rest.length - 1e-6) > 0.99, "{}", gap.touching(0.5 * at_rest.length));
+        assert!(gap.closed(0.5 * at_rest.length - 1e-6) > 0.99, "{}", gap.closed(0.5 * at_rest.length));
         let element = 1.95 / 128.0;
         for steps in [5, 6, 7] {
             let x = f64::from(steps) * element;
@@ -200,7 +200,7 @@ mod tests {
         assert_eq!((gap.height(0.2, 0.0), gap.height(0.0, 0.07)), (None, None));
         // A road that is higher by the same everywhere leaves the same gaps; pits under single cells stay open.
         let raised = cells.gap(&axle, &at_rest, 17, &vec![2e-3; count]).unwrap();
-        assert!((raised.touching(0.03) - gap.touching(0.03)).abs() < 1e-12);
+        assert!((raised.closed(0.03) - gap.closed(0.03)).abs() < 1e-12);
         let mut pits = vec![0.0; count];
         let middle = count / 2 / 6 * 6;
         pits[middle + 3] = -5e-3;

@@ -118,7 +118,7 @@ fn decide_patch(scene: &Scene, decisions: &Decisions) -> Decided {
         return off("its grooves, the sound or the elastic tread are left out".to_owned());
     }
     let across = decisions.cells_across.filter(|_| opens_voids);
-    let needed = across.map_or_else(|| waves_for(&channels, scene.tyre.contact_width), |cells| 2 * cells);
+    let needed = waves_for(&channels, scene.tyre.contact_width, across);
     let pitches = scene.pattern().and_then(|pattern| pattern.pitches.as_ref()).map_or(String::new(), |pitches| {
         let count = match pitches {
             Pitches::Equal(count) => *count,

@@ -5,6 +5,7 @@
 
 mod amounts;
 mod decision;
+mod groove_fields;
 mod kept_signal;
 mod kept_transfers;
 mod open_patch;
@@ -37,9 +38,9 @@ use crate::results::files::ResultFiles;
 use crate::results::sound::{BodySummary, RatedLevel, ReceiverSpectrum, SOUND_FILE, SOUND_LEVEL, SoundError};
 use crate::scene::{LoadedScene, Scene, SceneError, Zone};
 use crate::storage::state::{StateError, StateReader, StateWriter};
+use groove_fields::AmidGroove;
 use kept_signal::{KeptSignal, KeptState};
 pub(crate) use kept_transfers::KeptReceiver;
-use open_patch::AmidGroove;
 use passing::Passing;
 pub(crate) use planned::{Heard, Sound};
 use planned::{SOUND_FADE, SOUND_SEGMENT, waves_for};
@@ -247,8 +248,7 @@ impl SoundObserver {
         let (way, transfers) = seeking.find(contact, warnings, *progress, meter)?;
         if let Some(grooves) = &way.grooves {
             let across = contact.gaps.first().map(|gap| gap.across);
-            let needed =
-                across.map_or_else(|| waves_for(&sound.channels, plan.decisions.tyre.contact_width), |cells| 2 * cells);
+            let needed = waves_for(&sound.channels, plan.decisions.tyre.contact_width, across);
             if sound.radiation.lateral_waves < needed {
                 let taken = sound.radiation.lateral_waves;
                 warnings.push(format!(

@@ -2,7 +2,7 @@
 
 use ndarray::Array2;
 
-use super::open_patch::UnderPatchLevels;
+use super::groove_fields::UnderPatchLevels;
 use super::planned::{Heard, Sound};
 use crate::effects::error::RunError;
 use crate::response::{BandLevel, LevelErrors};

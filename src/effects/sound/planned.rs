@@ -442,8 +442,11 @@ pub(super) fn channels(scene: &Scene) -> Vec<Channel> {
 }
 
 /// Returns the lateral waves that follow the steps of a field between grooves: twice the strip's width over that of the
-/// narrowest rib or groove.
-pub(super) fn waves_for(channels: &[Channel], contact_width: f64) -> usize {
+/// narrowest rib or groove, or of a cell where voids are open on so many across.
+pub(super) fn waves_for(channels: &[Channel], contact_width: f64, voids: Option<usize>) -> usize {
+    if let Some(cells) = voids {
+        return 2 * cells;
+    }
     let mut sides = vec![-0.5 * contact_width, 0.5 * contact_width];
     sides.extend(
         channels.iter().flat_map(|Channel { position, width, .. }| [-0.5, 0.5].map(|half| position + half * width)),

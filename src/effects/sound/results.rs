@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::open_patch::{GAP_FILE, VOIDS_FILE};
+use super::groove_fields::{GAP_FILE, VOIDS_FILE};
 use super::planned::{Heard, SOUND_FADE, SOUND_SEGMENT, Sound};
 use crate::effects::error::RunError;
 use crate::effects::sound::SoundObserver;

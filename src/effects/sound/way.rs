@@ -6,8 +6,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use num_complex::Complex32;
 use rayon::prelude::*;
 
+use super::groove_fields::GrooveFields;
 use super::kept_transfers::KeptTransfers;
-use super::open_patch::{GrooveFields, OpenPatch, Opened};
+use super::open_patch::{OpenPatch, Opened};
 use super::planned::Sound;
 use crate::contact::cells::gaps::GapMap;
 use crate::counters::Progress;

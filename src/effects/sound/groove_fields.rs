@@ -1,0 +1,164 @@
+//! Fields under an open patch as a run tells them: resonances, tables, and pressures amid grooves.
+
+use serde::{Deserialize, Serialize};
+
+use super::planned::Sound;
+use crate::radiation::gap::patch::Channel;
+use crate::radiation::gap::resonance::Resonance;
+use crate::results::table::{csv, optional, row};
+
+/// File of the grooves' fields and resonances.
+pub(super) const GAP_FILE: &str = "gap.csv";
+/// File of the field under the patch over voids.
+pub(super) const VOIDS_FILE: &str = "voids.csv";
+
+/// Fields in the grooves of a run.
+#[derive(Clone, Debug)]
+pub(crate) struct GrooveFields {
+    /// By groove; none where the response has no peak.
+    pub(super) resonances: Vec<Option<Resonance>>,
+    pub(super) frequencies: Vec<f64>,
+    /// |G| amid the groove by point, frequency and groove \[1/m\].
+    pub(super) amid: Vec<Vec<Vec<f64>>>,
+    /// |G| at the first point, where it is loudest amid a groove; none without a point.
+    pub(super) loudest: Option<UnderPatchLevels>,
+    /// Root mean square of G over the patch by point, frequency and place; none of grooves alone \[1/m\].
+    pub(super) of_places: Vec<Vec<Vec<f64>>>,
+}
+
+/// Field under the patch at a frequency.
+#[derive(Clone, Debug)]
+pub(super) struct UnderPatchLevels {
+    /// \[Hz\].
+    pub(super) frequency: f64,
+    /// |G| by cell along, and of it by strip across \[1/m\].
+    pub(super) green: Vec<f64>,
+    /// Ends of the strips \[m\].
+    pub(super) ends: Vec<f64>,
+}
+
+impl GrooveFields {
+    /// Lists grooves that resonate within a part of a frequency \[Hz\] that something passes at.
+    pub(super) fn near(&self, passing: f64) -> Vec<String> {
+        let one = |(groove, found): (usize, &Option<Resonance>)| {
+            let found = (*found)?;
+            let frequency = found.frequency;
+            found.is_near(passing).then(|| {
+                let resonates = format!("tread_pattern.grooves[{groove}] resonates at {frequency:.0} Hz");
+                format!("pitches pass at {passing:.0} Hz, and {resonates}")
+            })
+        };
+        self.resonances.iter().enumerate().filter_map(one).collect()
+    }
+
+    /// Returns the table of the field under the patch over voids, at the first point of each receiver: its root mean
+    /// square over places, and the lowest and highest of a place; `None` of grooves alone.
+    pub(super) fn voids_to_csv(&self, sound: &Sound) -> Option<String> {
+        let mut rows = Vec::new();
+        for heard in &sound.heard {
+            for (frequency, places) in self.frequencies.iter().zip(self.of_places.get(heard.points.start)?) {
+                let ends = [f64::min, f64::max].map(|best| places.iter().copied().reduce(best).unwrap_or(0.0));
+                let mean = root_mean(places, |place| *place);
+                rows.push(row([&heard.name, frequency, &mean, &ends[0], &ends[1]]));
+            }
+        }
+        let header = ["receiver", "frequency_hz", "green_1_per_m", "lowest_1_per_m", "highest_1_per_m"];
+        Some(csv(header, rows))
+    }
+
+    /// Returns the table of the grooves: resonances, largest pressures, and |G| amid them by receiver, at its first
+    /// point.
+    pub(super) fn to_csv(&self, sound: &Sound, pressures: &[AmidGroove]) -> String {
+        let mut rows = Vec::new();
+        for (groove, (channel, found)) in sound.channels.iter().zip(&self.resonances).enumerate() {
+            let resonance = optional(found.map(|found| found.frequency));
+            let quality = optional(found.map(|found| found.quality));
+            let largest = optional(pressures.get(groove).map(|amid| amid.largest));
+            for heard in &sound.heard {
+                for (frequency, amid) in self.frequencies.iter().zip(&self.amid[heard.points.start]) {
+                    let Channel { position, width, depth } = channel;
+                    let level = amid[groove];
+                    rows.push(row([
+                        &groove,
+                        position,
+                        width,
+                        depth,
+                        &resonance,
+                        &quality,
+                        &largest,
+                        &heard.name,
+                        frequency,
+                        &level,
+                    ]));
+                }
+            }
+        }
+        let header = [
+            "groove",
+            "position_m",
+            "width_m",
+            "depth_m",
+            "resonance_hz",
+            "quality",
+            "largest_pa",
+            "receiver",
+            "frequency_hz",
+            "green_1_per_m",
+        ];
+        csv(header, rows)
+    }
+}
+
+/// Returns the root mean square of what places have.
+pub(super) fn root_mean<T>(places: &[T], of: impl Fn(&T) -> f64) -> f64 {
+    let sum: f64 = places.iter().map(|place| of(place).powi(2)).sum();
+    (sum / places.len() as f64).sqrt()
+}
+
+/// Pressure above which air is not linear by 1 %: that part of gamma times its static pressure \[Pa\].
+const NOT_LINEAR: f64 = 0.01 * 1.4 * 101_325.0;
+
+/// Pressures amid a groove, sample by sample.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
+pub(super) struct AmidGroove {
+    samples: u64,
+    /// Samples at which it is not linear.
+    above: u64,
+    /// Largest magnitude \[Pa\].
+    largest: f64,
+}
+
+impl AmidGroove {
+    /// Takes in pressures \[Pa\].
+    pub(super) fn take(&mut self, pressures: &[f64]) {
+        self.samples += pressures.len() as u64;
+        self.above += pressures.iter().filter(|pressure| pressure.abs() > NOT_LINEAR).count() as u64;
+        self.largest = pressures.iter().fold(self.largest, |largest, pressure| largest.max(pressure.abs()));
+    }
+
+    /// Warns of samples at which the air in a groove of a number is not linear; `None` without any.
+    pub(super) fn warning(&self, groove: usize) -> Option<String> {
+        let Self { samples, above, largest } = self;
+        (*above > 0).then(|| {
+            format!(
+                "the pressure amid tread_pattern.grooves[{groove}] is above {NOT_LINEAR:.0} Pa, 1 % of gamma times \
+                 that of the air, in {above} of {samples} samples, at most {largest:.0} Pa: it is not linear there"
+            )
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pressures_above_a_hundredth_of_the_airs_are_counted_and_warned_of() {
+        let mut amid = AmidGroove::default();
+        amid.take(&[0.0, -1400.0, 1400.0]);
+        assert_eq!(amid.warning(1), None);
+        amid.take(&[-1500.0, 1450.0, 3.0]);
+        let told = amid.warning(1).unwrap();
+        assert!(told.contains("grooves[1]") && told.contains("2 of 6 samples, at most 1500 Pa"), "{told}");
+    }
+}

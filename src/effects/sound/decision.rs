@@ -99,7 +99,7 @@ const PATCH: Row = Row {
             (true, _) => Switch::On,
         };
     }),
-    of_cells: false,
+    of_cells: true,
 };
 
 fn decide_patch(scene: &Scene, decisions: &Decisions) -> Decided {

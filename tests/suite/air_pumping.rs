@@ -147,8 +147,8 @@ fn squeezed_blocks_are_heard_beside_the_vibration_on_any_threads_and_after_a_sto
     println!("levels are up to {apart:.2} dB off a sum of powers");
     assert!(one_table.len() > 5 && apart > 0.02, "{apart}");
     let receiver = &one.summary()["sound"]["receivers"][0];
-    // Levels of the parts are sums over the bands that count, each with the weight of the whole there; weights are those
-    // of single lines.
+    // Levels of the parts are sums over the bands that count, each with the weight of the whole there; weights are of
+    // single lines.
     for (key, column) in [("vibration_level_a", 8), ("squeeze_level_a", 9)] {
         let number = |row: &[String], column: usize| row[column].parse::<f64>().unwrap();
         let power = |row: &Vec<String>| 10.0_f64.powf((number(row, column) + number(row, 4) - number(row, 3)) / 10.0);

@@ -7,9 +7,10 @@
 //! W - W U C U^T W,   C = (K^-1 + S)^-1,   S = U^T W U on A.
 //! ```
 //!
-//! S is taken as the diagonal s of its sums along each block: what one block does to another is left out, and what
-//! parts of a rib yield differs little from one to the next. Then C = s^-1/2 (1 - (1 + B)^-1) s^-1/2 with the band
-//! matrix B = s^1/2 K s^1/2 of a rib, and K/(1 + K s) of a block.
+//! U^T W is taken as U^T R, R the diagonal of W's sums over the active cells of the same block, and S as s = U^T R U:
+//! what one block does to another is left out, and what parts of a rib yield differs little from one to the next. So
+//! one product with W does, W (1 - U C U^T R). It is not symmetric; directions are conjugate by their own residuals.
+//! Then C = s^-1/2 (1 - (1 + B)^-1) s^-1/2 with the band matrix B = s^1/2 K s^1/2 of a rib, and K/(1 + K s) of a block.
 
 use super::blocks::BlockTerm;
 use super::filter::Filter;
@@ -23,17 +24,18 @@ pub(super) struct BlockShares {
     /// Part of each cell, 0 for none, and the block of each part, 0 for that of none.
     of_cell: Vec<u32>,
     blocks: Vec<u32>,
+    /// R of each cell, 0 off A.
+    rows: Vec<f32>,
     /// Sums over the active cells of parts, and how many they have.
     sums: Vec<f64>,
     active: Vec<u32>,
     /// C of blocks by number of the part, 0 of what is none.
     factors: Vec<f64>,
     ribs: Ribs,
-    /// C U^T z.
+    /// C U^T R r.
     yields: Vec<f64>,
-    /// U C U^T z on A, and W times that.
-    spread: Vec<f32>,
-    off: Vec<f32>,
+    /// r - U C U^T R r.
+    left: Vec<f32>,
 }
 
 /// Factorised band matrices of ribs, one behind the other.
@@ -109,7 +111,7 @@ impl Ribs {
 impl BlockShares {
     /// Finds C of the blocks on the cells of A, where `residual` is not 0.
     pub(super) fn take(&mut self, term: &BlockTerm, filter: &Filter<f32>, residual: &[f32]) {
-        let Self { of_cell, blocks, sums, active, factors, ribs, spread, off, .. } = self;
+        let Self { of_cell, blocks, rows, sums, active, factors, ribs, .. } = self;
         let Filter { across, radius, stencil, .. } = filter;
         let (across, radius, columns) = (*across, *radius, residual.len() / *across);
         of_cell.clear();
@@ -119,8 +121,8 @@ impl BlockShares {
         for (block, (numbers, ..)) in (1..).zip(term.spans()) {
             blocks.extend(numbers.map(|_| block));
         }
-        spread.resize(residual.len(), 0.0);
-        off.resize(residual.len(), 0.0);
+        rows.clear();
+        rows.resize(residual.len(), 0.0);
         sums.clear();
         sums.resize(blocks.len(), 0.0);
         active.clear();
@@ -134,10 +136,11 @@ impl BlockShares {
                 for place in j.saturating_sub(radius)..(j + radius + 1).min(across) {
                     let other = column * across + place;
                     if blocks[of_cell[other] as usize] == block && residual[other].abs() > 0.0 {
-                        sums[part as usize] += f64::from(weights[place.abs_diff(j)]);
+                        rows[cell] += weights[place.abs_diff(j)];
                     }
                 }
             }
+            sums[part as usize] += f64::from(rows[cell]);
         }
         factors.clear();
         factors.resize(blocks.len(), 0.0);
@@ -156,22 +159,24 @@ impl BlockShares {
         }
     }
 
-    /// Takes W U C U^T z off z.
-    pub(super) fn take_off(&mut self, filter: &mut Filter<f32>, residual: &[f32], z: &mut [f32]) {
-        let Self { of_cell, sums, factors, yields, ribs, spread, off, .. } = self;
+    /// Returns r - U C U^T R r on A: W times that is the preconditioned residual.
+    pub(super) fn taken_off(&mut self, residual: &[f32]) -> &[f32] {
+        let Self { of_cell, rows, sums, factors, yields, ribs, left, .. } = self;
         sums.fill(0.0);
-        let is_active = |residual: &f32| residual.abs() > 0.0;
-        for ((z, residual), &part) in z.iter().zip(residual).zip(&*of_cell) {
-            sums[part as usize] += if is_active(residual) { f64::from(*z) } else { 0.0 };
+        for ((row, residual), &part) in rows.iter().zip(residual).zip(&*of_cell) {
+            sums[part as usize] += f64::from(row * residual);
         }
         yields.clear();
         yields.extend(sums.iter().zip(&*factors).map(|(sum, factor)| sum * factor));
         ribs.apply(sums, yields);
-        for ((spread, residual), &part) in spread.iter_mut().zip(residual).zip(&*of_cell) {
-            *spread = if is_active(residual) { yields[part as usize] as f32 } else { 0.0 };
-        }
-        filter.apply(spread, off);
-        z.iter_mut().zip(&*off).for_each(|(z, off)| *z -= off);
+        left.clear();
+        let own = residual.iter().zip(&*of_cell);
+        left.extend(own.map(
+            |(&residual, &part)| {
+                if residual.abs() > 0.0 { residual - yields[part as usize] as f32 } else { 0.0 }
+            },
+        ));
+        left
     }
 }
 

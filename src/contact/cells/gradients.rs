@@ -275,10 +275,8 @@ impl Gradients {
     /// Computes z, off A, too.
     fn precondition(&mut self, count: usize) {
         let (residual, z) = (&self.residual[..count], &mut self.preconditioned[..count]);
-        self.filter.apply(residual, z);
-        if let Some(blocks) = &mut self.blocks {
-            blocks.take_off(&mut self.filter, residual, z);
-        }
+        let left = self.blocks.as_mut().map_or(residual, |blocks| blocks.taken_off(residual));
+        self.filter.apply(left, z);
     }
 
     /// Tells u of the cuts: a few one by one, many by a product.

@@ -4,7 +4,7 @@ use super::row::{Decided, Row, given};
 use super::tread_pattern::taken_pattern;
 use super::values::Decisions;
 use crate::road::Lattice;
-use crate::scene::{Road, Scene, SliceCoupling, Slices, Switch, Tread, Tyre, Zone};
+use crate::scene::{PatchAir, Road, Scene, SliceCoupling, Slices, Switch, Tread, Tyre, Zone};
 
 pub(super) const ZONE: Row = Row {
     title: "contact in three dimensions",
@@ -16,8 +16,15 @@ pub(super) const ZONE: Row = Row {
             // Cells are no resolution of the texture in slices.
             (scene.contact.cell, scene.contact.cells_across) = (None, None);
             scene.outputs.cells_every = None;
-            // Slices have no blocks that press air out.
-            scene.air_pumping.iter_mut().for_each(|pumping| pumping.squeeze = false);
+            // Slices have no blocks that press air out, and no voids of the road.
+            let grooves = scene.tread_pattern.iter().flat_map(|pattern| &pattern.grooves);
+            let has_grooves = grooves.into_iter().any(|groove| groove.depth > 0.0);
+            if let Some(pumping) = &mut scene.air_pumping {
+                pumping.squeeze = false;
+                if pumping.patch == PatchAir::Voids {
+                    pumping.patch = if has_grooves { PatchAir::Grooves } else { PatchAir::Sealed };
+                }
+            }
             if let Some(vibration) = &mut scene.outputs.vibration {
                 vibration.lateral_tolerance = None;
             }

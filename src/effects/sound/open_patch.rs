@@ -80,7 +80,8 @@ impl OpenAmounts {
         let (points, intervals) = (sound.streamed() as f64, 2 * (sound.range(&air).first().len() - 1));
         let known = FOUND_WANTING * intervals as f64;
         // Of each interval the middle is tried, too.
-        let solved = 2.0 * known * places * sheet.sheet.multiply_adds(sound.points() + 1);
+        let one = sheet.sheet.multiply_adds(1) + sheet.sheet.multiply_adds(sound.points() + 1);
+        let solved = known * places * one;
         let values = (2 * sheet.cells * sheet.sheet.cells()[1] + Sound::GRID.around * Sound::GRID.across) as f64;
         let factors = (rayon::current_num_threads() * sheet.sheet.bytes()) as f64;
         Some(Self { multiply_adds: solved, bytes: 8.0 * points * known * values + factors })
@@ -196,32 +197,36 @@ impl<'a> OpenPatch<'a> {
         let at_known = in_parallel::map(set.frequencies(), |found| self.solve(found.frequency, &found.transfers));
         let mut known: Vec<Solved> = at_known.into_iter().collect::<Result<_, _>>()?;
         let mut open: Vec<[f64; 2]> = known.windows(2).map(|ends| [ends[0].frequency, ends[1].frequency]).collect();
-        let between = |[low, high]: &[f64; 2]| {
-            let frequency = 0.5 * (low + high);
-            let transfers = (0..points).filter_map(|point| set.at(self.body, point, frequency)).collect();
-            let found = FrequencyTransfers { frequency, transfers };
-            Ok((self.solve(frequency, &found.transfers)?, found))
-        };
         let mut added = Vec::new();
         while !open.is_empty() {
-            let middles = in_parallel::map(&open, between);
-            let middles: Vec<(Solved, FrequencyTransfers)> = middles.into_iter().collect::<Result<_, _>>()?;
-            let missed: Vec<bool> = middles.iter().map(|(middle, _)| self.is_missed(&known, middle)).collect();
+            // Right sides of many points take longer than factors: only what is missed is solved for them, below.
+            let middles = in_parallel::map(&open, |[low, high]| self.solve(0.5 * (low + high), &[]));
+            let middles: Vec<Solved> = middles.into_iter().collect::<Result<_, _>>()?;
+            let missed: Vec<bool> = middles.iter().map(|middle| self.is_missed(&known, middle)).collect();
             let mut next = Vec::new();
-            for (([low, high], (middle, transfers)), _) in
-                open.iter().zip(middles).zip(missed).filter(|(_, missed)| *missed)
-            {
+            for (([low, high], middle), _) in open.iter().zip(middles).zip(missed).filter(|(_, missed)| *missed) {
                 if high - low >= 4.0 * FINEST {
                     next.extend([[*low, middle.frequency], [middle.frequency, *high]]);
                 }
+                added.push(middle.frequency);
                 known.push(middle);
-                added.push(transfers);
             }
             known.sort_by(|one, other| one.frequency.total_cmp(&other.frequency));
             open = next;
         }
+        let between = in_parallel::map(&added, |&frequency| {
+            let transfers: Vec<Transfer> =
+                (0..points).filter_map(|point| set.at(self.body, point, frequency)).collect();
+            Ok((self.solve(frequency, &transfers)?, FrequencyTransfers { frequency, transfers }))
+        });
+        let between: Vec<(Solved, FrequencyTransfers)> = between.into_iter().collect::<Result<_, _>>()?;
+        let (solved, more): (Vec<Solved>, Vec<FrequencyTransfers>) = between.into_iter().unzip();
         let mut all = set.into_frequencies();
-        all.extend(added);
+        all.extend(more);
+        // Those between were known without fields so far.
+        known.retain(|known| !added.contains(&known.frequency));
+        known.extend(solved);
+        known.sort_by(|one, other| one.frequency.total_cmp(&other.frequency));
         Ok(self.opened(TransferSet::new(all), known, points))
     }
 

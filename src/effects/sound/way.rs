@@ -213,13 +213,13 @@ impl Seeking<'_> {
         let mut greens = surface_greens(set, body, sound);
         let mut under = under.into_iter();
         let first = under.next().unwrap_or_default();
-        let welded = greens.clone();
-        greens.iter_mut().zip(first).for_each(|(green, under)| green.under_patch = Some(under));
+        let welded = if under.len() > 0 { greens.clone() } else { Vec::new() };
         // Sources beyond the sheet are left out of the pressures amid grooves.
-        let silent = welded.first().map(|first| {
+        let silent = greens.first().filter(|_| !of_amid.is_empty()).map(|first| {
             let values = first.values.iter().map(|values| vec![Complex32::ZERO; values.len()]).collect();
             SurfaceGreen { values, ..first.clone() }
         });
+        greens.iter_mut().zip(first).for_each(|(green, under)| green.under_patch = Some(under));
         let of = |under| silent.clone().map(|green| SurfaceGreen { under_patch: Some(under), ..green });
         greens.extend(of_amid.into_iter().filter_map(of));
         // Then those of the other places, point by point.

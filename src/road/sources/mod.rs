@@ -9,6 +9,7 @@ pub(crate) mod made;
 pub(super) mod opencrg;
 pub(super) mod profile;
 mod signature;
+mod table;
 
 use super::error::{RoadError, positive};
 use super::file_fault::FileFault;

@@ -18,11 +18,11 @@ use super::scene_file::SceneFile;
 use super::side::{Place, Side};
 
 const EXAMPLES: &str = "\
-In place of a scene, a road file (.dat, .csv, .crg) may be given: the default scene is then used on this road. The \
-answer depends only on the scene's road, contact width and speed. A CSV file does not state its units: give \
---distance-unit and --height-unit for it.
+In place of a scene, a road file (.dat, .csv, .txt, .erd, .crg) may be given: the default scene is then used on this \
+road. The answer depends only on the scene's road, contact width and speed. Columns and units are found from the titles \
+of a table, such as \"Height (mm)\"; where it has none, --columns, --distance-unit and --height-unit give them.
 
-Printed: extent, resolution, dropped points, mean profile depth (ISO 13473-1) with its valid segments and a comparison \
+Printed: columns read, extent, resolution, dropped points, mean profile depth (ISO 13473-1) with its valid segments and a comparison \
 with the reference surface of ISO 10844, third-octave texture levels (ISO 13473-4), levels of macrotexture and \
 megatexture, and the highest frequency that the road can excite at the scene's speed. Drawn: the heights of the road, \
 in colours, and its texture spectrum, grey where the road is too short for a level.
@@ -38,22 +38,27 @@ Examples:
 pub(crate) struct RoadArguments {
     #[command(flatten)]
     place: Place,
-    /// Unit of the distances in a CSV file; equal to --set road.distance_unit=UNIT.
+    /// Columns of distance and height, by titles or by numbers from 1; equal to --set road.columns=[A,B].
+    #[arg(long, value_name = "A,B", value_delimiter = ',')]
+    columns: Vec<String>,
+    /// Unit of the distances in a file that does not state it; equal to --set road.distance_unit=UNIT.
     #[arg(long, value_name = "UNIT", value_parser = UNITS)]
     distance_unit: Option<String>,
-    /// Unit of the heights in a CSV file.
+    /// Unit of the heights in a file that does not state it.
     #[arg(long, value_name = "UNIT", value_parser = UNITS)]
     height_unit: Option<String>,
 }
 
-const UNITS: [&str; 3] = ["m", "mm", "um"];
+const UNITS: [&str; 7] = ["m", "mm", "um", "cm", "in", "ft", "mil"];
 
 impl RoadArguments {
     /// Describes the road on the run's lattice; writes `road.json`, `road.svg` and `texture_spectrum.svg`.
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
-        let Self { mut place, distance_unit, height_unit } = self;
-        for (key, unit) in [("road.distance_unit", distance_unit), ("road.height_unit", height_unit)] {
-            let setting = unit.map(|unit| Setting::parse(&format!("{key}={unit}")));
+        let Self { mut place, columns, distance_unit, height_unit } = self;
+        let columns = (!columns.is_empty()).then(|| json!(columns).to_string());
+        let given = [("columns", columns), ("distance_unit", distance_unit), ("height_unit", height_unit)];
+        for (key, value) in given {
+            let setting = value.map(|value| Setting::parse(&format!("road.{key}={value}")));
             place.scene.settings.extend(setting.transpose().map_err(CliError::Usage)?);
         }
         let of_file = is_road(&place.scene.scene);
@@ -62,7 +67,7 @@ impl RoadArguments {
         let read = || describe(&scene.road, Plan::new(scene).lattice()?, scene.rolling.speed(), road_limits(scene));
         let road = side.meter.time(Stage::Road, read).map_err(|error| match error {
             RoadError::MissingUnit { path, .. } if of_file => CliError::Usage(format!(
-                "{}: a CSV file does not state its units: give --distance-unit and --height-unit, {}",
+                "{}: the file does not state its units: give --distance-unit and --height-unit, {}",
                 path.display(),
                 UNITS.join(", ")
             )),

@@ -21,10 +21,10 @@ pub enum RoadError {
         /// Fault of the file.
         fault: RoadFileFault,
     },
-    /// A CSV without units.
+    /// A table whose titles have no units.
     #[error(
-        "{}: the scene must give road.{key} = \"m\", \"mm\" or \"um\": a CSV file does not state its units",
-        path.display()
+        "{}: the scene must give road.{key} = \"m\", \"mm\", \"um\", \"cm\", \"in\", \"ft\" or \"mil\": the file does not state \
+         this unit, as a title \"Height (mm)\" would", path.display()
     )]
     MissingUnit {
         /// The file.

@@ -24,13 +24,60 @@ pub(crate) enum FileFault {
     NotANumber { line: u64, column: usize, role: &'static str, found: String },
     #[error("line {line} has {found} columns, column {needed} is needed")]
     MissingCell { line: u64, needed: usize, found: usize },
-    /// No records, as the CSV reader says with the position.
-    #[error(transparent)]
-    Columns(#[from] csv::Error),
     #[error("no column {name:?}; the file has: {available}")]
     NoSuchColumn { name: String, available: String },
-    #[error("line {line}: no unit in {found:?}: expected \"Distance (mm)\" and \"Depth (mm)\" or the like")]
-    UnknownUnit { line: u64, found: String },
+    /// No table of numbers, and nothing else that is read.
+    #[error("it is nothing that a road is read from. {READ}")]
+    NotRead,
+    #[error("it is {found}, which is not read. {READ}")]
+    Unreadable { found: &'static str },
+    #[error("line {line}: one column of numbers; a road needs the distance of each height, too")]
+    OneColumn { line: u64 },
+    /// Cells whose decimals cannot be told from cells.
+    #[error(
+        "line {line}: {found:?} has {cells} cells parted by commas and no decimal point: if its decimals are parted by \
+         commas, too, export it with ; or tabs between its columns, or with decimal points; if they are whole numbers, \
+         choose the columns: road.columns = [1, 2]"
+    )]
+    DecimalCommas { line: u64, found: String, cells: usize },
+    /// Columns that nothing names, or several that a title names alike.
+    #[error(
+        "{cells} columns, and {} which are {roles}: {found:?}; choose {needed} of them by title or number: road.columns \
+         = [{}] (tyrewave road FILE --columns {}){}", if *titled { "no titles that tell" } else { "no titles to tell" },
+        numbers(*cells, *needed, ", "), numbers(*cells, *needed, ","),
+        if (*cells, *needed) == (3, 2) { "; points x, y, z are a road of kind = \"grid\"" } else { "" }
+    )]
+    WhichColumns { cells: usize, roles: String, needed: usize, titled: bool, found: String },
+    #[error("road.columns names {found} columns, {needed} are needed: {roles}")]
+    ColumnCount { found: usize, needed: usize, roles: String },
+    #[error(
+        "column {column} {title:?}, taken for the {role}, merely counts (0, 1, 2, 3): choose the columns by title or \
+         number: road.columns = [\"distance\", \"height\"] or [1, 2] (tyrewave road FILE --columns 1,2)"
+    )]
+    Counter { column: usize, title: String, role: &'static str },
+    #[error(
+        "line {line}: the title {title:?} says {file}, the scene says road.{key} = \"{scene}\": take the key out of \
+         the scene, or correct the title"
+    )]
+    UnitContradiction { line: u64, title: String, file: &'static str, key: &'static str, scene: &'static str },
+    /// Lines of more than one way over the road.
+    #[error(
+        "line {line}: the distance starts again: {count} passes in one file, and a road is one of them; write each into \
+         a file of its own"
+    )]
+    Passes { count: usize, line: u64 },
+    #[error(
+        "line {line}: {found:?} is no second line of an ERD file: expected channels, samples, records, bytes, form, step"
+    )]
+    ErdHeader { line: u64, found: String },
+    #[error("it is an ERD file with binary data (form {form}): export it as text (form 5)")]
+    ErdBinary { form: i64 },
+    /// Root-mean-square height \[m\].
+    #[error(
+        "it is flat: its heights vary by {:.2e} um (rms) only, and no road is so smooth: is their unit right \
+         (road.height_unit), and is it their column (road.columns)?", 1e6 * rms
+    )]
+    TooFlat { rms: f64 },
     #[error("{found} usable points, at least {needed} are needed")]
     TooFewPoints { found: usize, needed: usize },
     /// More than the share `allowed` of the heights.
@@ -121,6 +168,18 @@ pub(crate) enum FileFault {
     IncludeCycle { path: PathBuf },
     #[error("$ROAD_CRG_FILE names {}: {source}", path.display())]
     Include { path: PathBuf, source: std::io::Error },
+}
+
+/// What a road is read from, in a sentence.
+const READ: &str = "Read are, as kind = \"profile\", tables of text (columns parted by commas, semicolons, tabs or \
+                    blanks; UTF-8, UTF-16 or Latin-1), CAPTIF .dat and ERD as text; as \"opencrg\" .crg; as \"grid\" \
+                    .npy, XYZ and ESRI grids (.asc) as text. Topographies of other instruments (SUR, X3P, ...) are \
+                    read through the Python package: tyrewave.Road.from_topography";
+
+/// Returns the last `needed` of so many numbers from 1.
+fn numbers(cells: usize, needed: usize, between: &str) -> String {
+    let last = (cells + 1).saturating_sub(needed).max(1)..=cells;
+    last.map(|number| number.to_string()).collect::<Vec<_>>().join(between)
 }
 
 /// A guess at what damaged a file; displays as nothing or as the end of a sentence.

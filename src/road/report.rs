@@ -15,6 +15,14 @@ pub(crate) enum RoadNote {
     /// Points of a profile farther than `limit` from the median were taken for dropouts.
     #[error("{count} points more than {:.1} mm from the median were taken for dropouts", 1e3 * limit)]
     Spikes { count: usize, limit: f64 },
+    /// Columns that were read, with their titles and units.
+    #[error("read: {columns}")]
+    FileColumns { columns: String },
+    /// Root-mean-square height of a measured road that is smoother than any in use.
+    #[error(
+        "the heights vary by {:.2} um (rms) only, less than on any road in use: is road.height_unit right?", 1e6 * rms
+    )]
+    AlmostFlat { rms: f64 },
     /// Only part of the profile is used, in the file's coordinate; so many points were left out.
     #[error("used from {from:.4} to {to:.4} m of the file, {dropped} points left out")]
     Cut { from: f64, to: f64, dropped: usize },
@@ -95,6 +103,7 @@ impl RoadNote {
             self,
             Self::Filled { .. }
                 | Self::Spikes { .. }
+                | Self::AlmostFlat { .. }
                 | Self::Coarse { .. }
                 | Self::LargeSpan { .. }
                 | Self::Joint { .. }

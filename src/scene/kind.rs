@@ -368,6 +368,26 @@ impl Kind for Column {
     }
 }
 
+/// An array of columns.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Columns;
+
+impl Kind for Columns {
+    type Output = Vec<String>;
+
+    fn wanted(&self) -> String {
+        format!("an array of columns, [\"distance\", \"height\"] or [1, 2], each {}", Column.wanted())
+    }
+
+    fn read(&self, value: &Value<'_>) -> Option<Vec<String>> {
+        value.each(&Column, self)
+    }
+
+    fn schema(&self) -> Json {
+        array(&Column)
+    }
+}
+
 /// Kind of a value that may be left out.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Optional<K>(pub(super) K);

@@ -1,11 +1,192 @@
-//! Tables that people wrote or a program exported: one record a line, cells parted by commas, semicolons or tabs.
+//! Tables that people wrote or a program exported: one record a line, cells parted by commas, semicolons, tabs or
+//! blanks, in whatever encoding, with decimal points or commas.
 
-/// The delimiters, in the order in which a tie is lost.
-const DELIMITERS: [u8; 3] = [b';', b'\t', b','];
+use std::borrow::Cow;
+
+/// Lines that the delimiter is found from.
+const SAMPLE: usize = 1000;
+
+/// Marks at the beginning of a line of comment.
+const COMMENTS: [&str; 3] = ["#", "%", "//"];
+
+/// A table as text: what parts its cells, and how its numbers are written.
+#[derive(Debug)]
+pub(crate) struct Table<'a> {
+    text: Cow<'a, str>,
+    style: Style,
+}
+
+/// A delimiter, `None` for any run of blanks, and whether decimals follow a comma.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Style {
+    delimiter: Option<char>,
+    decimal_comma: bool,
+}
+
+/// One line of a table, from 1, and its cells, trimmed and without their quotes.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Record<'a> {
+    pub(crate) line: u64,
+    pub(crate) cells: Vec<&'a str>,
+}
+
+/// Returns the text of a file: UTF-16 with or without a byte order mark, UTF-8, else Latin-1.
+pub(crate) fn decoded(bytes: &[u8]) -> Cow<'_, str> {
+    let wide = |bytes: &[u8], unit: fn([u8; 2]) -> u16| {
+        let units: Vec<u16> = bytes.as_chunks::<2>().0.iter().map(|&pair| unit(pair)).collect();
+        Cow::Owned(String::from_utf16_lossy(&units))
+    };
+    let text = match bytes {
+        [0xff, 0xfe, rest @ ..] => wide(rest, u16::from_le_bytes),
+        [0xfe, 0xff, rest @ ..] => wide(rest, u16::from_be_bytes),
+        // Letters of the first plane have one byte that is zero.
+        [1..=255, 0, 1..=255, 0, ..] => wide(bytes, u16::from_le_bytes),
+        [0, 1..=255, 0, 1..=255, ..] => wide(bytes, u16::from_be_bytes),
+        _ => {
+            let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+            match std::str::from_utf8(bytes) {
+                Ok(text) => Cow::Borrowed(text),
+                Err(_) => Cow::Owned(bytes.iter().map(|&byte| char::from(byte)).collect()),
+            }
+        }
+    };
+    // Lines that end with CR alone.
+    if text.contains('\r') && !text.contains('\n') { Cow::Owned(text.replace('\r', "\n")) } else { text }
+}
+
+impl<'a> Table<'a> {
+    /// Returns the table that a file's bytes hold. A first line `sep=;` states the delimiter; else it is the one, with
+    /// decimal points or commas, by which most lines are numbers.
+    pub(crate) fn of(bytes: &'a [u8]) -> Self {
+        let text = decoded(bytes);
+        let style = style_of(&text);
+        Self { text, style }
+    }
+
+    /// Returns the records, which may be titles or what stands before them; blank lines and comments are left out.
+    pub(crate) fn records(&self) -> impl Iterator<Item = Record<'_>> {
+        let record = |(line, text)| Record { line, cells: self.style.cells(text) };
+        lines(&self.text).map(record).filter(|record| record.cells.iter().any(|cell| !cell.is_empty()))
+    }
+
+    /// Returns a line, from 1, as it stands in the file.
+    pub(crate) fn line(&self, line: u64) -> &str {
+        self.text.lines().nth(line.saturating_sub(1) as usize).unwrap_or_default()
+    }
+
+    /// Returns the lines of comment before a line, without their marks, the nearest first.
+    pub(crate) fn comments_before(&self, line: u64) -> impl Iterator<Item = (u64, &str)> {
+        let before: Vec<(u64, &str)> = (1..line).zip(self.text.lines()).collect();
+        before.into_iter().rev().filter_map(|(line, text)| {
+            let mark = COMMENTS.iter().find(|&&mark| text.trim_start().starts_with(mark))?;
+            Some((line, text.trim_start().trim_start_matches(mark).trim()))
+        })
+    }
+
+    /// Returns the number that a cell holds: finite, possibly with the exponent of Fortran (1.0D-3) and a sign of print.
+    pub(crate) fn number(&self, cell: &str) -> Option<f64> {
+        number(cell, self.style.decimal_comma)
+    }
+
+    /// Tells whether commas part the cells.
+    pub(crate) fn is_parted_by_commas(&self) -> bool {
+        self.style.delimiter == Some(',')
+    }
+
+    /// Tells whether the text holds signs that no table has: it is something else.
+    pub(crate) fn is_binary(&self) -> bool {
+        let odd = |sign: char| sign.is_control() && !sign.is_whitespace() && sign != '\u{1a}';
+        self.text.chars().take(4096).any(odd)
+    }
+}
+
+/// Returns the cells of a line by any delimiter that could part its words: titles may be parted otherwise than numbers.
+pub(crate) fn words(line: &str) -> impl Iterator<Item = Vec<&str>> {
+    [Some(';'), Some('\t'), Some(','), None]
+        .map(|delimiter| Style { delimiter, decimal_comma: false }.cells(line))
+        .into_iter()
+}
+
+fn number(cell: &str, decimal_comma: bool) -> Option<f64> {
+    // Words that Rust takes for numbers are none here.
+    let begins = cell.starts_with(|sign: char| sign.is_ascii_digit() || "+-.,\u{2212}".contains(sign));
+    if !begins || cell.contains(if decimal_comma { '.' } else { ',' }) || cell.ends_with(',') {
+        return None;
+    }
+    let parsed = if cell.contains([',', '\u{2212}', 'd', 'D']) {
+        cell.replace(',', ".").replace('\u{2212}', "-").replace(['d', 'D'], "e").parse()
+    } else {
+        cell.parse::<f64>()
+    };
+    parsed.ok().filter(|number| number.is_finite())
+}
+
+/// Returns the lines that are neither blank nor comments, with their numbers.
+fn lines(text: &str) -> impl Iterator<Item = (u64, &str)> {
+    let is_left_out = |line: &str| {
+        let line = line.trim();
+        line.is_empty() || COMMENTS.iter().any(|mark| line.starts_with(mark)) || separator(line).is_some()
+    };
+    (1..).zip(text.lines()).filter(move |(_, line)| !is_left_out(line))
+}
+
+/// Returns the delimiter that a line `sep=;` states.
+fn separator(line: &str) -> Option<char> {
+    let line = line.trim_matches('"');
+    let stated = line.get(..4).filter(|begin| begin.eq_ignore_ascii_case("sep=")).map(|_| &line[4..])?;
+    let mut signs = stated.chars();
+    signs.next().filter(|sign| !sign.is_alphanumeric() && signs.next().is_none())
+}
+
+fn style_of(text: &str) -> Style {
+    let stated = text.lines().find(|line| !line.trim().is_empty()).and_then(separator);
+    let delimiters = match stated {
+        Some(sign) => vec![Some(sign).filter(|sign| *sign != ' ')],
+        None => vec![Some(';'), Some('\t'), Some(','), None],
+    };
+    let styles =
+        delimiters.iter().flat_map(|&delimiter| [false, true].map(|decimal_comma| Style { delimiter, decimal_comma }));
+    let sample: Vec<&str> = lines(text).map(|(_, line)| line).take(SAMPLE).collect();
+    // Lines of two or more numbers and nothing else; lines of two or more numbers; cells of the first line.
+    let score = |style: &Style| {
+        let (mut pure, mut mixed) = (0, 0);
+        for line in &sample {
+            let cells = style.cells(line);
+            let full = cells.iter().filter(|cell| !cell.is_empty()).count();
+            let numbers = cells.iter().filter(|cell| number(cell, style.decimal_comma).is_some()).count();
+            mixed += usize::from(numbers >= 2);
+            pure += usize::from(numbers >= 2 && numbers == full);
+        }
+        let first = sample.first().filter(|_| style.delimiter.is_some()).map_or(0, |line| style.cells(line).len());
+        (pure, mixed, first)
+    };
+    let mut best = Style { delimiter: delimiters[0], decimal_comma: false };
+    let mut highest = score(&best);
+    for style in styles.skip(1) {
+        let reached = score(&style);
+        if reached > highest {
+            (best, highest) = (style, reached);
+        }
+    }
+    best
+}
+
+impl Style {
+    fn cells(self, line: &str) -> Vec<&str> {
+        let mut quoted = false;
+        let parts = |sign: char| {
+            quoted ^= sign == '"';
+            !quoted && self.delimiter.map_or(sign.is_whitespace(), |delimiter| sign == delimiter)
+        };
+        let cells = line.split(parts).map(|cell| cell.trim().trim_matches('"').trim());
+        if self.delimiter.is_some() { cells.collect() } else { cells.filter(|cell| !cell.is_empty()).collect() }
+    }
+}
 
 /// Returns a reader of a table's records, the first of which may be titles. Their delimiter is the one that the first
 /// of them has most of; cells are trimmed, blank lines and lines that begin with # left out.
 pub(crate) fn reader(bytes: &[u8]) -> csv::Reader<&[u8]> {
+    const DELIMITERS: [u8; 3] = [b';', b'\t', b','];
     let first = bytes.split(|&byte| byte == b'\n').find(|line| !is_skipped(line)).unwrap_or_default();
     let occurrences = |delimiter: u8| first.iter().filter(|&&byte| byte == delimiter).count();
     let delimiter = DELIMITERS.into_iter().max_by_key(|&delimiter| occurrences(delimiter)).unwrap_or(b',');
@@ -30,4 +211,47 @@ pub(crate) fn line_of(bytes: &[u8], record: &csv::ByteRecord) -> u64 {
 
 fn is_skipped(line: &[u8]) -> bool {
     line.trim_ascii().is_empty() || line.starts_with(b"#")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(bytes: &[u8]) -> Vec<Vec<f64>> {
+        let table = Table::of(bytes);
+        table.records().map(|record| record.cells.iter().filter_map(|cell| table.number(cell)).collect()).collect()
+    }
+
+    #[test]
+    fn delimiters_and_decimals_are_found_from_the_numbers() {
+        for text in [
+            "0.5,-1.25\n1,2\n",
+            "0.5;-1.25\n1;2\n",
+            "0,5;-1,25\n1;2\n",
+            "0,5\t-1,25\n1\t2\n",
+            "  0.5   -1.25\n 1 2\n",
+            "0,5 -1,25\n1,0 2\n",
+            "\"0,5\",\"-1,25\"\n1,2\n",
+            "sep=;\n0,5;-1,25\n1;2\n",
+            "# made by a program, x; y\n0.5, -1.25\n// next\n1, 2\n% end\n",
+            "5.0D-1 -1.25d0\r\n1.E0 2.\r\n",
+            "0.5,\u{2212}1.25\r1,2\r",
+        ] {
+            let wide: Vec<u16> = format!("\u{feff}{text}").encode_utf16().collect();
+            let little: Vec<u8> = wide.iter().flat_map(|unit| unit.to_le_bytes()).collect();
+            let big: Vec<u8> = wide.iter().flat_map(|unit| unit.to_be_bytes()).collect();
+            for bytes in [text.as_bytes(), &little, &big, &little[2..], &big[2..]] {
+                assert_eq!(read(bytes), [vec![0.5, -1.25], vec![1.0, 2.0]], "{text:?}");
+            }
+        }
+        assert_eq!(Table::of(b"H\xf6he (\xb5m);x\n").records().next().unwrap().cells, ["Höhe (µm)", "x"]);
+    }
+
+    #[test]
+    fn words_and_numbers_of_another_style_are_no_numbers() {
+        for word in ["", "nan", "inf", "infinity", "1.234,5", "0.5.1", "1,", "Bad", "-", "1d", "12:00"] {
+            assert!(number(word, true).is_none() && number(word, false).is_none(), "{word}");
+        }
+        assert!(number("1,5", false).is_none() && number("1.5", true).is_none() && number("1e999", false).is_none());
+    }
 }

@@ -225,18 +225,13 @@ fn answers_that_are_no_numbers_are_errors() {
 }
 
 #[test]
-fn a_flat_road_has_no_levels() {
+fn a_flat_table_is_no_road() {
     let road_text =
         "kind = \"profile\"\nfile = \"p.csv\"\ndistance_unit = \"mm\"\nheight_unit = \"mm\"\nat_end = \"repeat\"";
     let folder = folder_with(&with_road(road_text));
     let flat = (0..2000).fold("x,z\n".to_owned(), |text, row| text + &format!("{row},0\n"));
     fs::write(folder.path().join("p.csv"), flat).unwrap();
-    let output = outcome(folder.path(), &["road", "scene.toml", "--out", "out"]);
-    let (told, said) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-    assert!(output.status.success() && !told.contains("inf"), "{told}{said}");
-    let written = fs::read_to_string(folder.path().join("out/road.json")).unwrap();
-    let road: serde_json::Value = serde_json::from_str(&written).unwrap();
-    assert_eq!(road["levels"], serde_json::json!([]));
+    refused(folder.path(), &["road", "scene.toml"], &["p.csv", "it is flat", "road.height_unit"]);
     fs::write(
         folder.path().join("scene.toml"),
         with_road(&road_text.replace("at_end = \"repeat\"", "lateral = \"isotropic\"")),

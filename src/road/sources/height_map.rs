@@ -13,6 +13,11 @@ pub(crate) const LARGE_SPAN: f64 = 0.1;
 /// Largest span of heights that can be a texture's \[m\].
 const LARGEST_SPAN: f64 = 0.5;
 
+/// Root-mean-square heights \[m\]: what is smoother was not measured on a road, and what is smoother than roads in use.
+const SMOOTHEST: [f64; 2] = [1e-6, 20e-6];
+/// What is left of an exact plane after it was levelled, at most \[m\].
+const ROUNDING: f64 = 1e-12;
+
 /// Spacings of any road that was measured \[m\]: from well below a laser's spot to well above a wheel.
 const SPACINGS: [f64; 2] = [1e-6, 10.0];
 
@@ -78,6 +83,25 @@ impl HeightMap {
             return Err(RoadError::file(&self.path, FileFault::ImplausibleHeights { span, allowed }));
         }
         Ok(span)
+    }
+
+    /// Refuses a road smoother than any, whose heights are in another unit or in another column, and tells of one that is
+    /// suspiciously smooth. `may_be_plane`: an exact plane was meant.
+    pub(crate) fn check_smoothness(&self, may_be_plane: bool, notes: &mut Vec<RoadNote>) -> Result<(), RoadError> {
+        let mean = self.heights.iter().sum::<f64>() / self.heights.len() as f64;
+        let square = self.heights.iter().map(|height| (height - mean) * (height - mean)).sum::<f64>();
+        let rms = (square / self.heights.len() as f64).sqrt();
+        let [least, usual] = SMOOTHEST;
+        if may_be_plane && rms < ROUNDING {
+            return Ok(());
+        }
+        if rms < least {
+            return Err(RoadError::file(&self.path, FileFault::TooFlat { rms }));
+        }
+        if rms < usual {
+            notes.push(RoadNote::AlmostFlat { rms });
+        }
+        Ok(())
     }
 
     /// Subtracts what varies more slowly along the road than `longest` \[m\]: the low-passed mean and cross slope of

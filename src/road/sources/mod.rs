@@ -3,6 +3,8 @@
 //! Files are read within a bound of memory. A `profile`, a `grid` and an `opencrg` road become a
 //! [`height_map`]; a [`made`] one, or an isotropic one with a profile's levels, is a design, drawn as it is needed.
 
+mod columns;
+mod erd;
 mod grid;
 pub(crate) mod height_map;
 pub(crate) mod made;
@@ -61,6 +63,7 @@ impl Source {
             Road::OpenCrg(road) => (opencrg::read(road, lattice.width(), bytes, report)?, road.at_end),
             Road::Grid(road) => (grid::read(road, lattice.width(), bytes, report)?, road.at_end),
         };
+        map.check_smoothness(matches!(spec, Road::OpenCrg(_)), &mut report.notes)?;
         Ok(Self::Measured(map, at_end))
     }
 }
@@ -68,6 +71,7 @@ impl Source {
 /// Returns a surface with the levels of a profile.
 fn isotropic(spec: &ProfileRoad, bytes: u64, report: &mut RoadReport) -> Result<Design, RoadError> {
     let map = profile::read(spec, bytes, report)?;
+    map.check_smoothness(false, &mut report.notes)?;
     let spacing = ISOTROPIC_SPACING.max(map.dx);
     let longest = (map.end() * ISOTROPIC_LONGEST.1).min(ISOTROPIC_LONGEST.0);
     let shortest = spacing / 0.45;

@@ -46,7 +46,7 @@ pub(crate) fn read(spec: &ProfileRoad, limit: u64, report: &mut RoadReport) -> R
         other => fault(other.into()),
     })?;
     refuse_other_kinds(&bytes, "profile").map_err(fault)?;
-    let points = table::points(spec, &bytes)?;
+    let points = table::points(spec, &bytes, &mut report.notes)?;
     let captif = table::is_captif(&bytes);
     let total = points.len();
     let mut points = sorted(points, &mut report.notes).map_err(fault)?;

@@ -1,10 +1,27 @@
 //! Tables of points: columns chosen, units found, every point with its line.
+//!
+//! 1. Most records have the same number of cells; the first of them that begins the numbers ends the preamble.
+//! 2. Titles are the last record before it without a number, or a comment there; a row of units may follow them.
+//! 3. A column is the one that the scene chooses, that a title names, or, of a table that has no more than needed, that
+//!    at its place; one that merely counts is not taken for a length.
+//! 4. A unit is that of the title or of the scene; they must not contradict each other.
 
+use super::columns::{self, Columns, Role, Titles};
+use super::erd;
+use super::signature::refuse_unreadable;
 use crate::road::error::RoadError;
 use crate::road::file_fault::FileFault;
+use crate::road::report::RoadNote;
 use crate::scene::{LengthUnit, ProfileRoad};
 use crate::storage::input::excerpt;
-use crate::storage::separated;
+use crate::storage::separated::{Record, Table};
+
+/// Records that the shape of a table is found from.
+const SAMPLE: usize = 1000;
+/// Points that may lie behind others in the order of a file, and how far, in usual steps: more are another pass.
+const DISORDER: (usize, f64) = (8, 10.0);
+/// Line of a CAPTIF file between what it was measured with and the table.
+const CAPTIF_MARK: &str = "*****DATA*****";
 
 /// A point of a file: distance and height \[m\], height NaN if missing, and its line from 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,141 +33,167 @@ pub(super) struct Point {
 
 /// Tells whether a file has the header of a CAPTIF profile.
 pub(super) fn is_captif(bytes: &[u8]) -> bool {
-    captif_data(bytes).is_some()
+    // The mark ends a short header; a search through megabytes of numbers would find nothing.
+    let mark = CAPTIF_MARK.as_bytes();
+    bytes[..bytes.len().min(65_536)].windows(mark.len()).any(|window| window == mark)
 }
 
 /// Returns the points of a profile's file, in its order.
 ///
 /// # Errors
-/// No numbers where they should be (with line and column), no units.
-pub(super) fn points(spec: &ProfileRoad, bytes: &[u8]) -> Result<Vec<Point>, RoadError> {
-    match captif_data(bytes) {
-        Some((offset, line)) => {
-            captif_points(&bytes[offset..], line).map_err(|fault| RoadError::file(&spec.file, fault))
-        }
-        None => csv_points(spec, bytes),
-    }
-}
-
-fn metres(unit: LengthUnit) -> f64 {
-    match unit {
-        LengthUnit::Metre => 1.0,
-        LengthUnit::Millimetre => 1e-3,
-        LengthUnit::Micrometre => 1e-6,
-    }
-}
-
-/// Tells where the column titles of a CAPTIF file start: byte offset and line number (from 1).
-fn captif_data(bytes: &[u8]) -> Option<(usize, u64)> {
-    let mark = b"*****DATA*****";
-    // The mark ends a short header; a search through megabytes of numbers would find nothing.
-    let head = &bytes[..bytes.len().min(65_536)];
-    let place = head.windows(mark.len()).position(|window| window == mark)?;
-    let end = head[place..].iter().position(|&byte| byte == b'\n').map_or(bytes.len(), |length| place + length + 1);
-    let line = head[..end.min(head.len())].iter().filter(|&&byte| byte == b'\n').count() as u64 + 1;
-    Some((end, line))
-}
-
-fn captif_points(data: &[u8], first_line: u64) -> Result<Vec<Point>, FileFault> {
-    let mut reader = csv::ReaderBuilder::new().delimiter(b'\t').has_headers(false).flexible(true).from_reader(data);
-    let mut record = csv::ByteRecord::new();
-    let mut factors = [0.0; 2];
-    let mut points = Vec::new();
-    let mut titles = true;
-    while reader.read_byte_record(&mut record)? {
-        let line = first_line - 1 + record.position().map_or(0, csv::Position::line);
-        if titles {
-            for (factor, column) in factors.iter_mut().zip([1, 2]) {
-                let title = String::from_utf8_lossy(record.get(column).unwrap_or_default()).into_owned();
-                let unit = title.split(['(', ')']).nth(1).map(str::trim);
-                *factor = match unit {
-                    Some("mm") => 1e-3,
-                    Some("m") => 1.0,
-                    Some("um") => 1e-6,
-                    _ => return Err(FileFault::UnknownUnit { line, found: excerpt(&title) }),
-                };
-            }
-            titles = false;
-            continue;
-        }
-        if record.iter().all(|cell| cell.trim_ascii().is_empty()) {
-            continue;
-        }
-        points.push(point(&record, line, [1, 2], factors)?);
-    }
-    Ok(points)
-}
-
-fn csv_points(spec: &ProfileRoad, bytes: &[u8]) -> Result<Vec<Point>, RoadError> {
-    let path = &spec.file;
-    let unit = |unit: Option<LengthUnit>, key| {
-        unit.map(metres).ok_or_else(|| RoadError::MissingUnit { path: path.clone(), key })
+/// No numbers where they should be (with line and column), no units, columns that are not known.
+pub(super) fn points(spec: &ProfileRoad, bytes: &[u8], notes: &mut Vec<RoadNote>) -> Result<Vec<Point>, RoadError> {
+    let fault = |fault| RoadError::file(&spec.file, fault);
+    refuse_unreadable(bytes).map_err(fault)?;
+    let units = [spec.distance_unit, spec.height_unit];
+    let (points, columns) = if erd::is_erd(bytes) {
+        let (points, used) = erd::points(&spec.file, bytes, units, spec.columns.as_deref())?;
+        let step = points.get(1).map_or(0.0, |point| 1e3 * point.distance);
+        (points, format!("{}, a sample every {step:.4} mm", used.described()))
+    } else {
+        let table = Table::of(bytes);
+        let layout = Layout::of(&table, 2).map_err(fault)?;
+        let roles = [columns::DISTANCE, columns::HEIGHT];
+        let used =
+            layout.columns(&table, roles, units, spec.columns.as_deref()).map_err(|error| error.at(&spec.file))?;
+        let point = |(line, [distance, height]): (u64, [f64; 2])| Point { distance, height, line };
+        let points = layout.values(&table, &used).map(|values| values.map(point));
+        let points: Vec<Point> = points.collect::<Result<_, _>>().map_err(fault)?;
+        used.refuse_counters(|column| points.iter().map(move |point| [point.distance, point.height][column]))
+            .map_err(fault)?;
+        (points, used.described())
     };
-    let mut reader = separated::reader(bytes);
-    let mut record = csv::ByteRecord::new();
-    let fault = |fault| RoadError::file(path, fault);
-    let mut columns = [0, 1];
-    let mut factors = [1.0; 2];
-    let mut points = Vec::new();
-    let mut first = true;
-    while reader.read_byte_record(&mut record).map_err(|error| fault(error.into()))? {
-        if record.iter().all(|cell| cell.is_empty()) {
-            continue;
-        }
-        let line = separated::line_of(bytes, &record);
-        if first {
-            first = false;
-            factors = [unit(spec.distance_unit, "distance_unit")?, unit(spec.height_unit, "height_unit")?];
-            columns = [
-                column_number(spec.distance_column.as_deref(), 0, &record).map_err(fault)?,
-                column_number(spec.height_column.as_deref(), 1, &record).map_err(fault)?,
-            ];
-            // Titles: neither cell of the first line is a number. One alone is a fault, found below.
-            let titled = columns
-                .iter()
-                .all(|&column| record.get(column).is_some_and(|cell| !cell.is_empty() && parse(cell).is_none()));
-            if titled {
-                continue;
-            }
-        }
-        points.push(point(&record, line, columns, factors).map_err(fault)?);
-    }
+    refuse_passes(&points).map_err(fault)?;
+    notes.push(RoadNote::FileColumns { columns });
     Ok(points)
 }
 
-/// Returns the column (from 0) of a name or number (from 1), looked up in the file's first line.
-fn column_number(wanted: Option<&str>, default: usize, titles: &csv::ByteRecord) -> Result<usize, FileFault> {
-    let Some(wanted) = wanted else { return Ok(default) };
-    let names: Vec<String> = titles.iter().map(|title| String::from_utf8_lossy(title).into_owned()).collect();
-    names
-        .iter()
-        .position(|name| name == wanted)
-        .or_else(|| wanted.parse::<usize>().ok().and_then(|number| number.checked_sub(1)).filter(|&n| n < names.len()))
-        .ok_or_else(|| FileFault::NoSuchColumn { name: excerpt(wanted), available: excerpt(&names.join(", ")) })
+/// Where the parts of a table are.
+#[derive(Debug)]
+pub(super) struct Layout {
+    /// Line of the first record of numbers, from 1; none in a table without numbers.
+    first: u64,
+    /// Cells that most records have, up to the last that is not empty in all of them.
+    cells: usize,
+    /// Titles, as many as there are cells.
+    titles: Option<Titles>,
+    /// Commas part the cells, and none of them has a decimal point or a title.
+    decimals_may_be_parted: bool,
 }
 
-fn parse(cell: &[u8]) -> Option<f64> {
-    std::str::from_utf8(cell.trim_ascii()).ok()?.parse().ok()
-}
-
-fn point(record: &csv::ByteRecord, line: u64, columns: [usize; 2], factors: [f64; 2]) -> Result<Point, FileFault> {
-    let number = |index: usize, role: &'static str, may_lack: bool| {
-        let column = columns[index];
-        let cell = match record.get(column) {
-            Some(cell) => cell,
-            None if may_lack && column == record.len() => b"",
-            None => return Err(FileFault::MissingCell { line, needed: column + 1, found: record.len() }),
+impl Layout {
+    /// Finds the parts of a table; `least` columns are needed.
+    ///
+    /// # Errors
+    /// No table at all.
+    pub(super) fn of(table: &Table<'_>, least: usize) -> Result<Self, FileFault> {
+        if table.is_binary() {
+            return Err(FileFault::NotRead);
+        }
+        let all: Vec<Record<'_>> = table.records().take(SAMPLE).collect();
+        let captif = all.iter().rposition(|record| record.cells.first() == Some(&CAPTIF_MARK)).map_or(0, |at| at + 1);
+        let sample = &all[captif..];
+        let is_number = |cell: &&str| table.number(cell).is_some();
+        let numbers = |record: &Record<'_>| record.cells.iter().filter(|cell| is_number(cell)).count();
+        let usual = usual(sample.iter().filter(|record| numbers(record) > 0).map(|record| record.cells.len()));
+        let begins = |record: &Record<'_>| {
+            record.cells.len() == usual
+                && (numbers(record) >= 2.min(usual) || numbers(record) == 1 && is_number(&record.cells[0]))
         };
-        if may_lack && cell.trim_ascii().is_empty() {
-            return Ok(f64::NAN);
+        let Some(start) = sample.iter().position(begins) else {
+            return match sample.len() {
+                0 | 1 => Ok(Self { first: u64::MAX, cells: least, titles: None, decimals_may_be_parted: false }),
+                _ => Err(FileFault::NotRead),
+            };
+        };
+        let full = |record: &Record<'_>| record.cells.iter().rposition(|cell| !cell.is_empty()).map_or(0, |at| at + 1);
+        let cells = sample[start..].iter().map(full).max().unwrap_or(usual);
+        if cells < least {
+            return Err(FileFault::OneColumn { line: sample[start].line });
         }
-        match parse(cell) {
-            Some(value) if value.is_finite() || (may_lack && value.is_nan()) => Ok(value * factors[index]),
-            _ => {
-                let found = excerpt(&String::from_utf8_lossy(cell));
-                Err(FileFault::NotANumber { line, column: column + 1, role, found })
+        let before = &sample[..start];
+        let titles = Titles::find(table, before, sample[start].line, cells);
+        // What stands between titles and numbers and is neither is a fault, found below with its line.
+        let after = titles.as_ref().map_or(start, |titles| before.partition_point(|record| record.line <= titles.last));
+        let points = sample[start..].iter().flat_map(|record| &record.cells).any(|cell| cell.contains('.'));
+        Ok(Self {
+            first: sample[after].line,
+            cells,
+            decimals_may_be_parted: table.is_parted_by_commas() && !points && titles.is_none(),
+            titles,
+        })
+    }
+
+    /// Chooses the columns of roles and their units.
+    ///
+    /// # Errors
+    /// Columns that are not there, or of which nothing says which they are; units that are not known, or contradict
+    /// each other.
+    pub(super) fn columns<const N: usize>(
+        &self,
+        table: &Table<'_>,
+        roles: [Role; N],
+        units: [Option<LengthUnit>; N],
+        chosen: Option<&[String]>,
+    ) -> Result<Columns<N>, columns::Fault> {
+        if self.decimals_may_be_parted && self.cells > N && chosen.is_none() {
+            let line = excerpt(table.line(self.first));
+            return Err(FileFault::DecimalCommas { line: self.first, found: line, cells: self.cells }.into());
+        }
+        let titles = self.titles.as_ref();
+        let columns = columns::choose(roles, titles, self.cells, chosen, || table.line(self.first).to_owned())?;
+        Columns::with_units(roles, columns, titles, units, chosen.is_some())
+    }
+
+    /// Returns the lines of the table's points with the values of their columns \[m\]; the last role may lack a value,
+    /// NaN then.
+    pub(super) fn values<'a, const N: usize>(
+        &self,
+        table: &'a Table<'_>,
+        columns: &'a Columns<N>,
+    ) -> impl Iterator<Item = Result<(u64, [f64; N]), FileFault>> {
+        let first = self.first;
+        table.records().skip_while(move |record| record.line < first).map(move |record| {
+            let mut values = [f64::NAN; N];
+            for (role, value) in values.iter_mut().enumerate() {
+                *value = columns.value(table, &record, role)?;
             }
+            Ok((record.line, values))
+        })
+    }
+}
+
+/// Refuses points of more than one pass over the road; a small disorder is none.
+fn refuse_passes(points: &[Point]) -> Result<(), FileFault> {
+    let steps = points.windows(2).map(|pair| (pair[1].distance - pair[0].distance).abs());
+    let mut steps: Vec<f64> = steps.filter(|&step| step > 0.0).collect();
+    if steps.is_empty() {
+        return Ok(());
+    }
+    let middle = steps.len() / 2;
+    let allowed = DISORDER.1 * *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    // Points behind the furthest so far, how often the distance jumps back, and the first line there.
+    let behind = |direction: f64| {
+        let (mut count, mut jumps, mut line) = (0, 0, 0);
+        let (mut furthest, mut last) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+        for point in points {
+            let place = direction * point.distance;
+            if place < furthest - allowed {
+                count += 1;
+                line = if line == 0 { point.line } else { line };
+            }
+            jumps += usize::from(place < last - allowed);
+            (furthest, last) = (furthest.max(place), place);
         }
+        (count, jumps, line)
     };
-    Ok(Point { distance: number(0, "distance", false)?, height: number(1, "height", true)?, line })
+    let (count, jumps, line) = behind(1.0).min(behind(-1.0));
+    if count < DISORDER.0 { Ok(()) } else { Err(FileFault::Passes { count: (jumps + 1).max(2), line }) }
+}
+
+/// Returns the most frequent of some counts, the larger of two that are equally frequent.
+fn usual(counts: impl Iterator<Item = usize>) -> usize {
+    let mut occurrences = std::collections::BTreeMap::new();
+    counts.for_each(|count| *occurrences.entry(count).or_insert(0) += 1);
+    occurrences.into_iter().max_by_key(|&(count, times)| (times, count)).map_or(0, |(count, _)| count)
 }

@@ -2,18 +2,22 @@ use super::*;
 use crate::road::texture::{ProfileDepth, ProfileSpectrum};
 use crate::scene::{AtEnd, GridRoad, Lateral, LengthUnit, ProfileRoad};
 
-fn profile(file: PathBuf) -> ProfileRoad {
+pub(super) fn profile(file: PathBuf) -> ProfileRoad {
     ProfileRoad {
         file,
         distance_unit: Some(LengthUnit::Metre),
         height_unit: Some(LengthUnit::Millimetre),
-        distance_column: None,
-        height_column: None,
+        columns: None,
         range: None,
         lateral: Lateral::Extruded,
         seed: 0,
         at_end: AtEnd::Refuse,
     }
+}
+
+/// A CAPTIF file, which states its units.
+fn captif(file: PathBuf) -> ProfileRoad {
+    ProfileRoad { distance_unit: None, height_unit: None, ..profile(file) }
 }
 
 fn line() -> Lattice {
@@ -24,7 +28,7 @@ fn line() -> Lattice {
 fn captif_levels_depth_and_dropouts() {
     let published = [50.9, 57.0, 59.0, 55.0, 51.5, 43.9];
     let mut report = RoadReport::default();
-    let map = crate::road::sources::profile::read(&profile(reference(CHIP_SEAL)), u64::MAX, &mut report).unwrap();
+    let map = crate::road::sources::profile::read(&captif(reference(CHIP_SEAL)), u64::MAX, &mut report).unwrap();
     assert!((map.dx - 3.75e-5).abs() < 1e-7 && (map.end() - 1.808).abs() < 1e-3, "{} {}", map.dx, map.end());
     assert!(report.missing > 2000 && report.missing < 4500, "{}", report.missing);
     let mut spectrum = ProfileSpectrum::new(map.heights.len(), map.dx);
@@ -61,7 +65,7 @@ fn captif_spike_of_47_mm_counts_as_dropout() {
     let file = write(&folder, "spiked.dat", lines.join("\r\n").as_bytes());
     let of = |file: PathBuf| {
         let mut report = RoadReport::default();
-        let map = crate::road::sources::profile::read(&profile(file), u64::MAX, &mut report).unwrap();
+        let map = crate::road::sources::profile::read(&captif(file), u64::MAX, &mut report).unwrap();
         let dropped = |note: &RoadNote| if let RoadNote::Spikes { count, .. } = note { *count } else { 0 };
         (map.span(), report.notes.iter().map(dropped).sum::<usize>())
     };
@@ -72,7 +76,7 @@ fn captif_spike_of_47_mm_counts_as_dropout() {
 
 #[test]
 fn captif_isotropic_is_endless_with_the_profiles_levels() {
-    let spec = Road::Profile(ProfileRoad { lateral: Lateral::Isotropic, seed: 4, ..profile(reference(CHIP_SEAL)) });
+    let spec = Road::Profile(ProfileRoad { lateral: Lateral::Isotropic, seed: 4, ..captif(reference(CHIP_SEAL)) });
     let mut road = open(&spec, lattice());
     assert!(road.extent().is_none() && road.check_covers(-1e6, 1e6).is_ok());
     let fits = &road.report().bands;
@@ -96,7 +100,7 @@ fn csv_with_header_units_names_and_missing_heights() {
         text += &format!("{i};{};{height}\n", 0.001 * i as f64);
     }
     let file = write(&folder, "p.csv", text.as_bytes());
-    let spec = ProfileRoad { distance_column: Some("s [m]".into()), height_column: Some("3".into()), ..profile(file) };
+    let spec = ProfileRoad { columns: Some(vec!["s [m]".into(), "3".into()]), ..profile(file) };
     let mut road = open(&Road::Profile(spec.clone()), line());
     assert_eq!(road.report().missing, 40);
     assert_eq!(road.extent().map(|(a, b)| ((a * 1e6).round(), (b * 1e6).round())), Some((0.0, 1_999_000.0)));
@@ -108,11 +112,11 @@ fn csv_with_header_units_names_and_missing_heights() {
     assert!(matches!(road.heights(-1, 1, &mut [0.0]), Err(RoadError::Short { .. })));
     assert!(matches!(road.check_covers(0.0, 2.5), Err(RoadError::Short { .. })));
     assert!(road.check_covers(0.0, 1.99).is_ok());
-    let missing_name = ProfileRoad { height_column: Some("height".into()), ..spec.clone() };
+    let missing_name = ProfileRoad { columns: Some(vec!["1".into(), "height".into()]), ..spec.clone() };
     let message = refused(&Road::Profile(missing_name), line()).to_string();
     assert!(message.contains("s [m]") && message.contains("height"), "{message}");
-    let no_unit = ProfileRoad { height_unit: None, ..spec.clone() };
-    assert!(refused(&Road::Profile(no_unit), line()).to_string().contains("height_unit"));
+    let counter = ProfileRoad { columns: Some(vec!["id".into(), "z".into()]), distance_unit: None, ..spec.clone() };
+    assert!(refused(&Road::Profile(counter), line()).to_string().contains("distance_unit"));
     let outside = ProfileRoad { range: Some([0.5, 7.0]), ..spec };
     assert!(matches!(refused(&Road::Profile(outside), line()), RoadError::Range { .. }));
 }
@@ -148,7 +152,8 @@ fn unsorted_and_repeated_distances_are_put_right_and_told() {
     let mut shuffled = String::new();
     for i in 0..500 {
         sorted += &format!("{},{}\n", 0.001 * i as f64, height(i));
-        let j = (i * 7) % 500;
+        // Blocks of five, each from its end to its beginning.
+        let j = i / 5 * 5 + 4 - i % 5;
         shuffled += &format!("{},{}\n{},{}\n", 0.001 * j as f64, height(j) + 0.1, 0.001 * j as f64, height(j) - 0.1);
     }
     let a = Road::Profile(profile(write(&folder, "a.csv", sorted.as_bytes())));
@@ -202,16 +207,7 @@ fn faulty_profiles_are_refused_with_the_place() {
         fault(b"0,1\n1,inf\n"),
         RoadError::File { fault: RoadFileFault(FileFault::NotANumber { line: 2, column: 2, .. }), .. }
     ));
-    assert!(matches!(
-        fault(b"0 1\n1 2\n"),
-        RoadError::File { fault: RoadFileFault(FileFault::NotANumber { .. }), .. }
-            | RoadError::File { fault: RoadFileFault(FileFault::MissingCell { .. }), .. }
-    ));
-    assert!(matches!(
-        fault(b"\xff\xfe\x00garbage\n\x01\x02"),
-        RoadError::File { fault: RoadFileFault(FileFault::NotANumber { .. }), .. }
-            | RoadError::File { fault: RoadFileFault(FileFault::MissingCell { .. }), .. }
-    ));
+    assert!(fault(b"\x01\x02garbage\n\x01\x02").to_string().contains("tyrewave.Road.from_topography"));
     let metres: String = (0..100).map(|i| format!("{},{}\n", 0.01 * f64::from(i), 1e3 * f64::from(i % 7))).collect();
     assert!(matches!(
         fault(metres.as_bytes()),
@@ -245,15 +241,13 @@ fn faulty_profiles_are_refused_with_the_place() {
         ),
         "{captif}"
     );
-    let unit = fault(b"*****DATA*****\t\t\nData Point No:\tDistance (furlong)\tDepth (mm)\n");
-    assert!(
-        matches!(unit, RoadError::File { fault: RoadFileFault(FileFault::UnknownUnit { line: 2, .. }), .. }),
-        "{unit}"
-    );
+    let captif = write(&folder, "furlongs.dat", b"*****DATA*****\t\t\nNo:\tDistance (furlong)\tDepth (mm)\n1\t2\t3\n");
+    let no_unit = Road::Profile(ProfileRoad { distance_unit: None, height_unit: None, ..profile(captif) });
+    assert!(matches!(refused(&no_unit, line()), RoadError::MissingUnit { key: "distance_unit", .. }));
     let large = Road::Profile(profile(write(&folder, "large.csv", b"0,1\n")));
     assert!(matches!(
         RoadSurface::open(&large, line(), Limits { bytes: 3 }),
-        Err(RoadError::File { fault: RoadFileFault(FileFault::TooLarge { needed: 64, limit: 3 }), .. })
+        Err(RoadError::File { fault: RoadFileFault(FileFault::TooLarge { needed: 96, limit: 3 }), .. })
     ));
 }
 

@@ -3,6 +3,7 @@
 mod cells;
 mod crg;
 mod drawn;
+mod formats;
 mod made;
 mod measured;
 

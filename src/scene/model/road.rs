@@ -9,7 +9,7 @@ use super::made_road::{MadeRoad, made};
 use super::named_texture::NamedTexture;
 use crate::scene::Problem;
 use crate::scene::keys::keys;
-use crate::scene::kind::{Bounds, Column, Exactly, File, OneOf, Optional, Whole};
+use crate::scene::kind::{Bounds, Columns, Exactly, File, OneOf, Optional, Whole};
 use crate::scene::schema;
 use crate::scene::table::{Nested, Table};
 
@@ -79,6 +79,68 @@ pub enum LengthUnit {
     /// Micrometre.
     #[serde(rename = "um")]
     Micrometre,
+    /// Centimetre.
+    #[serde(rename = "cm")]
+    Centimetre,
+    /// Inch, 25.4 mm.
+    #[serde(rename = "in")]
+    Inch,
+    /// Foot, 12 inches.
+    #[serde(rename = "ft")]
+    Foot,
+    /// Thousandth of an inch.
+    #[serde(rename = "mil")]
+    Mil,
+}
+
+impl LengthUnit {
+    /// All units, and their words in titles of columns, lower case; the first is that of a scene.
+    const WORDS: [(Self, &[&str]); 7] = [
+        (Self::Metre, &["m", "metre", "metres", "meter", "meters"]),
+        (Self::Millimetre, &["mm", "millimetre", "millimetres", "millimeter", "millimeters"]),
+        (
+            Self::Micrometre,
+            &[
+                "um",
+                "\u{b5}m",
+                "\u{3bc}m",
+                "micrometre",
+                "micrometres",
+                "micrometer",
+                "micrometers",
+                "micron",
+                "microns",
+            ],
+        ),
+        (Self::Centimetre, &["cm", "centimetre", "centimetres", "centimeter", "centimeters"]),
+        (Self::Inch, &["in", "inch", "inches"]),
+        (Self::Foot, &["ft", "foot", "feet"]),
+        (Self::Mil, &["mil", "mils", "thou"]),
+    ];
+
+    /// Returns the unit that a word names.
+    pub(crate) fn of_word(word: &str) -> Option<Self> {
+        let word = word.trim().to_lowercase();
+        Self::WORDS.into_iter().find(|(_, words)| words.contains(&word.as_str())).map(|(unit, _)| unit)
+    }
+
+    /// Returns its word in a scene.
+    pub(crate) fn word(self) -> &'static str {
+        Self::WORDS.iter().find(|(unit, _)| *unit == self).map_or("m", |(_, words)| words[0])
+    }
+
+    /// Returns a length of one unit \[m\].
+    pub(crate) fn metres(self) -> f64 {
+        match self {
+            Self::Metre => 1.0,
+            Self::Millimetre => 1e-3,
+            Self::Micrometre => 1e-6,
+            Self::Centimetre => 1e-2,
+            Self::Inch => 0.0254,
+            Self::Foot => 0.3048,
+            Self::Mil => 25.4e-6,
+        }
+    }
 }
 
 /// How a profile is continued across the width.
@@ -109,20 +171,18 @@ keys! {
     /// A measured longitudinal profile from a file of columns.
     #[derive(Clone, Debug, PartialEq, Serialize)]
     pub ProfileRoad {
-        /// CAPTIF `.dat` or CSV; relative to the scene.
+        /// A table of text, CAPTIF `.dat`, or ERD; relative to the scene.
         file: PathBuf => File,
-        /// Unit of the distance column of a CSV \[m, mm, um\]; CAPTIF files state theirs.
+        /// Unit of the distances, where the file does not state it.
         #[serde(skip_serializing_if = "Option::is_none")]
         distance_unit: Option<LengthUnit> = None => Optional(OneOf::new()),
-        /// Unit of the height column of a CSV.
+        /// Unit of the heights, where the file does not state it.
         #[serde(skip_serializing_if = "Option::is_none")]
         height_unit: Option<LengthUnit> = None => Optional(OneOf::new()),
-        /// Name or number (from 1) of the distance column; default: the first.
+        /// Columns of distance and height, by their titles or numbers from 1; default: by titles, or the only two. Of an
+        /// ERD file the channel of the heights alone.
         #[serde(skip_serializing_if = "Option::is_none")]
-        distance_column: Option<String> = None => Optional(Column),
-        /// Name or number (from 1) of the height column; default: the second.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        height_column: Option<String> = None => Optional(Column),
+        columns: Option<Vec<String>> = None => Optional(Columns),
         /// Part of the profile to use \[m\]; default: all of it (CAPTIF: between the reference plates).
         #[serde(skip_serializing_if = "Option::is_none")]
         range: Option<[f64; 2]> = None => Optional(RANGE),
@@ -235,8 +295,18 @@ fn road(table: &mut Table<'_>) -> Option<Road> {
     read(table)
 }
 
+/// Keys that chose one column each, and are one now.
+const OLD_COLUMNS: [&str; 2] = ["distance_column", "height_column"];
+
 fn profile(table: &mut Table<'_>) -> Option<ProfileRoad> {
-    let read = ProfileRoad::read(table);
+    let mut sound = Some(());
+    for key in OLD_COLUMNS {
+        if table.has(key) {
+            sound = table.complain(key, Problem::moved("road.columns", "a road, columns = [\"distance\", \"height\"]"));
+        }
+    }
+    table.pass(&OLD_COLUMNS);
+    let read = sound.and(ProfileRoad::read(table));
     match table.peek("range", &RANGE) {
         Some(Some([begin, end])) if begin >= end => {
             table.complain("range", Problem::not_below(begin, end, "the end of the range"))

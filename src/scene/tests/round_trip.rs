@@ -90,22 +90,19 @@ fn made() -> impl Strategy<Value = MadeRoad> {
 fn profile() -> impl Strategy<Value = ProfileRoad> {
     let unit = prop_oneof![Just(LengthUnit::Metre), Just(LengthUnit::Millimetre), Just(LengthUnit::Micrometre)];
     let units = (prop::option::of(unit.clone()), prop::option::of(unit));
-    let columns = (prop::option::of("[a-z]{1,5}"), prop::option::of("[1-9]"));
+    let columns = prop::option::of(("[a-z]{1,5}", "[1-9]").prop_map(|(first, second)| vec![first, second]));
     let range = prop::option::of((-9.0..9.0_f64, positive()).prop_map(|(begin, length)| [begin, begin + length]));
     let lateral = prop_oneof![Just(Lateral::Extruded), Just(Lateral::Isotropic)];
     (file(), units, columns, range, lateral, 0..99_u64, at_end()).prop_map(
-        |(file, (distance_unit, height_unit), (distance_column, height_column), range, lateral, seed, at_end)| {
-            ProfileRoad {
-                file,
-                distance_unit,
-                height_unit,
-                distance_column,
-                height_column,
-                range,
-                lateral,
-                seed,
-                at_end,
-            }
+        |(file, (distance_unit, height_unit), columns, range, lateral, seed, at_end)| ProfileRoad {
+            file,
+            distance_unit,
+            height_unit,
+            columns,
+            range,
+            lateral,
+            seed,
+            at_end,
         },
     )
 }

@@ -94,20 +94,10 @@ fn profile(folder: &Path, bytes: &[u8]) {
     for &lateral in &laterals[..if bytes.len().is_multiple_of(32) { 2 } else { 1 }] {
         let unit = Some(LengthUnit::Millimetre);
         let of = |file| {
-            let (distance_column, height_column, range) = (None, None, None);
+            let (columns, range) = (None, None);
             let at_end = AtEnd::Repeat;
             let (distance_unit, height_unit, seed) = (unit, unit, 1);
-            Road::Profile(ProfileRoad {
-                file,
-                distance_unit,
-                height_unit,
-                distance_column,
-                height_column,
-                range,
-                lateral,
-                seed,
-                at_end,
-            })
+            Road::Profile(ProfileRoad { file, distance_unit, height_unit, columns, range, lateral, seed, at_end })
         };
         road(folder, bytes, of);
     }

@@ -122,15 +122,19 @@ fn measured_roads() {
     road_refused("kind = \"profile\"\nfile = \"\"", 18, "road.file", "empty", "the path of a file");
     road_refused("kind = \"profile\"\nfile = 3", 18, "road.file", "number 3", "the path of a file");
     road_refused(
-        &profile("distance_unit = \"cm\""),
+        &profile("distance_unit = \"yd\""),
         19,
         "road.distance_unit",
-        "\"cm\"",
+        "\"yd\"",
         "accepted: \"m\", \"mm\", \"um\"",
     );
-    road_refused(&profile("height_column = 0"), 19, "road.height_column", "0 is too small", "at least 1");
-    road_refused(&profile("height_column = \"\""), 19, "road.height_column", "empty", "its number from 1");
-    road_refused(&profile("height_column = 1.5"), 19, "road.height_column", "number 1.5", "its number from 1");
+    road_refused(&profile("columns = [1, 0]"), 19, "road.columns[1]", "0 is too small", "at least 1");
+    road_refused(&profile("columns = [\"\", 2]"), 19, "road.columns[0]", "empty", "its number from 1");
+    road_refused(&profile("columns = 1.5"), 19, "road.columns", "number 1.5", "its number from 1");
+    for old in ["distance_column = 1", "height_column = \"z\""] {
+        let key = format!("road.{}", old.split(' ').next().unwrap());
+        road_refused(&profile(old), 19, &key, "`road.columns` now", "columns = [");
+    }
     road_refused(
         &profile("range = [2.0, 1.0]"),
         19,
@@ -158,5 +162,5 @@ fn measured_roads() {
     road_refused("kind = \"grid\"\nfile = \"a.npy\"\ndx = 0.01", 16, "road.dy", "missing", "above 0 m");
     road_refused("kind = \"grid\"\nfile = \"a.npy\"\ndx = 0.01\ndy = -1", 20, "road.dy", "-1", "above 0 m");
     road_refused("kind = \"open-crg\"\nfile = \"a.npy\"", 17, "road.kind", "\"open-crg\"", "did you mean \"opencrg\"?");
-    accepted("kind = \"smooth\"", &profile("height_column = 2\ndistance_column = \"x\"\nseed = 3"));
+    accepted("kind = \"smooth\"", &profile("columns = [\"x\", 2]\nseed = 3"));
 }

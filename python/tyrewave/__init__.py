@@ -13,7 +13,7 @@ The first ten lines::
     for frequency, level in zip(results.spectra["nominal_hz"], results.spectra["level_db_re_1n"]):
         print(f"{frequency:8g} Hz {level:6.1f} dB re 1 N")
 
-Everything is in SI units. A scene that makes no sense is a `SceneError` with every mistake in its place, a run that
+Everything is in SI units. An invalid scene is a `SceneError` with every mistake in its place, a run that
 fails a `RunError`, a file that cannot be read or written an `OSError`. While the library computes, other threads of
 Python go on; Ctrl-C stops a run after its step. `tyrewave keys` on the command line lists what a scene may hold.
 """

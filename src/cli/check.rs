@@ -19,8 +19,8 @@ written. The exit code is 2 if a scene has a mistake.
 
 Examples:
   tyrewave check scenes/default.toml
-  tyrewave check scenes/*.toml scenes/tyres/*.toml
-  tyrewave check scenes/*.toml --set numerics.preset=draft";
+  tyrewave check scenes/default.toml scenes/sound.toml scenes/tyres/*.toml
+  tyrewave check scenes/sound.toml --set numerics.preset=draft --set numerics.fmax=1000";
 
 /// Arguments of `tyrewave check`.
 #[derive(Clone, Debug, Args)]

@@ -1,4 +1,4 @@
-//! `tyrewave effects`: what each effect is worth, before it is paid for.
+//! `tyrewave effects`: the contribution of each effect, and its cost.
 
 use crate::counters::Stage;
 use crate::plan::{Plan, bytes, process_memory};

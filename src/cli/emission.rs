@@ -17,7 +17,7 @@ Needs the folder of a finished sweep over speeds, of a scene with a coast-by rec
 levels, L = A + B lg(v/v_ref), with half of the 95 % intervals of A and B and the rms of what the line misses:
   cnossos-eu  octaves 63 Hz to 8 kHz of the sound power of a car's four tyres: A_R and B_R, v_ref = 70 km/h
   nord2000    third octaves 25 Hz to 10 kHz of the same: a_R and b_R, v_ref = 70 km/h
-  un-r117     maximum F of the coast-by, runs from 70 to 90 km/h, v_ref = 80 km/h
+  un-r117     L_AFmax of the coast-by, runs from 70 to 90 km/h, v_ref = 80 km/h
 
 Runs that differ in speed, or in seeds, make one line; roads, loads and settings have lines of their own. Sound powers \
 are those of point sources over a hard road that lead to the same mean square along the coast-by line (docs/sound.md). \

@@ -16,7 +16,7 @@ use thiserror::Error;
 
 /// Exit code of a run that failed on its way.
 pub(super) const FAILED: u8 = 1;
-/// Exit code of a command line or a scene that makes no sense.
+/// Exit code of a command line or a scene that is invalid.
 pub(super) const USAGE: u8 = 2;
 /// Exit code of results that could not be written.
 pub(super) const NOT_WRITABLE: u8 = 3;
@@ -45,7 +45,7 @@ pub(crate) enum CliError {
     /// A file that was named on the command line.
     #[error("cannot read {}: {source}", path.display())]
     Read { path: PathBuf, source: std::io::Error },
-    /// Something else on the command line, or in a file named there, makes no sense.
+    /// Something else on the command line, or in a file named there, is invalid.
     #[error("{0}")]
     Usage(String),
     /// Everything was done, and something of it is not as it must be.

@@ -65,7 +65,7 @@ const AFTER_HELP: &str = "\
 Exit codes:
   0    done
   1    the run failed
-  2    the command line, the scene or an input file makes no sense, or what must not be replaced is in the way; \
+  2    the command line, the scene or an input file is invalid, or what must not be replaced is in the way; \
 nothing was written
   3    the results could not be written; nothing stands under their name (what there is up to a checkpoint is kept \
 as <results>.partial)
@@ -103,7 +103,7 @@ pub(crate) enum Command {
     Check(check::CheckArguments),
     /// List every key that a scene may have, with default, bounds and meaning; or their JSON Schema.
     Keys(keys::KeysArguments),
-    /// Show what each effect is worth: levels, force, patch, time and memory with and without it.
+    /// Show the contribution of each effect: levels, force, patch, time and memory with and without it.
     Effects(effects::EffectsArguments),
     /// Show accuracy against time of every knob: errors, work, and the best combinations.
     Study(study::StudyArguments),
@@ -115,9 +115,9 @@ pub(crate) enum Command {
     Emission(emission::EmissionArguments),
     /// Make one HTML page of results: pictures, tables, sound.
     Report(report::ReportArguments),
-    /// Hold results against each other: settings, figures, third octaves.
+    /// Compare results: settings, figures, third octaves.
     Compare(report::CompareArguments),
-    /// Hold a tyre against published values: levels, shapes, growth, roads, rolling resistance, modes.
+    /// Compare a tyre with published values: levels, shapes, growth, roads, rolling resistance, modes.
     Validate(validate::ValidateArguments),
     /// Compute the figures and statements of the paper again that the model is from, beside what it says.
     Paper(paper::PaperArguments),

@@ -24,7 +24,7 @@ An existing results folder is replaced only when the run is complete; a folder w
 Examples:
   tyrewave run scenes/default.toml                    results in results/default
   tyrewave run scenes/default.toml --out trial        results in trial
-  tyrewave run scenes/default.toml --set rolling.speed_kmh=110 --set numerics.preset=draft
+  tyrewave run scenes/sound.toml --set numerics.preset=draft --set numerics.fmax=1000
                                                       as if the scene said so
   tyrewave run scenes/default.toml --profile          and a table of the time of each stage
   tyrewave run scenes/default.toml --trace trace.json --folded stacks.txt

@@ -94,6 +94,7 @@ mod tests {
         );
         assert!(of(&["rolling.speed_kmh=440", "effects.rotation=off"]).is_ok());
         let told = |plan: Plan| plan.decisions.notes.iter().any(|note| note.contains("waves of its tread"));
-        assert!(told(of(&["rolling.speed_kmh=250"]).unwrap()) && !told(of(&[]).unwrap()));
+        // docs/scenes.md has this speed.
+        assert!(told(of(&["rolling.speed_kmh=250"]).unwrap()) && !told(of(&["rolling.speed_kmh=246"]).unwrap()));
     }
 }

@@ -25,7 +25,7 @@ create_exception!(
     tyrewave,
     SceneError,
     PyValueError,
-    "A scene that makes no sense. `complaints` lists its mistakes, each with file, line and key; the message shows \
+    "An invalid scene. `complaints` lists its mistakes, each with file, line and key; the message shows \
      them in their places."
 );
 create_exception!(tyrewave, RunError, PyRuntimeError, "A run that failed on its way, or cannot be gone on with.");
@@ -92,7 +92,7 @@ pub(super) enum Failure {
     /// Variants of a sweep that failed.
     #[error("{0}")]
     Variants(String),
-    /// An argument that makes no sense.
+    /// An invalid argument.
     #[error("{0}")]
     Argument(String),
     /// A defect of the package.

@@ -252,9 +252,9 @@ pub struct RatedLevel {
 }
 
 impl RatedLevel {
-    /// Returns the name of the quantity: `coast-by, maximum F`, or `cpx`.
+    /// Returns the name of the quantity: `coast-by, L_AFmax`, or `cpx`.
     pub fn label(&self) -> String {
-        if self.passed { format!("{}, maximum F", self.name) } else { self.name.clone() }
+        if self.passed { format!("{}, L_AFmax", self.name) } else { self.name.clone() }
     }
 }
 
@@ -275,9 +275,10 @@ impl ReceiverSummary {
         let least = if self.bands.is_some_and(|bands| bands.lower_bound) { "at least " } else { "" };
         let mut text = match self.pass_by {
             Some(PassBySummary { passages, maximum, .. }) => format!(
-                "{least}{maximum:.1} +- {error:.1} dB(A), maximum F as the {} passes (mean of {passages}), {:.1} \
-                 dB(A) along the line",
+                "{least}{maximum:.1} +- {error:.1} dB(A), L_AFmax as the {} passes ({}), {:.1} dB(A) along \
+                 the line",
                 if self.tyres.is_some() { "vehicle" } else { "tyre" },
+                if passages == 1 { "one passage".to_owned() } else { format!("mean of {passages}") },
                 self.level_a
             ),
             None => format!("{least}{:.1} +- {error:.1} dB(A), {:.1} dB", self.level_a, self.level),

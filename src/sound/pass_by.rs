@@ -63,7 +63,7 @@ pub(crate) enum PassByError {
         /// The first that is out of place.
         receiver: usize,
     },
-    /// A number that makes no sense.
+    /// An invalid number.
     #[error("{quantity} must be {expected}, not {value}")]
     BadValue {
         /// Name of the quantity.

@@ -19,7 +19,7 @@ pub enum StateError {
         found: usize,
     },
     /// A field holds what it cannot.
-    #[error("its state makes no sense")]
+    #[error("its state is invalid")]
     Value,
 }
 

@@ -1,10 +1,11 @@
 //! The scenes to begin with: each of them rolls, and stands in the gallery with its picture.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use tyrewave::test_models::{CHIP_SEAL, reference};
 
+use crate::suite::archive::copy;
 use crate::suite::common::{read_summary, tyrewave};
 
 const GALLERY: &str = include_str!("../../profiles/GALLERY.md");
@@ -24,18 +25,6 @@ fn names_in(folder: &Path) -> Vec<String> {
     let mut names: Vec<String> = scenes.map(|path| path.file_name().unwrap().to_str().unwrap().to_owned()).collect();
     names.sort();
     names
-}
-
-fn copy(from: &Path, to: &Path) {
-    fs::create_dir_all(to).unwrap();
-    for entry in fs::read_dir(from).unwrap().map(Result::unwrap) {
-        let target: PathBuf = to.join(entry.file_name());
-        if entry.path().is_dir() {
-            copy(&entry.path(), &target);
-        } else {
-            fs::copy(entry.path(), target).unwrap();
-        }
-    }
 }
 
 #[test]

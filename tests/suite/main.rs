@@ -6,6 +6,7 @@
 #![allow(clippy::print_stdout, reason = "what was measured, and what was skipped, is printed")]
 
 mod air_pumping;
+mod archive;
 mod arrays;
 mod axle;
 mod axle_mass;

@@ -95,7 +95,7 @@ fn four_tyres_far_away_are_6_db_louder_than_one_and_close_by_as_their_places_say
         fs::write(folder.path().join(format!("{name}.toml")), text).unwrap();
         let told = program(folder.path(), &["run", &format!("{name}.toml"), "--out", name]);
         let told = String::from_utf8_lossy(&told.stdout).into_owned();
-        assert!(told.contains("maximum F as the vehicle passes") && told.contains("4 tyres"), "{told}");
+        assert!(told.contains("L_AFmax as the vehicle passes") && told.contains("4 tyres"), "{told}");
         let sound = read_summary(&folder.path().join(name))["sound"].clone();
         let number = |receiver: usize, pointer: &str| sound["receivers"][receiver].pointer(pointer).unwrap().as_f64();
         let [level, maximum] = ["/level", "/pass_by/maximum"]

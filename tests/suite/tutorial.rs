@@ -4,32 +4,21 @@ use std::fs::{self, OpenOptions};
 use std::io::Write;
 use std::path::Path;
 
+use crate::suite::archive::{unpacked, words};
 use crate::suite::common::tyrewave;
 
 const TUTORIAL: &str = include_str!("../../docs/tutorial.md");
 
 /// Settings that make every run a short one.
-const SHORT: [&str; 8] = [
-    "--set",
-    "numerics.elements=128",
-    "--set",
-    "rolling.warm_up=0.1",
-    "--set",
-    "radiation.quality=draft",
-    "--set",
-    "radiation.fmax=500.0",
-];
+const SHORT: [&str; 6] =
+    ["--set", "rolling.warm_up=0.1", "--set", "radiation.quality=draft", "--set", "radiation.fmax=500.0"];
 
 /// Commands that take minutes and have tests of their own.
 const LONG: [&str; 2] = ["fit-tyre", "effects"];
 
-/// Follows the tutorial in a folder that has the project's roads: with short runs and without [`LONG`], or as it is.
+/// Follows the tutorial in the unpacked archive: with short runs and without [`LONG`], or as it is.
 fn follow(short: bool) {
-    let folder = tempfile::tempdir().unwrap();
-    let roads = folder.path().join("tests/reference/roads");
-    fs::create_dir_all(&roads).unwrap();
-    let road = "captif_aylesbury_station_10.dat";
-    fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/roads").join(road), roads.join(road)).unwrap();
+    let folder = unpacked();
     let mut commands = 0;
     for block in TUTORIAL.split("```").skip(1).step_by(2) {
         let (language, text) = block.split_once('\n').unwrap();
@@ -65,7 +54,7 @@ fn follow(short: bool) {
 }
 
 fn carry_out(folder: &Path, line: &str, short: bool) {
-    let words: Vec<&str> = line.split_whitespace().collect();
+    let words: Vec<&str> = words(line).collect();
     if words[0] == "cp" {
         fs::copy(folder.join(words[1]), folder.join(words[2])).unwrap();
         return;
@@ -76,8 +65,12 @@ fn carry_out(folder: &Path, line: &str, short: bool) {
         return;
     }
     if short && ["run", "sweep", "plan"].contains(&arguments[0]) {
-        for word in arguments.iter_mut().filter(|word| word.starts_with("rolling.duration=")) {
-            *word = "rolling.duration=0.6";
+        for word in &mut arguments {
+            match word.split_once('=') {
+                Some(("rolling.duration", _)) => *word = "rolling.duration=0.6",
+                Some(("numerics", _)) => *word = "numerics={elements=128}",
+                _ => {}
+            }
         }
         arguments.extend(SHORT);
     }

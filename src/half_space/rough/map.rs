@@ -22,7 +22,7 @@ impl HeightMap {
         self.heights.iter().copied().fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// Refuses a map that makes no sense, and whatever else must be positive.
+    /// Refuses an invalid map, and whatever else must be positive.
     pub(super) fn check(&self, others: &[(&'static str, f64)]) -> Result<(), HalfSpaceError> {
         let Extent { nx, ny } = self.extent;
         if self.heights.len() != nx * ny || self.heights.is_empty() {

@@ -122,7 +122,7 @@ impl EmissionModel {
         match self {
             Self::CnossosEu => "CNOSSOS-EU, sound power of four tyres re 1 pW, L_W = A + B lg(v/70 km/h)",
             Self::Nord2000 => "Nord2000, sound power of four tyres re 1 pW, L_W = A + B lg(v/70 km/h)",
-            Self::UnR117 => "UN R117, maximum F of the coast-by re 20 uPa, A-weighted, L = A + B lg(v/80 km/h)",
+            Self::UnR117 => "UN R117, L_AFmax of the coast-by re 20 uPa, A-weighted, L = A + B lg(v/80 km/h)",
         }
     }
 

@@ -292,7 +292,7 @@ mod tests {
         assert_eq!(growth_plot(&[], "t").unwrap(), None);
         assert!(!svg.contains("#BEBEBE") && !text.contains("(30.00)"));
         assert!(
-            text.contains("dB(A) at") && text.contains("beside, maximum F") && text.contains("35.0 +- 0.0"),
+            text.contains("dB(A) at") && text.contains("beside, L_AFmax") && text.contains("35.0 +- 0.0"),
             "{text}"
         );
         let sound = sound_csv(&[block()]).unwrap();

@@ -234,8 +234,8 @@ mod tests {
     #[test]
     fn values_are_those_of_the_runs() {
         let rows = rows(&measured(), &Published::embedded());
-        assert!((value(&rows, "growth of coast-by, maximum F, 50 to 110 km/h") - 30.0).abs() < 1e-9);
-        assert!((value(&rows, "cpx less coast-by, maximum F, 80 km/h") - 28.0).abs() < 1e-9);
+        assert!((value(&rows, "growth of coast-by, L_AFmax, 50 to 110 km/h") - 30.0).abs() < 1e-9);
+        assert!((value(&rows, "cpx less coast-by, L_AFmax, 80 km/h") - 28.0).abs() < 1e-9);
         assert!((value(&rows, "sma-8 less dac-11, coast-by, 80 km/h") + 1.0).abs() < 1e-9);
         assert!((value(&rows, "chip-seal less sma-8, cpx, octave 1 kHz") - 5.0).abs() < 1e-9);
         assert!((value(&rows, "loudest A-weighted band, 80 km/h") - 200.0).abs() < 1e-9);

@@ -22,6 +22,7 @@ from tyrewave._contact import indent, slice_curve
 from tyrewave._native import Complaint, RunError, SceneError
 from tyrewave._plan import Plan
 from tyrewave._results import Results, RunWarning, open_results, resume
+from tyrewave._road import Road
 from tyrewave._scene import Scene
 from tyrewave._signal import third_octaves
 from tyrewave._sweep import Sweep
@@ -33,6 +34,7 @@ __all__ = [
     "Complaint",
     "Plan",
     "Results",
+    "Road",
     "RunError",
     "RunWarning",
     "Scene",

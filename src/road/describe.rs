@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::error::RoadError;
 use super::lattice::Lattice;
-use super::report::RoadReport;
+use super::report::{RoadNote, RoadReport};
 use super::sources::Source;
 use super::surface::{Limits, RoadSurface};
 use super::texture::{OverallLevel, ProfileDepth, ProfileSpectrum, TextureLevel, rms};
@@ -72,7 +72,18 @@ pub struct RoadDescription {
 /// As [`RoadSurface::open`].
 pub fn describe(spec: &Road, lattice: Lattice, speed: f64, limits: Limits) -> Result<RoadDescription, RoadError> {
     let mut report = RoadReport::default();
-    let source = Source::read(spec, lattice, limits.bytes, &mut report)?;
+    let (lattice, source) = match Source::read(spec, lattice, limits.bytes, &mut report) {
+        // What there is of it is described.
+        Err(RoadError::Narrow { available, needed, .. }) if available > 0.0 => {
+            let columns = (available / lattice.dy * (1.0 + 1e-9)).floor().max(1.0) as usize;
+            let narrow = Lattice { columns, dy: lattice.dy.min(available), ..lattice };
+            report = RoadReport::default();
+            let source = Source::read(spec, narrow, limits.bytes, &mut report)?;
+            report.notes.push(RoadNote::Narrow { available, needed });
+            (narrow, source)
+        }
+        read => (lattice, read?),
+    };
     let mut surface = RoadSurface::on(lattice, source.clone(), limits, report)?;
     let mut elements = (SAMPLE_LENGTH / lattice.dx).ceil().clamp(2.0, 1e6) as usize;
     if let Some((_, end)) = surface.extent() {

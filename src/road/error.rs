@@ -23,8 +23,8 @@ pub enum RoadError {
     },
     /// A table whose titles have no units.
     #[error(
-        "{}: the scene must give road.{key} = \"m\", \"mm\", \"um\", \"cm\", \"in\", \"ft\" or \"mil\": the file does not state \
-         this unit, as a title \"Height (mm)\" would", path.display()
+        "{}: the scene must give road.{key} = \"m\", \"mm\", \"um\", \"cm\", \"in\", \"ft\" or \"mil\": the file does not \
+         state this unit, as a title \"Height (mm)\" would", path.display()
     )]
     MissingUnit {
         /// The file.
@@ -54,7 +54,11 @@ pub enum RoadError {
         value: f64,
     },
     /// The road is narrower than the contact strip.
-    #[error("{}: the road is {available} m wide, the contact strip {needed} m", path.display())]
+    #[error(
+        "{}: the road is {available} m wide, the contact strip {needed} m: road.widen = \"mirror\" continues it across \
+         by its mirror images, as if the road beside were like it; or take a contact strip of at most {available} m",
+        path.display()
+    )]
     Narrow {
         /// The file.
         path: PathBuf,

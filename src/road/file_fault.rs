@@ -42,8 +42,8 @@ pub(crate) enum FileFault {
     DecimalCommas { line: u64, found: String, cells: usize },
     /// Columns that nothing names, or several that a title names alike.
     #[error(
-        "{cells} columns, and {} which are {roles}: {found:?}; choose {needed} of them by title or number: road.columns \
-         = [{}] (tyrewave road FILE --columns {}){}", if *titled { "no titles that tell" } else { "no titles to tell" },
+        "{cells} columns, and {} which are {roles}: {found:?}; choose {needed} of them by title or number: \
+         road.columns = [{}] (tyrewave road FILE --columns {}){}", if *titled { "no titles that tell" } else { "no titles to tell" },
         numbers(*cells, *needed, ", "), numbers(*cells, *needed, ","),
         if (*cells, *needed) == (3, 2) { "; points x, y, z are a road of kind = \"grid\"" } else { "" }
     )]
@@ -62,12 +62,13 @@ pub(crate) enum FileFault {
     UnitContradiction { line: u64, title: String, file: &'static str, key: &'static str, scene: &'static str },
     /// Lines of more than one way over the road.
     #[error(
-        "line {line}: the distance starts again: {count} passes in one file, and a road is one of them; write each into \
-         a file of its own"
+        "line {line}: the distance starts again: {count} passes in one file, and a road is one of them; write each \
+         into a file of its own"
     )]
     Passes { count: usize, line: u64 },
     #[error(
-        "line {line}: {found:?} is no second line of an ERD file: expected channels, samples, records, bytes, form, step"
+        "line {line}: {found:?} is no second line of an ERD file: expected channels, samples, records, bytes, form, \
+         step"
     )]
     ErdHeader { line: u64, found: String },
     #[error("it is an ERD file with binary data (form {form}): export it as text (form 5)")]
@@ -105,6 +106,19 @@ pub(crate) enum FileFault {
     NpyShape { shape: Vec<u64> },
     #[error("a grid needs float64 or float32 heights, this array holds {found}")]
     NpyType { found: String },
+
+    /// A point of a cloud, and the length \[m\] at which it lies.
+    #[error(
+        "line {line}: the {name} {at} m is none of a grid of {step} m: only points on a grid are read; bring a \
+         scattered cloud to a grid first"
+    )]
+    OffGrid { line: u64, name: &'static str, at: f64, step: f64 },
+    #[error("lines {other} and {line} are points at the same place: more than one pass, or rounded coordinates?")]
+    SamePlace { line: u64, other: u64 },
+    #[error("all points have the same {name}: they make a profile, and no grid")]
+    OneLine { name: &'static str },
+    #[error("an array does not state its spacings: the scene must give road.dx and road.dy")]
+    NoSpacing,
 
     // OpenCRG: its header.
     #[error("line {line}: {key} = {found:?} is not a number")]

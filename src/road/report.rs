@@ -18,6 +18,19 @@ pub(crate) enum RoadNote {
     /// Columns that were read, with their titles and units.
     #[error("read: {columns}")]
     FileColumns { columns: String },
+    /// A road narrower than the contact strip, described as wide as it is \[m\].
+    #[error(
+        "the road is {:.1} mm wide, narrower than the contact strip of {:.1} mm: described as it is; a run needs \
+         road.widen = \"mirror\" or a narrower strip", 1e3 * available, 1e3 * needed
+    )]
+    Narrow { available: f64, needed: f64 },
+    /// Widths \[m\] measured and needed.
+    #[error(
+        "measured {:.1} mm wide and continued to {:.1} mm by mirror images: it is assumed that the road beside is \
+         like it",
+        1e3 * measured, 1e3 * needed
+    )]
+    Mirrored { measured: f64, needed: f64 },
     /// Root-mean-square height of a measured road that is smoother than any in use.
     #[error(
         "the heights vary by {:.2} um (rms) only, less than on any road in use: is road.height_unit right?", 1e6 * rms
@@ -104,6 +117,8 @@ impl RoadNote {
             Self::Filled { .. }
                 | Self::Spikes { .. }
                 | Self::AlmostFlat { .. }
+                | Self::Narrow { .. }
+                | Self::Mirrored { .. }
                 | Self::Coarse { .. }
                 | Self::LargeSpan { .. }
                 | Self::Joint { .. }

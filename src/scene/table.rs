@@ -159,8 +159,13 @@ impl<'a> Table<'a> {
     pub(super) fn required<K: Kind>(&mut self, key: &'static str, kind: &K) -> Option<K::Output> {
         match self.take(key) {
             Some(value) => kind.read(&value),
-            None => self.complain(key, Problem::missing(&kind.wanted())),
+            None => self.complain_of_missing(key, kind),
         }
+    }
+
+    /// Complains about a key that must be given and is not; `None`, to be returned by the reader.
+    pub(super) fn complain_of_missing<T>(&self, key: &'static str, kind: &impl Kind) -> Option<T> {
+        self.complain(key, Problem::missing(&kind.wanted()))
     }
 
     /// Returns the value at a key or the default; `None` after a complaint.

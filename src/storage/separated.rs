@@ -83,7 +83,7 @@ impl<'a> Table<'a> {
         })
     }
 
-    /// Returns the number that a cell holds: finite, possibly with the exponent of Fortran (1.0D-3) and a sign of print.
+    /// Returns the number that a cell holds: finite, possibly with an exponent of Fortran (1.0D-3), a sign of print.
     pub(crate) fn number(&self, cell: &str) -> Option<f64> {
         number(cell, self.style.decimal_comma)
     }
@@ -105,6 +105,11 @@ pub(crate) fn words(line: &str) -> impl Iterator<Item = Vec<&str>> {
     [Some(';'), Some('\t'), Some(','), None]
         .map(|delimiter| Style { delimiter, decimal_comma: false }.cells(line))
         .into_iter()
+}
+
+/// Returns the number that a word holds, with a decimal point or comma.
+pub(crate) fn any_number(word: &str) -> Option<f64> {
+    number(word, false).or_else(|| number(word, true))
 }
 
 fn number(cell: &str, decimal_comma: bool) -> Option<f64> {

@@ -44,6 +44,11 @@ pub(super) const DISTANCE: Role = Role {
     ],
     unit_key: "distance_unit",
 };
+pub(super) const ACROSS: Role = Role {
+    name: "lateral position",
+    words: &["y", "across", "lateral", "transverse", "transversal"],
+    unit_key: "distance_unit",
+};
 pub(super) const HEIGHT: Role = Role {
     name: "height",
     words: &[
@@ -335,6 +340,11 @@ impl<const N: usize> Columns<N> {
         Ok(())
     }
 
+    /// Returns what one of the unit of a role's values is \[m\].
+    pub(super) fn metres(&self, role: usize) -> f64 {
+        self.units[role].metres()
+    }
+
     /// Tells which columns are used, in words.
     pub(super) fn described(&self) -> String {
         let column = |role: usize| {
@@ -351,7 +361,7 @@ impl<const N: usize> Columns<N> {
 }
 
 /// Tells whether a cell stands for no value.
-fn is_missing(cell: &str) -> bool {
+pub(super) fn is_missing(cell: &str) -> bool {
     const WORDS: [&str; 14] = [
         "",
         "nan",

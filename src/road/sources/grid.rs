@@ -1,21 +1,38 @@
-//! Height maps given as a two-dimensional `.npy` array.
+//! Height maps given as a two-dimensional `.npy` array, or as text.
 
 use super::height_map::{HeightMap, LARGE_SPAN, fill_missing, missing, plausible_spacing};
+use super::raster::{self, Raster};
+use super::table;
 use crate::road::error::{RoadError, positive};
 use crate::road::file_fault::FileFault;
 use crate::road::report::{RoadNote, RoadReport};
-use crate::scene::GridRoad;
+use crate::scene::{GridRoad, LengthUnit, Widen};
 use crate::storage::array::Array;
 
 /// Largest share of missing heights.
 const MISSING_ALLOWED: f64 = 0.2;
 
-/// Returns the number of columns, from the array's header.
+/// Returns the columns and spacings of an array, from its header; `None` for text, which is not known before it is
+/// read.
 ///
 /// # Errors
 /// As [`read`], as far as the header tells.
-pub(super) fn columns(spec: &GridRoad) -> Result<usize, RoadError> {
-    Ok(open(spec)?.1.1)
+pub(super) fn lattice(spec: &GridRoad) -> Result<Option<(usize, f64, f64)>, RoadError> {
+    if !spec.is_array() {
+        return Ok(None);
+    }
+    let (dx, dy) = spacings(spec)?;
+    Ok(Some((open(spec)?.1.1, dx, dy)))
+}
+
+/// Returns the spacings that the scene gives \[m\].
+fn spacings(spec: &GridRoad) -> Result<(f64, f64), RoadError> {
+    let (Some(dx), Some(dy)) = (spec.dx, spec.dy) else {
+        return Err(RoadError::file(&spec.file, FileFault::NoSpacing));
+    };
+    positive("road.dx", dx)?;
+    positive("road.dy", dy)?;
+    Ok((dx, dy))
 }
 
 /// Returns the file behind its header, rows and columns.
@@ -36,11 +53,36 @@ fn open(spec: &GridRoad) -> Result<(Array, (usize, usize)), RoadError> {
     Ok((found, shape))
 }
 
+/// Reads the array, within a limit of bytes.
+fn array(spec: &GridRoad, limit: u64) -> Result<Raster, RoadError> {
+    let path = &spec.file;
+    let (dx, dy) = spacings(spec)?;
+    let (file, (rows, columns)) = open(spec)?;
+    let needed = (rows as u64).saturating_mul(columns as u64).saturating_mul(8);
+    if needed > limit {
+        return Err(RoadError::file(path, FileFault::TooLarge { needed, limit }));
+    }
+    let unit = spec.height_unit.map_or(1.0, LengthUnit::metres);
+    let mut heights = file.into_values().map_err(|error| RoadError::file(path, error))?;
+    if let Some(place) = heights.iter().position(|height| height.is_infinite()) {
+        let (row, column) = (place / columns, place % columns);
+        return Err(RoadError::file(path, FileFault::Infinite { row, column, value: heights[place] }));
+    }
+    heights.iter_mut().for_each(|height| *height *= unit);
+    Ok(Raster { dx, dy, columns, heights, unit, described: None })
+}
+
+/// Reads text, within a limit of bytes.
+fn text(spec: &GridRoad, limit: u64) -> Result<Raster, RoadError> {
+    let bytes = table::bytes(&spec.file, limit)?;
+    raster::read(spec, &bytes)
+}
+
 /// Reads a grid, its columns centred on the tyre. `limit` bounds the bytes of the heights in memory.
 ///
 /// # Errors
-/// Not a complete two-dimensional array of floating-point numbers; infinite heights, too many missing, or an
-/// implausible span; too large.
+/// Not a complete two-dimensional array of floating-point numbers, no text of a grid; infinite heights, too many
+/// missing, or an implausible span; too large.
 pub(super) fn read(
     spec: &GridRoad,
     contact_width: f64,
@@ -48,28 +90,23 @@ pub(super) fn read(
     report: &mut RoadReport,
 ) -> Result<HeightMap, RoadError> {
     let path = &spec.file;
-    positive("road.dx", spec.dx)?;
-    positive("road.dy", spec.dy)?;
-    let (file, (rows, columns)) = open(spec)?;
-    let needed = (rows as u64).saturating_mul(columns as u64).saturating_mul(8);
-    if needed > limit {
-        return Err(RoadError::file(path, FileFault::TooLarge { needed, limit }));
-    }
-    [spec.dx, spec.dy].into_iter().try_for_each(plausible_spacing).map_err(|fault| RoadError::file(path, fault))?;
-    let width = columns as f64 * spec.dy;
+    let fault = |fault| RoadError::file(path, fault);
+    let raster = if spec.is_array() { array(spec, limit)? } else { text(spec, limit)? };
+    let Raster { dx, dy, columns, mut heights, .. } = raster;
+    [dx, dy].into_iter().try_for_each(plausible_spacing).map_err(fault)?;
+    let width = columns as f64 * dy;
     if width < contact_width * (1.0 - 1e-9) {
-        return Err(RoadError::Narrow { path: path.clone(), needed: contact_width, available: width });
+        if spec.widen == Widen::Refuse {
+            return Err(RoadError::Narrow { path: path.clone(), needed: contact_width, available: width });
+        }
+        report.notes.push(RoadNote::Mirrored { measured: width, needed: contact_width });
     }
-    let mut heights = file.into_values().map_err(|error| RoadError::file(path, error))?;
-    if let Some(place) = heights.iter().position(|height| height.is_infinite()) {
-        let (row, column) = (place / columns, place % columns);
-        return Err(RoadError::file(path, FileFault::Infinite { row, column, value: heights[place] }));
-    }
+    report.notes.extend(raster.described.map(|columns| RoadNote::FileColumns { columns }));
     report.points = heights.len();
     let missing = missing(&heights);
     report.missing = fill_missing(path, &mut heights, columns, MISSING_ALLOWED, &mut report.notes)?;
-    let first_y = -0.5 * (columns as f64 - 1.0) * spec.dy;
-    let map = HeightMap { path: path.clone(), dx: spec.dx, dy: spec.dy, first_y, columns, heights, missing };
+    let first_y = -0.5 * (columns as f64 - 1.0) * dy;
+    let map = HeightMap { path: path.clone(), dx, dy, first_y, columns, heights, missing };
     let span = map.plausible_span()?;
     if span > LARGE_SPAN {
         report.notes.push(RoadNote::LargeSpan { span });

@@ -85,8 +85,8 @@ impl HeightMap {
         Ok(span)
     }
 
-    /// Refuses a road smoother than any, whose heights are in another unit or in another column, and tells of one that is
-    /// suspiciously smooth. `may_be_plane`: an exact plane was meant.
+    /// Refuses a road smoother than any, whose heights are in another unit or in another column, and tells of one that
+    /// is suspiciously smooth. `may_be_plane`: an exact plane was meant.
     pub(crate) fn check_smoothness(&self, may_be_plane: bool, notes: &mut Vec<RoadNote>) -> Result<(), RoadError> {
         let mean = self.heights.iter().sum::<f64>() / self.heights.len() as f64;
         let square = self.heights.iter().map(|height| (height - mean) * (height - mean)).sum::<f64>();

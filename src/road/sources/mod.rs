@@ -10,6 +10,7 @@ pub(crate) mod height_map;
 pub(crate) mod made;
 pub(super) mod opencrg;
 pub(super) mod profile;
+mod raster;
 mod signature;
 mod table;
 
@@ -113,13 +114,15 @@ impl Lattice {
         let (columns, along) = match road {
             Road::Smooth => (1, 1),
             Road::Profile(ProfileRoad { lateral: Lateral::Extruded, .. }) => (1, along),
-            Road::Grid(spec) => {
-                let columns = grid::columns(spec)?;
-                let rows = (dx / spec.dx).round();
-                let fits =
-                    same(rows * spec.dx, dx) && rows as i64 % 2 == 1 && same(spec.dy * columns as f64, contact_width);
-                if fits { (columns, rows as usize) } else { (across, along) }
-            }
+            Road::Grid(spec) => match grid::lattice(spec)? {
+                Some((columns, row, column)) => {
+                    let rows = (dx / row).round();
+                    let whole = same(rows * row, dx) && rows as i64 % 2 == 1;
+                    let fits = whole && same(column * columns as f64, contact_width);
+                    if fits { (columns, rows as usize) } else { (across, along) }
+                }
+                None => (across, along),
+            },
             _ => (across, along),
         };
         let columns = cells_across.unwrap_or(columns);

@@ -15,7 +15,6 @@ use crate::road::file_fault::FileFault;
 use crate::road::report::{RoadNote, RoadReport};
 use crate::road::texture::remove_line;
 use crate::scene::ProfileRoad;
-use crate::storage::{InputError, input};
 
 /// Part between the reference plates of a CAPTIF track \[m\].
 const CAPTIF_RANGE: [f64; 2] = [0.0623, 1.8704];
@@ -29,9 +28,6 @@ const NEARBY: f64 = 0.75;
 /// Fewest usable points.
 const FEWEST_POINTS: usize = 8;
 
-/// Bytes in memory that come of a byte of text, of points with a digit each.
-const GROWTH: u64 = 24;
-
 /// Reads a profile as a map of one column, level across. `limit` bounds the bytes read.
 ///
 /// # Errors
@@ -39,12 +35,7 @@ const GROWTH: u64 = 24;
 pub(crate) fn read(spec: &ProfileRoad, limit: u64, report: &mut RoadReport) -> Result<HeightMap, RoadError> {
     let path = &spec.file;
     let fault = |fault| RoadError::file(path, fault);
-    let bytes = input::read(path, limit / GROWTH).map_err(|error| match error {
-        InputError::TooLarge { found, .. } => {
-            fault(FileFault::TooLarge { needed: found.saturating_mul(GROWTH), limit })
-        }
-        other => fault(other.into()),
-    })?;
+    let bytes = table::bytes(path, limit)?;
     refuse_other_kinds(&bytes, "profile").map_err(fault)?;
     let points = table::points(spec, &bytes, &mut report.notes)?;
     let captif = table::is_captif(&bytes);

@@ -6,6 +6,8 @@
 //!    at its place; one that merely counts is not taken for a length.
 //! 4. A unit is that of the title or of the scene; they must not contradict each other.
 
+use std::path::Path;
+
 use super::columns::{self, Columns, Role, Titles};
 use super::erd;
 use super::signature::refuse_unreadable;
@@ -13,9 +15,12 @@ use crate::road::error::RoadError;
 use crate::road::file_fault::FileFault;
 use crate::road::report::RoadNote;
 use crate::scene::{LengthUnit, ProfileRoad};
-use crate::storage::input::excerpt;
+use crate::storage::InputError;
+use crate::storage::input::{self, excerpt};
 use crate::storage::separated::{Record, Table};
 
+/// Bytes in memory that come of a byte of text, of points with a digit each.
+const GROWTH: u64 = 24;
 /// Records that the shape of a table is found from.
 const SAMPLE: usize = 1000;
 /// Points that may lie behind others in the order of a file, and how far, in usual steps: more are another pass.
@@ -36,6 +41,19 @@ pub(super) fn is_captif(bytes: &[u8]) -> bool {
     // The mark ends a short header; a search through megabytes of numbers would find nothing.
     let mark = CAPTIF_MARK.as_bytes();
     bytes[..bytes.len().min(65_536)].windows(mark.len()).any(|window| window == mark)
+}
+
+/// Returns the bytes of a table's file, where `limit` bounds what its points take in memory.
+///
+/// # Errors
+/// A file that cannot be read or is too large.
+pub(super) fn bytes(path: &Path, limit: u64) -> Result<Vec<u8>, RoadError> {
+    input::read(path, limit / GROWTH).map_err(|error| match error {
+        InputError::TooLarge { found, .. } => {
+            RoadError::file(path, FileFault::TooLarge { needed: found.saturating_mul(GROWTH), limit })
+        }
+        other => RoadError::file(path, FileFault::from(other)),
+    })
 }
 
 /// Returns the points of a profile's file, in its order.

@@ -1,10 +1,10 @@
 use super::*;
 use crate::road::sources::opencrg::Crg;
-use crate::scene::{AtEnd, OpenCrgRoad};
+use crate::scene::{AtEnd, OpenCrgRoad, Widen};
 use crate::test_models::replaced;
 
 fn spec(file: PathBuf) -> OpenCrgRoad {
-    OpenCrgRoad { file, lateral_position: None, longest_wavelength: None, at_end: AtEnd::Refuse }
+    OpenCrgRoad { file, lateral_position: None, widen: Widen::Refuse, longest_wavelength: None, at_end: AtEnd::Refuse }
 }
 
 fn read(path: &std::path::Path) -> Crg {

@@ -170,8 +170,8 @@ fn tables_that_can_be_read_in_more_than_one_way_are_refused_with_the_choice() {
 fn channels_of_an_erd_file_are_chosen_by_name_and_have_its_units() {
     let folder = tempfile::tempdir().unwrap();
     let numbers: String = (0..20).map(|i| format!("{:.3}, {:.3}\n", f64::from(i).sin(), f64::from(i).cos())).collect();
-    let header = "ERDFILEV2.00\n 2, 20, -1, 1, 5, 0.25, -1,\nTITLE   Lane 1\nSHORTNAMLElev.  RElev.  \nUNITSNAMin      in\n\
-                  XLABEL  Distance\nXUNITS  ft\nEND\n";
+    let header = "ERDFILEV2.00\n 2, 20, -1, 1, 5, 0.25, -1,\nTITLE   Lane 1\nSHORTNAMLElev.  RElev.  \n\
+                  UNITSNAMin      in\nXLABEL  Distance\nXUNITS  ft\nEND\n";
     let file = write(&folder, "two.erd", (header.to_owned() + &numbers).as_bytes());
     let message = read(&profile(file.clone(), [None; 2])).unwrap_err().to_string();
     assert!(message.contains("LElev. (in), RElev. (in)") && message.contains("columns = [2]"), "{message}");

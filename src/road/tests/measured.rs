@@ -1,6 +1,6 @@
 use super::*;
 use crate::road::texture::{ProfileDepth, ProfileSpectrum};
-use crate::scene::{AtEnd, GridRoad, Lateral, LengthUnit, ProfileRoad};
+use crate::scene::{AtEnd, GridRoad, Lateral, LengthUnit, ProfileRoad, Widen};
 
 pub(super) fn profile(file: PathBuf) -> ProfileRoad {
     ProfileRoad {
@@ -251,8 +251,10 @@ fn faulty_profiles_are_refused_with_the_place() {
     ));
 }
 
-fn grid(file: PathBuf, dx: f64, dy: f64) -> GridRoad {
-    GridRoad { file, dx, dy, at_end: AtEnd::Refuse }
+pub(super) fn grid(file: PathBuf, dx: f64, dy: f64) -> GridRoad {
+    let (distance_unit, height_unit, columns) = (None, None, None);
+    let (dx, dy, widen, at_end) = (Some(dx), Some(dy), Widen::Refuse, AtEnd::Refuse);
+    GridRoad { file, dx, dy, distance_unit, height_unit, columns, widen, at_end }
 }
 
 #[test]

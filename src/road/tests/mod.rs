@@ -4,6 +4,7 @@ mod cells;
 mod crg;
 mod drawn;
 mod formats;
+mod grids;
 mod made;
 mod measured;
 

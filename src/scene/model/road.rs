@@ -8,7 +8,7 @@ use serde_json::Value as Json;
 use super::made_road::{MadeRoad, made};
 use super::named_texture::NamedTexture;
 use crate::scene::Problem;
-use crate::scene::keys::keys;
+use crate::scene::keys::{is_default, keys};
 use crate::scene::kind::{Bounds, Columns, Exactly, File, OneOf, Optional, Whole};
 use crate::scene::schema;
 use crate::scene::table::{Nested, Table};
@@ -54,7 +54,8 @@ impl Road {
                 given.iter().copied().fold(f64::INFINITY, f64::min)
             }
             Self::Made(_) => NamedTexture::SHORTEST,
-            Self::Grid(grid) => 2.0 * grid.dx.min(grid.dy),
+            // Those of text are not known before it is read.
+            Self::Grid(grid) => 2.0 * grid.dx.unwrap_or(0.0).min(grid.dy.unwrap_or(0.0)),
             Self::Profile(_) | Self::OpenCrg(_) => 0.0,
         };
         (0.5 * shortest).clamp(0.25 * Self::CELL, Self::CELL)
@@ -154,6 +155,17 @@ pub enum Lateral {
     Isotropic,
 }
 
+/// What lies beside a measured road that is narrower than the contact strip.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Widen {
+    /// A run that needs a wider road is refused.
+    #[default]
+    Refuse,
+    /// The road's mirror images at its edges.
+    Mirror,
+}
+
 /// Continuation past the end of a measured road.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -179,8 +191,8 @@ keys! {
         /// Unit of the heights, where the file does not state it.
         #[serde(skip_serializing_if = "Option::is_none")]
         height_unit: Option<LengthUnit> = None => Optional(OneOf::new()),
-        /// Columns of distance and height, by their titles or numbers from 1; default: by titles, or the only two. Of an
-        /// ERD file the channel of the heights alone.
+        /// Columns of distance and height, by their titles or numbers from 1; default: by titles, or the only two. Of
+        /// an ERD file the channel of the heights alone.
         #[serde(skip_serializing_if = "Option::is_none")]
         columns: Option<Vec<String>> = None => Optional(Columns),
         /// Part of the profile to use \[m\]; default: all of it (CAPTIF: between the reference plates).
@@ -206,6 +218,9 @@ keys! {
         /// Lateral position v of the tyre's middle \[m\]; default: the middle of the valid columns.
         #[serde(skip_serializing_if = "Option::is_none")]
         lateral_position: Option<f64> = None => Optional(COORDINATE),
+        /// What lies beside a road that is narrower than the contact strip.
+        #[serde(skip_serializing_if = "is_default")]
+        widen: Widen = Widen::default() => OneOf::new(),
         /// True if the slow trend (longer than `longest_wavelength`) is removed, as for texture.
         #[serde(skip_serializing_if = "Option::is_none")]
         longest_wavelength: Option<f64> = None => Optional(LENGTH),
@@ -218,15 +233,41 @@ keys! {
     /// A height map. Rows run along x from road coordinate 0, columns across, centred on the tyre, cell-centred.
     #[derive(Clone, Debug, PartialEq, Serialize)]
     pub GridRoad {
-        /// A two-dimensional `.npy` array of heights \[m\]; relative to the scene.
+        /// A two-dimensional `.npy` array of heights, or text: points x, y, z on a grid, or an ESRI grid (`.asc`);
+        /// relative to the scene.
         file: PathBuf => File,
-        /// Row spacing \[m\]: row r lies at road coordinate r dx.
-        dx: f64 => LENGTH,
-        /// Column spacing \[m\].
-        dy: f64 => LENGTH,
+        /// Row spacing of an array \[m\]: row r lies at road coordinate r dx. Text states its spacings.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        dx: Option<f64> = None => Optional(LENGTH),
+        /// Column spacing of an array \[m\].
+        #[serde(skip_serializing_if = "Option::is_none")]
+        dy: Option<f64> = None => Optional(LENGTH),
+        /// Unit of x and y of text, where it does not state it.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        distance_unit: Option<LengthUnit> = None => Optional(OneOf::new()),
+        /// Unit of the heights; of an array metres by default.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        height_unit: Option<LengthUnit> = None => Optional(OneOf::new()),
+        /// Columns of x (along the road), y and height, by their titles or numbers from 1.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        columns: Option<Vec<String>> = None => Optional(Columns),
+        /// What lies beside a road that is narrower than the contact strip.
+        #[serde(skip_serializing_if = "is_default")]
+        widen: Widen = Widen::default() => OneOf::new(),
         /// Continuation past the end.
         at_end: AtEnd = AtEnd::default() => OneOf::new(),
     }
+}
+
+impl GridRoad {
+    /// Tells whether the file is an array, as its ending says, not text.
+    pub(crate) fn is_array(&self) -> bool {
+        is_array(&self.file)
+    }
+}
+
+fn is_array(file: &Path) -> bool {
+    file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npy"))
 }
 
 impl Road {
@@ -280,7 +321,7 @@ impl RoadKind {
             Self::OpenCrg => {
                 ("an opencrg road", OpenCrgRoad::schema, |table| OpenCrgRoad::read(table).map(Road::OpenCrg))
             }
-            Self::Grid => ("a grid road", GridRoad::schema, |table| GridRoad::read(table).map(Road::Grid)),
+            Self::Grid => ("a grid road", GridRoad::schema, |table| grid(table).map(Road::Grid)),
         }
     }
 }
@@ -297,6 +338,22 @@ fn road(table: &mut Table<'_>) -> Option<Road> {
 
 /// Keys that chose one column each, and are one now.
 const OLD_COLUMNS: [&str; 2] = ["distance_column", "height_column"];
+
+fn grid(table: &mut Table<'_>) -> Option<GridRoad> {
+    let mut sound = Some(());
+    match table.peek("file", &File) {
+        Some(Some(file)) if is_array(&file) => {
+            for key in ["dx", "dy"].into_iter().filter(|key| !table.has(key)).collect::<Vec<_>>() {
+                sound = table.complain_of_missing(key, &LENGTH);
+            }
+            table.refuse(&["columns", "distance_unit"], "an array", "leave this out");
+        }
+        Some(Some(_)) => table.refuse(&["dx", "dy"], "a grid of text, which states its spacings", "leave this out"),
+        _ => {}
+    }
+    let read = GridRoad::read(table);
+    sound.and(read)
+}
 
 fn profile(table: &mut Table<'_>) -> Option<ProfileRoad> {
     let mut sound = Some(());

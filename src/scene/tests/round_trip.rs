@@ -107,13 +107,21 @@ fn profile() -> impl Strategy<Value = ProfileRoad> {
     )
 }
 
+fn empty_grid() -> GridRoad {
+    let (distance_unit, height_unit, columns) = (None, None, None);
+    let (file, at_end, widen) = (PathBuf::new(), AtEnd::Refuse, Widen::Refuse);
+    GridRoad { file, dx: None, dy: None, distance_unit, height_unit, columns, widen, at_end }
+}
+
 fn road() -> impl Strategy<Value = Road> {
     let position = (prop::option::of(-9.0..9.0_f64), prop::option::of(positive()));
     let opencrg = (file(), position, at_end()).prop_map(|(file, (lateral_position, longest_wavelength), at_end)| {
-        Road::OpenCrg(OpenCrgRoad { file, lateral_position, longest_wavelength, at_end })
+        Road::OpenCrg(OpenCrgRoad { file, lateral_position, widen: Widen::Mirror, longest_wavelength, at_end })
     });
-    let grid = (file(), positive(), positive(), at_end())
-        .prop_map(|(file, dx, dy, at_end)| Road::Grid(GridRoad { file, dx, dy, at_end }));
+    let grid = (file(), positive(), positive(), at_end()).prop_map(|(file, dx, dy, at_end)| {
+        let (file, [dx, dy]) = (file.with_extension("npy"), [dx, dy].map(Some));
+        Road::Grid(GridRoad { file, dx, dy, at_end, ..empty_grid() })
+    });
     prop_oneof![Just(Road::Smooth), made().prop_map(Road::Made), profile().prop_map(Road::Profile), opencrg, grid]
 }
 
@@ -474,7 +482,7 @@ fn a_path_that_is_not_text_cannot_be_written() {
     use std::os::unix::ffi::OsStringExt;
     let file = PathBuf::from(std::ffi::OsString::from_vec(vec![b'a', 0xff]));
     let mut scene = Scene::from_str(BASE, "base").unwrap().scene;
-    scene.road = Road::Grid(GridRoad { file, dx: 1.0, dy: 1.0, at_end: AtEnd::Refuse });
+    scene.road = Road::Grid(GridRoad { file, ..empty_grid() });
     assert!(matches!(scene.to_toml(), Err(SceneError::NotToml { .. })));
     assert!(matches!(scene.to_json(), Err(SceneError::NotJson { .. })));
 }

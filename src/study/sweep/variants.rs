@@ -279,11 +279,11 @@ fn road(scene: &Table, path: &Path) -> Result<(String, Table), SweepError> {
     }
     let kind = match ending.as_str() {
         "crg" => "opencrg",
-        "npy" => "grid",
+        "npy" | "xyz" | "asc" => "grid",
         _ => "profile",
     };
     let same = own.get("kind").and_then(Value::as_str) == Some(kind);
-    if kind == "grid" && !same {
+    if ending == "npy" && !same {
         return Err(failed(
             "a height map needs its spacings: name a .toml file with kind = \"grid\", file, dx and dy".into(),
         ));

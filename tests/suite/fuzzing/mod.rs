@@ -5,7 +5,7 @@
 
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use rand::SeedableRng;
@@ -14,7 +14,9 @@ use sha2::{Digest, Sha256};
 use tempfile::TempDir;
 use tyrewave::radiation;
 use tyrewave::road::{Lattice, Limits, describe};
-use tyrewave::scene::{AtEnd, DEFAULT, GridRoad, Lateral, LengthUnit, OpenCrgRoad, PLATE, ProfileRoad, Road, Scene};
+use tyrewave::scene::{
+    AtEnd, DEFAULT, GridRoad, Lateral, LengthUnit, OpenCrgRoad, PLATE, ProfileRoad, Road, Scene, Widen,
+};
 use tyrewave::storage::{Cache, Cached};
 use tyrewave::study::fit_tyre::measured;
 use tyrewave::tyre::layers::cases;
@@ -106,12 +108,24 @@ fn profile(folder: &Path, bytes: &[u8]) {
 fn crg(folder: &Path, bytes: &[u8]) {
     road(folder, bytes, |file| {
         let (lateral_position, longest_wavelength) = (None, Some(1.0));
-        Road::OpenCrg(OpenCrgRoad { file, lateral_position, longest_wavelength, at_end: AtEnd::Mirror })
+        let (widen, at_end) = (Widen::Mirror, AtEnd::Mirror);
+        Road::OpenCrg(OpenCrgRoad { file, lateral_position, widen, longest_wavelength, at_end })
     });
 }
 
+fn grid_road(file: PathBuf) -> GridRoad {
+    let (distance_unit, height_unit, columns) = (None, None, None);
+    let (dx, dy, widen, at_end) = (Some(0.01), Some(0.025), Widen::Mirror, AtEnd::Repeat);
+    GridRoad { file, dx, dy, distance_unit, height_unit, columns, widen, at_end }
+}
+
 fn grid(folder: &Path, bytes: &[u8]) {
-    road(folder, bytes, |file| Road::Grid(GridRoad { file, dx: 0.01, dy: 0.025, at_end: AtEnd::Repeat }));
+    // The ending decides whether it is an array.
+    road(folder, bytes, |file| {
+        let array = file.with_extension("npy");
+        fs::copy(&file, &array).unwrap();
+        Road::Grid(grid_road(array))
+    });
 }
 
 fn compliance(_folder: &Path, bytes: &[u8]) {

@@ -13,7 +13,7 @@ use crate::road::error::{RoadError, positive};
 use crate::road::lattice::same;
 use crate::road::report::{RoadNote, RoadReport};
 use crate::road::sources::height_map::{self, HeightMap, LARGE_SPAN, fill_missing, remove_plane};
-use crate::scene::OpenCrgRoad;
+use crate::scene::{OpenCrgRoad, Widen};
 
 /// Largest share of a column's heights that is interpolated.
 const MISSING_ALLOWED: f64 = 0.1;
@@ -62,6 +62,15 @@ fn cut(crg: &Crg, spec: &OpenCrgRoad, contact_width: f64, report: &mut RoadRepor
         if found.is_some() {
             break;
         }
+    }
+    if found.is_none() && spec.widen == Widen::Mirror {
+        let inside = |run: &(usize, usize)| {
+            run.0 < run.1 && spec.lateral_position.is_none_or(|v| (crg.v[run.0]..=crg.v[run.1]).contains(&v))
+        };
+        found = narrow.filter(inside);
+        let mirrored =
+            |run: (usize, usize)| RoadNote::Mirrored { measured: crg.v[run.1] - crg.v[run.0], needed: contact_width };
+        report.notes.extend(found.map(mirrored));
     }
     let Some((first, last)) = found else {
         let (from, to) = narrow.map_or((0.0, 0.0), |run| (crg.v[run.0], crg.v[run.1]));

@@ -1,0 +1,168 @@
+//! Height maps as text: clouds of points x, y, z on a grid, and ESRI ASCII grids.
+//!
+//! Both have x along the road and y across; what is not on their grid is refused, what is missing is NaN. A cloud's
+//! points may stand in any order; its spacings are the usual steps between its different x and y.
+
+use std::path::Path;
+
+use super::columns::{self, Fault, Role};
+use super::signature::refuse_unreadable;
+use super::table::Layout;
+use crate::road::error::RoadError;
+use crate::road::file_fault::FileFault;
+use crate::scene::{GridRoad, LengthUnit};
+use crate::storage::input::excerpt;
+use crate::storage::separated::{self, Table};
+
+/// A point may lie so many spacings off its place on the grid.
+const OFF_GRID: f64 = 0.2;
+/// Coordinates that differ by less than this share of their range are the same.
+const SAME: f64 = 1e-6;
+/// Places of a grid for each point at most: most heights would be invented.
+const MOST_PLACES: f64 = 2.0;
+
+/// Heights on a grid, rows along x, columns across in the order of y.
+#[derive(Debug)]
+pub(super) struct Raster {
+    pub(super) dx: f64,
+    pub(super) dy: f64,
+    pub(super) columns: usize,
+    /// Row-major \[m\]; NaN where there is none.
+    pub(super) heights: Vec<f64>,
+    /// What one of the file's unit of heights is \[m\].
+    pub(super) unit: f64,
+    /// What was read, in words.
+    pub(super) described: Option<String>,
+}
+
+/// Reads a grid that is text.
+///
+/// # Errors
+/// Neither kind of grid; units that are not stated; points off the grid; numbers that are none, with their line.
+pub(super) fn read(spec: &GridRoad, bytes: &[u8]) -> Result<Raster, RoadError> {
+    let path: &Path = &spec.file;
+    refuse_unreadable(bytes).map_err(|fault| RoadError::file(path, fault))?;
+    let text = separated::decoded(bytes);
+    let is_esri = text.trim_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case("ncols"));
+    let raster = if is_esri { esri(&text, spec) } else { cloud(bytes, spec) };
+    raster.map_err(|fault| fault.at(path))
+}
+
+/// Reads x, y, z of each line.
+fn cloud(bytes: &[u8], spec: &GridRoad) -> Result<Raster, Fault> {
+    let table = Table::of(bytes);
+    let layout = Layout::of(&table, 3)?;
+    let roles: [Role; 3] = [columns::DISTANCE, columns::ACROSS, columns::HEIGHT];
+    let units = [spec.distance_unit, spec.distance_unit, spec.height_unit];
+    let used = layout.columns(&table, roles, units, spec.columns.as_deref())?;
+    let points: Vec<(u64, [f64; 3])> = layout.values(&table, &used).collect::<Result<_, _>>()?;
+    let axis = |axis: usize| Axis::of(points.iter().map(|(_, point)| point[axis]).collect(), roles[axis].name);
+    let (along, across) = (axis(0)?, axis(1)?);
+    let places = along.count * across.count;
+    if places > MOST_PLACES * points.len() as f64 {
+        let (missing, total) = (places as usize - points.len(), places as usize);
+        return Err(FileFault::TooManyMissing { missing, total, allowed: 1.0 - 1.0 / MOST_PLACES }.into());
+    }
+    let columns = across.count as usize;
+    let mut heights = vec![f64::NAN; places as usize];
+    let mut lines = vec![0_u64; places as usize];
+    for &(line, [x, y, height]) in &points {
+        let place = along.place(x, line)? * columns + across.place(y, line)?;
+        if lines[place] > 0 {
+            return Err(FileFault::SamePlace { line, other: lines[place] }.into());
+        }
+        (heights[place], lines[place]) = (height, line);
+    }
+    let unit = used.metres(2);
+    Ok(Raster { dx: along.step, dy: across.step, columns, heights, unit, described: Some(used.described()) })
+}
+
+/// Places on a line, evenly spaced \[m\].
+struct Axis {
+    first: f64,
+    step: f64,
+    /// Whole.
+    count: f64,
+    name: &'static str,
+}
+
+impl Axis {
+    fn of(mut places: Vec<f64>, name: &'static str) -> Result<Self, FileFault> {
+        places.sort_by(f64::total_cmp);
+        let (Some(&first), Some(&last)) = (places.first(), places.last()) else {
+            return Err(FileFault::TooFewPoints { found: 0, needed: 2 });
+        };
+        let same = SAME * (last - first);
+        let mut steps: Vec<f64> = places.windows(2).map(|pair| pair[1] - pair[0]).filter(|&step| step > same).collect();
+        if steps.is_empty() {
+            return Err(FileFault::OneLine { name });
+        }
+        let middle = steps.len() / 2;
+        let usual = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let intervals = ((last - first) / usual).round().max(1.0);
+        Ok(Self { first, step: (last - first) / intervals, count: intervals + 1.0, name })
+    }
+
+    /// Returns the number of a place on the line.
+    fn place(&self, at: f64, line: u64) -> Result<usize, FileFault> {
+        let place = (at - self.first) / self.step;
+        if (place - place.round()).abs() > OFF_GRID {
+            return Err(FileFault::OffGrid { line, name: self.name, at, step: self.step });
+        }
+        Ok(place.round() as usize)
+    }
+}
+
+/// Reads an ESRI grid: a header of keys and values, then rows from the highest y down.
+fn esri(text: &str, spec: &GridRoad) -> Result<Raster, Fault> {
+    let unit = |unit: Option<LengthUnit>, key| unit.map(LengthUnit::metres).ok_or(Fault::Unit(key));
+    let mut header = std::collections::BTreeMap::new();
+    let mut lines = (1_u64..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty()).peekable();
+    while let Some((line, text)) = lines.next_if(|(_, line)| line.trim_start().starts_with(char::is_alphabetic)) {
+        let mut words = text.split_whitespace();
+        let (key, value) = (words.next().unwrap_or_default().to_lowercase(), words.next().unwrap_or_default());
+        let number = separated::any_number(value).or(columns::is_missing(value).then_some(f64::NAN));
+        let Some(number) = number else {
+            return Err(FileFault::HeaderNumber { line: line as usize, key, found: excerpt(value) }.into());
+        };
+        header.insert(key, number);
+    }
+    let given = |key: &str| header.get(key).copied();
+    let needed = |key: &'static str| given(key).ok_or(FileFault::Missing { what: key });
+    let size = |key: &'static str, what: &'static str| match needed(key)? {
+        value if value >= 2.0 && value.fract() == 0.0 => Ok(value),
+        value => Err(FileFault::NotPositive { what, value }),
+    };
+    let (rows, columns) = (size("ncols", "ncols")?, size("nrows", "nrows")?);
+    let step = |own: &'static str| given(own).map_or_else(|| needed("cellsize"), Ok);
+    let metres = unit(spec.distance_unit, "distance_unit")?;
+    let (dx, dy) = (step("dx")? * metres, step("dy")? * metres);
+    let unit = unit(spec.height_unit, "height_unit")?;
+    let none = given("nodata_value");
+    // Each number has a digit and what parts it from the next.
+    let places = rows * columns;
+    if places > text.len() as f64 {
+        return Err(FileFault::Rows { expected: columns as u64, found: 0 }.into());
+    }
+    let (rows, columns) = (rows as usize, columns as usize);
+    let mut heights = vec![f64::NAN; rows * columns];
+    let mut found = 0;
+    for (line, text) in lines {
+        for (column, word) in (1..).zip(text.split_whitespace()) {
+            let number = separated::any_number(word);
+            if number.is_none() && !columns::is_missing(word) {
+                return Err(FileFault::NotANumber { line, column, role: "height", found: excerpt(word) }.into());
+            }
+            if found < heights.len() {
+                let (y, x) = (columns - 1 - found / rows, found % rows);
+                heights[x * columns + y] = number.filter(|&number| Some(number) != none).map_or(f64::NAN, |z| z * unit);
+            }
+            found += 1;
+        }
+    }
+    if found != heights.len() {
+        return Err(FileFault::Rows { expected: columns as u64, found: (found / rows) as u64 }.into());
+    }
+    let described = Some(format!("an ESRI grid, its {rows} columns along the road, its {columns} rows across"));
+    Ok(Raster { dx, dy, columns, heights, unit, described })
+}

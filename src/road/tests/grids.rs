@@ -1,0 +1,111 @@
+//! Height maps as text, and roads narrower than the contact.
+
+use super::*;
+use crate::scene::{AtEnd, GridRoad, LengthUnit, OpenCrgRoad, Widen};
+
+fn text(file: PathBuf, unit: Option<LengthUnit>) -> GridRoad {
+    GridRoad { dx: None, dy: None, distance_unit: unit, height_unit: unit, ..super::measured::grid(file, 1.0, 1.0) }
+}
+
+/// A map of points (x, y, height) in millimetres that a closure makes of 30 x 8 places 2 and 5 mm apart, as the program
+/// holds it: rows along x.
+fn heights_of(spec: &GridRoad) -> Vec<f64> {
+    let lattice = Lattice { dx: 0.002, along: 1, dy: 0.005, columns: 8 };
+    rows(&mut open(&Road::Grid(spec.clone()), lattice), 0, 30)
+}
+
+fn height(row: usize, column: usize) -> f64 {
+    (0.7 * row as f64).sin() + 0.3 * (1.3 * column as f64 + 0.1 * row as f64).cos()
+}
+
+#[test]
+fn points_in_any_order_and_esri_grids_are_the_same_road_as_their_array() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = |at: usize| (at / 8, at % 8);
+    let array = npy(&[30, 8], npyz::Order::C, (0..240).map(|at| height(place(at).0, place(at).1)));
+    let array = super::measured::grid(write(&folder, "a.npy", &array), 0.002, 0.005);
+    let wanted = heights_of(&GridRoad { height_unit: Some(LengthUnit::Millimetre), ..array });
+    let point = |at: usize| {
+        let (row, column) = place(at * 77 % 240);
+        (2 * row, 5 * column, height(row, column))
+    };
+    let cloud = |titles: &str, line: &dyn Fn((usize, usize, f64)) -> String| {
+        titles.to_owned() + &(0..240).map(|at| line(point(at))).collect::<String>()
+    };
+    let millimetres = Some(LengthUnit::Millimetre);
+    let line = |row: usize| (0..30).map(|x| format!(" {}", height(x, 7 - row))).collect::<String>();
+    let esri = "NCOLS 30\nNROWS 8\nxllcorner 0\nyllcorner 0\ndx 2\ndy 5\nNODATA_value -9999\n".to_owned()
+        + &(0..8).map(|row| line(row) + "\n").collect::<String>();
+    for (name, text_of, unit) in [
+        ("a.xyz", cloud("", &|(x, y, z)| format!("{x} {y} {z}\n")), millimetres),
+        ("b.xyz", cloud("x (mm);y (mm);z (mm)\n", &|(x, y, z)| format!("{x};{y};{z}\n").replace('.', ",")), None),
+        ("c.csv", cloud("n,z_mm,y_mm,x_mm\n", &|(x, y, z)| format!("7,{z},{y},{x}\n")), None),
+        ("d.asc", esri.clone(), millimetres),
+    ] {
+        let found = heights_of(&text(write(&folder, name, text_of.as_bytes()), unit));
+        assert!(found.iter().zip(&wanted).all(|(a, b)| (a - b).abs() < 1e-12), "{name}");
+    }
+    let hole = esri.replacen(&format!(" {}", height(5, 7)), " -9999", 1);
+    let mut report = RoadReport::default();
+    let spec = Road::Grid(text(write(&folder, "hole.asc", hole.as_bytes()), millimetres));
+    let lattice = Lattice { dx: 0.002, along: 1, dy: 0.005, columns: 8 };
+    crate::road::sources::Source::read(&spec, lattice, u64::MAX, &mut report).unwrap();
+    assert_eq!(report.missing, 1);
+}
+
+#[test]
+fn text_that_is_no_grid_is_refused_with_its_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let scan = std::fs::read_to_string(reference("measured/formats/scan.xyz")).unwrap();
+    let millimetres = Some(LengthUnit::Millimetre);
+    let esri = "ncols 4\nnrows 3\ncellsize 2\n1 2 3 4\n5 6 7 8\n9 10 11 12\n";
+    for (name, text_of, unit, part) in [
+        ("a.xyz", scan.clone(), None, "road.distance_unit"),
+        ("b.xyz", scan.clone() + "3.4 1.0 2.0\n", millimetres, "line 51: the distance 0.0034 m is none of a grid"),
+        ("c.xyz", scan.repeat(2), millimetres, "lines 1 and 51 are points at the same place"),
+        ("d.xyz", scan.lines().map(|line| format!("{line} 7\n")).collect(), millimetres, "4 columns"),
+        ("e.xyz", scan.replace("0.2786", "wet"), millimetres, "line 1, column 3 (height): \"wet\" is not a number"),
+        ("f.asc", esri.replace("9 10 11", "9 10"), millimetres, "promises 3 rows of data, 2 are there"),
+        ("g.asc", esri.replace("ncols 4", "ncols 4e9"), millimetres, "promises 3 rows"),
+        ("h.asc", esri.replace("cellsize 2\n", ""), millimetres, "no cellsize"),
+        ("i.asc", esri.to_owned(), None, "road.distance_unit"),
+    ] {
+        let spec = Road::Grid(text(write(&folder, name, text_of.as_bytes()), unit));
+        let message = refused(&spec, Lattice { dx: 0.001, along: 1, dy: 0.001, columns: 3 }).to_string();
+        assert!(message.contains(part), "{name}: {message}");
+    }
+}
+
+#[test]
+fn a_road_narrower_than_the_contact_is_described_and_rolled_on_with_its_mirror_images() {
+    let crg = |widen| {
+        let (file, at_end) = (reference("measured/width/narrow_100mm.crg"), AtEnd::Refuse);
+        Road::OpenCrg(OpenCrgRoad { file, lateral_position: None, widen, longest_wavelength: None, at_end })
+    };
+    let scan = |widen| {
+        let millimetres = Some(LengthUnit::Millimetre);
+        Road::Grid(GridRoad { widen, ..text(reference("measured/formats/scan.xyz"), millimetres) })
+    };
+    let lattice = |dx: f64, dy: f64, columns| Lattice { dx, along: 1, dy, columns };
+    let crg_lattice = lattice(0.005, 0.005, 35);
+    for (road, mirrored, lattice, measured, elements) in [
+        (crg(Widen::Refuse), crg(Widen::Mirror), crg_lattice, 21, 400),
+        (scan(Widen::Refuse), scan(Widen::Mirror), lattice(0.001, 0.001, 13), 5, 9),
+    ] {
+        let described = describe(&road, lattice, 20.0, Limits::default()).unwrap();
+        assert!(described.rms > 1e-6 && described.lattice.columns <= measured, "{:?}", described.lattice);
+        assert!(described.report.notes.iter().any(|note| matches!(note, RoadNote::Narrow { .. })));
+        let message = refused(&road, lattice).to_string();
+        assert!(message.contains("road.widen = \"mirror\"") && message.contains("at most"), "{message}");
+        let mut road = open(&mirrored, lattice);
+        assert!(road.report().notes.iter().any(|note| matches!(note, RoadNote::Mirrored { .. })));
+        let (columns, edge) = (lattice.columns, (lattice.columns - measured) / 2);
+        for row in rows(&mut road, 0, elements).chunks_exact(columns) {
+            for beside in 1..=edge {
+                let pairs =
+                    [[edge - beside, edge + beside], [columns - 1 - edge + beside, columns - 1 - edge - beside]];
+                assert!(pairs.iter().all(|&[out, inside]| (row[out] - row[inside]).abs() < 1e-9));
+            }
+        }
+    }
+}

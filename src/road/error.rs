@@ -23,8 +23,8 @@ pub enum RoadError {
     },
     /// A table whose titles have no units.
     #[error(
-        "{}: the scene must give road.{key} = \"m\", \"mm\", \"um\", \"cm\", \"in\", \"ft\" or \"mil\": the file does not \
-         state this unit, as a title \"Height (mm)\" would", path.display()
+        "{}: the scene must give road.{key} = \"m\", \"mm\", \"um\", \"cm\", \"in\", \"ft\" or \"mil\": the file does \
+         not state this unit, as a title \"Height (mm)\" would", path.display()
     )]
     MissingUnit {
         /// The file.

@@ -43,7 +43,8 @@ pub(crate) enum FileFault {
     /// Columns that nothing names, or several that a title names alike.
     #[error(
         "{cells} columns, and {} which are {roles}: {found:?}; choose {needed} of them by title or \
-         number: road.columns = [{}] (tyrewave road FILE --columns {}){}", if *titled { "no titles that tell" } else { "no titles to tell" },
+         number: road.columns = [{}] (tyrewave road FILE --columns {}){}",
+        if *titled { "no titles that tell" } else { "no titles to tell" },
         numbers(*cells, *needed, ", "), numbers(*cells, *needed, ","),
         if (*cells, *needed) == (3, 2) { "; points x, y, z are a road of kind = \"grid\"" } else { "" }
     )]

@@ -11,6 +11,14 @@ use crate::storage::separated::{self, Record, Table};
 /// Values that must count before a column is taken for a counter.
 const FEWEST_COUNTED: usize = 8;
 
+/// A point of a file: distance and height \[m\], height NaN if missing, and its line from 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Point {
+    pub(super) distance: f64,
+    pub(super) height: f64,
+    pub(super) line: u64,
+}
+
 /// What a column is read as.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Role {

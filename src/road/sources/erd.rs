@@ -7,8 +7,7 @@
 
 use std::path::Path;
 
-use super::columns::{self, Columns, Fault, Titles};
-use super::table::Point;
+use super::columns::{self, Columns, Fault, Point, Titles};
 use crate::road::error::RoadError;
 use crate::road::file_fault::FileFault;
 use crate::scene::LengthUnit;

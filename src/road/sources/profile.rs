@@ -7,9 +7,10 @@
 //! 4. Interpolate linearly to a uniform spacing, the mean of the file's, across dropouts as well.
 //! 5. Remove mean and linear slope. Road coordinate 0 is the first point used.
 
+use super::columns::Point;
 use super::height_map::{HeightMap, plausible_spacing};
 use super::signature::refuse_other_kinds;
-use super::table::{self, Point};
+use super::table;
 use crate::road::error::RoadError;
 use crate::road::file_fault::FileFault;
 use crate::road::report::{RoadNote, RoadReport};

@@ -8,7 +8,7 @@
 
 use std::path::Path;
 
-use super::columns::{self, Columns, Role, Titles};
+use super::columns::{self, Columns, Point, Role, Titles};
 use super::erd;
 use super::signature::refuse_unreadable;
 use crate::road::error::RoadError;
@@ -27,14 +27,6 @@ const SAMPLE: usize = 1000;
 const DISORDER: (usize, f64) = (8, 10.0);
 /// Line of a CAPTIF file between what it was measured with and the table.
 const CAPTIF_MARK: &str = "*****DATA*****";
-
-/// A point of a file: distance and height \[m\], height NaN if missing, and its line from 1.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Point {
-    pub(super) distance: f64,
-    pub(super) height: f64,
-    pub(super) line: u64,
-}
 
 /// Tells whether a file has the header of a CAPTIF profile.
 pub(super) fn is_captif(bytes: &[u8]) -> bool {

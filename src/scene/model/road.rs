@@ -343,7 +343,7 @@ fn grid(table: &mut Table<'_>) -> Option<GridRoad> {
     let mut sound = Some(());
     match table.peek("file", &File) {
         Some(Some(file)) if is_array(&file) => {
-            for key in ["dx", "dy"].into_iter().filter(|key| !table.has(key)).collect::<Vec<_>>() {
+            for key in ["dx", "dy"].into_iter().filter(|key| !table.has(key)) {
                 sound = table.complain_of_missing(key, &LENGTH);
             }
             table.refuse(&["columns", "distance_unit"], "an array", "leave this out");
@@ -359,7 +359,8 @@ fn profile(table: &mut Table<'_>) -> Option<ProfileRoad> {
     let mut sound = Some(());
     for key in OLD_COLUMNS {
         if table.has(key) {
-            sound = table.complain(key, Problem::moved("road.columns", "a road, columns = [\"distance\", \"height\"]"));
+            sound = table
+                .complain(key, Problem::moved("road.columns", "a table with columns = [\"distance\", \"height\"]"));
         }
     }
     table.pass(&OLD_COLUMNS);

@@ -348,11 +348,6 @@ impl<const N: usize> Columns<N> {
         Ok(())
     }
 
-    /// Returns what one of the unit of a role's values is \[m\].
-    pub(super) fn metres(&self, role: usize) -> f64 {
-        self.units[role].metres()
-    }
-
     /// Tells which columns are used, in words.
     pub(super) fn described(&self) -> String {
         let column = |role: usize| {

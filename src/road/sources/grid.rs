@@ -69,7 +69,7 @@ fn array(spec: &GridRoad, limit: u64) -> Result<Raster, RoadError> {
         return Err(RoadError::file(path, FileFault::Infinite { row, column, value: heights[place] }));
     }
     heights.iter_mut().for_each(|height| *height *= unit);
-    Ok(Raster { dx, dy, columns, heights, unit, described: None })
+    Ok(Raster { dx, dy, columns, heights, described: None })
 }
 
 /// Reads text, within a limit of bytes.

@@ -29,8 +29,6 @@ pub(super) struct Raster {
     pub(super) columns: usize,
     /// Row-major \[m\]; NaN where there is none.
     pub(super) heights: Vec<f64>,
-    /// What one of the file's unit of heights is \[m\].
-    pub(super) unit: f64,
     /// What was read, in words.
     pub(super) described: Option<String>,
 }
@@ -73,8 +71,7 @@ fn cloud(bytes: &[u8], spec: &GridRoad) -> Result<Raster, Fault> {
         }
         (heights[place], lines[place]) = (height, line);
     }
-    let unit = used.metres(2);
-    Ok(Raster { dx: along.step, dy: across.step, columns, heights, unit, described: Some(used.described()) })
+    Ok(Raster { dx: along.step, dy: across.step, columns, heights, described: Some(used.described()) })
 }
 
 /// Places on a line, evenly spaced \[m\].
@@ -164,5 +161,5 @@ fn esri(text: &str, spec: &GridRoad) -> Result<Raster, Fault> {
         return Err(FileFault::Rows { expected: columns as u64, found: (found / rows) as u64 }.into());
     }
     let described = Some(format!("an ESRI grid, its {rows} columns along the road, its {columns} rows across"));
-    Ok(Raster { dx, dy, columns, heights, unit, described })
+    Ok(Raster { dx, dy, columns, heights, described })
 }

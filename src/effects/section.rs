@@ -90,7 +90,7 @@ pub(super) fn levels(stored: &Stored, quantity: &str, title: &str) -> Result<Vec
     let Some(first) = of.first() else { return Ok(Vec::new()) };
     let drawn = of.iter().map(|spectrum| (spectrum.name.as_str(), spectrum.levels.as_slice())).collect();
     let plot = ThirdOctavePlot { title, quantity: first.quantity, spectra: drawn, errors: first.errors.clone() };
-    let error = first.errors.numerical.map_or(String::new(), |(from, error)| {
+    let error = first.errors.numerical.map_or(" Their numerical error is not known.".to_owned(), |(from, error)| {
         let from = if from > 0.0 { format!(" from {from:.0} Hz on") } else { String::new() };
         format!(" Levels are within {error:.1} dB{from}, as far as the numerical solution goes.")
     });

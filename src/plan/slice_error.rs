@@ -7,7 +7,7 @@
 use super::Plan;
 use crate::response::{SliceErrors, ThirdOctaveBand};
 use crate::road::RoadSurface;
-use crate::scene::{RadiationQuality, Scene, SliceCoupling, Slices, Tread, Zone};
+use crate::scene::{RadiationQuality, Scene, SliceCoupling, Slices, Switch, Tread, Zone};
 
 /// Third octave of 100 Hz, the lowest that was measured.
 const FIRST: ThirdOctaveBand = ThirdOctaveBand(-10);
@@ -108,6 +108,13 @@ const PRESSED_ON_CHIP_SEAL: Errors = Errors {
 };
 
 impl Plan {
+    /// Tells whether levels have an error by slices: those of contact over slices on a road with texture across.
+    pub(crate) fn by_slices(&self) -> bool {
+        let Self { decisions, scene, .. } = self;
+        let has_texture = scene.effects.texture != Switch::Off && scene.road.varies_across();
+        decisions.zone == Zone::Slices && has_texture
+    }
+
     /// Tells how far off levels are that slices lead to on a road; `None` over cells, without texture, and by laws that
     /// were not measured.
     pub(crate) fn slice_errors_on(&self, surface: &RoadSurface) -> Option<SliceErrors> {

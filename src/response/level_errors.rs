@@ -10,13 +10,43 @@ pub(crate) struct LevelErrors {
     /// Frequency \[Hz\] from which on the numerical error of valid levels is known, and that error \[dB\].
     pub numerical: Option<(f64, f64)>,
     /// Errors by slices \[dB\].
-    pub slices: Vec<(ThirdOctaveBand, f64)>,
+    pub slices: BySlices,
 }
 
+/// Errors by slices of a run's levels.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) enum BySlices {
+    /// There are none: contact over cells, or a road without texture across.
+    #[default]
+    None,
+    /// There are some, and they are known in these bands alone \[dB\].
+    Known(Vec<(ThirdOctaveBand, f64)>),
+}
+
+impl BySlices {
+    /// Returns the error in a band \[dB\]; `None` where it is not known.
+    pub(crate) fn in_band(&self, band: ThirdOctaveBand) -> Option<f64> {
+        match self {
+            Self::None => Some(0.0),
+            Self::Known(errors) => errors.iter().find(|(of, _)| *of == band).map(|(_, error)| *error),
+        }
+    }
+}
+
+/// Part of the energy of an overall level that bands whose errors are not known may hold beside a known error of the
+/// level: without them it is 0.05 dB lower, less than is shown.
+const UNKNOWN_PART: f64 = 0.0115;
+
 impl LevelErrors {
-    /// Returns both errors; `part` tells which of those by slices.
-    pub(crate) fn new(numerical: Option<(f64, f64)>, slices: Option<&SliceErrors>, part: Part) -> Self {
-        Self { numerical, slices: SliceErrors::by_band(slices, part) }
+    /// Makes the errors of levels that have a numerical one, and one by slices or none; `part` tells which of those.
+    pub(crate) fn new(
+        numerical: Option<(f64, f64)>,
+        by_slices: bool,
+        slices: Option<&SliceErrors>,
+        part: Part,
+    ) -> Self {
+        let known = || BySlices::Known(SliceErrors::by_band(slices, part));
+        Self { numerical, slices: if by_slices { known() } else { BySlices::None } }
     }
 
     /// Returns the numerical error in a band \[dB\].
@@ -24,21 +54,30 @@ impl LevelErrors {
         self.numerical.filter(|(from, _)| band.mid_frequency() >= *from).map(|(_, error)| error)
     }
 
-    /// Returns the error by slices in a band \[dB\].
+    /// Returns the error by slices in a band, where there is one \[dB\].
     pub(crate) fn by_slices(&self, band: ThirdOctaveBand) -> Option<f64> {
-        self.slices.iter().find(|(of, _)| *of == band).map(|(_, error)| *error)
+        self.slices.in_band(band).filter(|_| self.slices != BySlices::None)
     }
 
-    /// Adds up what is known of a band \[dB\].
+    /// Adds up the errors in a band \[dB\]; `None` where one of them is not known.
     pub(crate) fn total(&self, band: ThirdOctaveBand) -> Option<f64> {
-        let known = [self.numerical(band), self.by_slices(band)];
-        known.into_iter().flatten().reduce(|own, slices| own + slices)
+        Some(self.numerical(band)? + self.slices.in_band(band)?)
     }
 
     /// Finds the largest error by slices of the valid ones among some levels \[dB\].
     pub(crate) fn largest_by_slices(&self, levels: &[BandLevel]) -> Option<f64> {
         let valid = levels.iter().filter(|level| level.valid);
         valid.filter_map(|level| self.by_slices(level.band)).reduce(f64::max)
+    }
+
+    /// Adds up the errors of the overall level of the valid ones among some bands \[dB\]: its numerical one, and the
+    /// largest by slices. `None` where one is not known, also in bands that hold more than a hundredth of the energy.
+    pub(crate) fn overall(&self, numerical: Option<f64>, levels: &[BandLevel]) -> Option<f64> {
+        let sum = |bands: &mut dyn Iterator<Item = &BandLevel>| bands.map(|level| level.mean_square).sum::<f64>();
+        let valid = || levels.iter().filter(|level| level.valid);
+        let unknown = sum(&mut valid().filter(|level| self.total(level.band).is_none()));
+        let is_known = unknown <= UNKNOWN_PART * sum(&mut valid());
+        Some(numerical.filter(|_| is_known)? + self.largest_by_slices(levels).unwrap_or(0.0))
     }
 }
 
@@ -47,13 +86,37 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_known_adds_up_and_valid_levels_alone_count() {
+    fn an_error_that_is_not_known_makes_the_sum_unknown_and_valid_levels_alone_count() {
         let band = ThirdOctaveBand;
         let slices = SliceErrors::new(5e-4, 2.0, band(-2), &[1.0, 2.0, 2.5], &[3.0; 3]);
-        let errors = LevelErrors::new(Some((band(-1).mid_frequency(), 0.5)), Some(&slices), SliceErrors::force);
-        assert_eq!([-3, -2, -1, 1].map(|n| errors.total(band(n))), [None, Some(1.0), Some(2.5), Some(0.5)]);
+        let of = |numerical, by_slices, slices| LevelErrors::new(numerical, by_slices, slices, SliceErrors::force);
+        let errors = of(Some((band(-1).mid_frequency(), 0.5)), true, Some(&slices));
+        assert_eq!([-3, -2, -1, 1].map(|n| errors.total(band(n))), [None, None, Some(2.5), None]);
         let level = |n: i32| BandLevel { band: band(n), mean_square: 1.0, level: 0.0, valid: n < 0 };
         assert_eq!(errors.largest_by_slices(&[-2, -1, 0].map(level)), Some(2.0));
         assert_eq!(LevelErrors::default().total(band(-1)), None);
+        assert_eq!(of(Some((0.0, 0.5)), false, None).total(band(-1)), Some(0.5), "cells have no error by slices");
+        assert_eq!(of(Some((0.0, 0.5)), true, None).total(band(-1)), None, "that of slices is not known");
+        assert_eq!(of(None, true, Some(&slices)).total(band(-1)), None, "that of elements is not known");
+    }
+
+    #[test]
+    fn an_overall_level_has_an_error_where_those_of_all_bands_that_matter_are_known() {
+        let level = |(n, power): (i32, f64)| BandLevel {
+            band: ThirdOctaveBand(n),
+            mean_square: power,
+            level: 10.0 * power.log10(),
+            valid: n < 0,
+        };
+        let errors = LevelErrors { numerical: Some((100.0, 0.5)), slices: BySlices::None };
+        // 80 Hz holds a thousandth, and half of the energy.
+        let [quiet, loud] = [1e-3, 1.0].map(|low| [(-11, low), (-3, 1.0), (0, 5.0)].map(level));
+        assert_eq!([&quiet, &loud].map(|levels| errors.overall(Some(0.4), levels)), [Some(0.4), None]);
+        assert_eq!(errors.overall(None, &quiet), None);
+        let slices = BySlices::Known(vec![(ThirdOctaveBand(-3), 2.0)]);
+        let by_slices = LevelErrors { slices, ..errors };
+        assert_eq!(by_slices.overall(Some(0.4), &quiet), Some(2.4));
+        let low = [(-11, 1.0), (-10, 1.0)].map(level);
+        assert_eq!(by_slices.overall(Some(0.4), &low), None, "bands below all of which an error is known");
     }
 }

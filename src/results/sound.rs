@@ -110,30 +110,33 @@ pub struct SoundSummary {
 /// How far off levels may be for how finely everything is solved; not what the model itself leaves out. Bounds add up.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 pub struct SoundError {
-    /// Third octaves of the forces, as `preset` or `accuracy` states \[dB\]; absent where neither is given: then the
-    /// others are of the way from the forces to the receivers alone.
+    /// Third octaves of the forces, as `preset` or `accuracy` states \[dB\]; absent where nothing is stated: then the
+    /// sums are not known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub forces: Option<f64>,
     /// Third octaves of that way: elements, frequencies and lateral waves, or a draft \[dB\].
     pub way: f64,
     /// Sum of both for a third octave \[dB\].
-    pub band: f64,
+    #[serde(default)]
+    pub band: Option<f64>,
     /// Mid-frequency of third octaves from which on that holds \[Hz\]; below it nothing is known.
     #[serde(default)]
     pub from: f64,
     /// Sum of both for an A-weighted level \[dB(A)\]: no more than for the worst of its bands.
-    pub level_a: f64,
+    #[serde(default)]
+    pub level_a: Option<f64>,
 }
 
 impl SoundError {
-    /// Returns the frequency \[Hz\] from which on the error of third octaves holds, and how large it is \[dB\].
-    pub fn of_bands(&self) -> (f64, f64) {
-        (self.from, self.band)
+    /// Returns the frequency \[Hz\] from which on the error of third octaves holds, and how large it is \[dB\], where it
+    /// is known.
+    pub fn of_bands(&self) -> Option<(f64, f64)> {
+        self.band.map(|band| (self.from, band))
     }
 
     /// Returns the error of a third octave by its mid-frequency \[Hz\], where it is known \[dB\].
     pub fn of_band(&self, mid_frequency: f64) -> Option<f64> {
-        (mid_frequency >= self.from).then_some(self.band)
+        self.band.filter(|_| mid_frequency >= self.from)
     }
 }
 
@@ -201,8 +204,13 @@ pub struct ReceiverSummary {
     /// Standard deviation of the A-weighted level over the places whose voids are open \[dB(A)\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub voids_spread_a: Option<f64>,
-    /// How far off that may be \[dB(A)\]: [`SoundError::level_a`], and the largest error by slices of its bands.
-    pub level_a_error: f64,
+    /// How far off that may be \[dB(A)\]: [`SoundError::level_a`], and the largest error by slices of its bands; none
+    /// where one of them is not known.
+    #[serde(default)]
+    pub level_a_error: Option<f64>,
+    /// Why that is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub no_level_a_error: Option<String>,
     /// The bands of both levels, of the pass-by and of the files to listen to; absent where the run vouches for none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) bands: Option<CoveredBands>,
@@ -271,23 +279,26 @@ impl ReceiverSummary {
 
     /// Returns its levels in a line.
     pub fn text(&self) -> String {
-        let error = self.level_a_error;
+        let error = self.level_a_error.map_or_else(String::new, |error| format!(" +- {error:.1}"));
         let least = if self.bands.is_some_and(|bands| bands.lower_bound) { "at least " } else { "" };
         let mut text = match self.pass_by {
             Some(PassBySummary { passages, maximum, .. }) => format!(
-                "{least}{maximum:.1} +- {error:.1} dB(A), L_AFmax as the {} passes ({}), {:.1} dB(A) along \
+                "{least}{maximum:.1}{error} dB(A), L_AFmax as the {} passes ({}), {:.1} dB(A) along \
                  the line",
                 if self.tyres.is_some() { "vehicle" } else { "tyre" },
                 if passages == 1 { "one passage".to_owned() } else { format!("mean of {passages}") },
                 self.level_a
             ),
-            None => format!("{least}{:.1} +- {error:.1} dB(A), {:.1} dB", self.level_a, self.level),
+            None => format!("{least}{:.1}{error} dB(A), {:.1} dB", self.level_a, self.level),
         };
         if let Some(bands) = &self.bands {
             text.push_str(&format!(", {}", bands.text()));
             if let Some(doubt) = bands.doubt() {
                 text.push_str(&format!(" ({doubt})"));
             }
+        }
+        if let Some(why) = &self.no_level_a_error {
+            text.push_str(&format!(", {why}"));
         }
         if let Some((vibration, squeeze)) = self.vibration_level_a.zip(self.squeeze_level_a) {
             text.push_str(&format!(

@@ -21,10 +21,11 @@ pub(crate) const LOWEST_FREQUENCY: f64 = 20.0;
 pub(crate) fn force_levels_csv(levels: &[BandLevel], errors: &LevelErrors) -> String {
     let header = "nominal_hz,mid_frequency_hz,lower_edge_hz,upper_edge_hz,mean_square_n2,level_db_re_1n,valid,error_db,\
                   slice_error_db";
-    let rows = levels.iter().map(|&BandLevel { band, mean_square, level, valid }| {
-        let valid = f64::from(u8::from(valid));
+    let rows = levels.iter().map(|&BandLevel { band, mean_square, level, valid: vouched }| {
+        let valid = f64::from(u8::from(vouched));
         let edges = [band.lower_edge(), band.upper_edge()];
-        let [own, slices] = [errors.numerical(band), errors.by_slices(band)].map(|error| error.unwrap_or(f64::NAN));
+        let known = [errors.numerical(band).filter(|_| vouched), errors.by_slices(band)];
+        let [own, slices] = known.map(|error| error.unwrap_or(f64::NAN));
         let middle = band.mid_frequency();
         [band.nominal_frequency(), middle, edges[0], edges[1], mean_square, level, valid, own, slices]
     });
@@ -53,6 +54,7 @@ pub(crate) fn read_force_levels(text: &str) -> Option<Vec<BandLevel>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::response::level_errors::BySlices;
 
     #[test]
     fn numbers_come_back_bit_by_bit() {
@@ -63,7 +65,8 @@ mod tests {
             valid: n < -14,
         };
         let levels = [level(-15, 1.0 / 3.0), level(-14, 0.0), level(-13, 1e-200)];
-        let errors = LevelErrors { numerical: Some((0.0, 1.0 / 3.0)), slices: vec![(ThirdOctaveBand(-14), 2.0)] };
+        let slices = BySlices::Known(vec![(ThirdOctaveBand(-14), 2.0)]);
+        let errors = LevelErrors { numerical: Some((0.0, 1.0 / 3.0)), slices };
         let text = force_levels_csv(&levels, &errors);
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         let rows: Vec<Vec<f64>> = reader
@@ -81,7 +84,7 @@ mod tests {
                 level.mean_square,
                 level.level,
                 f64::from(u8::from(level.valid)),
-                1.0 / 3.0,
+                if level.valid { 1.0 / 3.0 } else { f64::NEG_INFINITY },
                 slices,
             ];
             assert_eq!(row.iter().map(|x| x.to_bits()).collect::<Vec<_>>(), expected.map(f64::to_bits));

@@ -288,7 +288,7 @@ fn a_run_in_memory_has_the_velocities_of_one_in_a_folder() {
     let results = run(&text);
     let table = fs::read_to_string(results.path("vibration.csv")).unwrap();
     let slices = checked(&loaded).unwrap().slice_errors;
-    let errors = LevelErrors::new(None, slices.as_ref(), SliceErrors::force);
+    let errors = LevelErrors::new(None, true, slices.as_ref(), SliceErrors::force);
     assert_eq!(vibration_levels_csv(&heard.spectra, 20.0, &errors), table);
     // Both numbers read from text: the reader may be a unit in the last place off.
     let told: serde_json::Value = serde_json::from_str(&serde_json::to_string(&heard.summary).unwrap()).unwrap();

@@ -281,7 +281,7 @@ impl ForceObserver {
 
 /// Returns the errors of the force's levels: those that a plan states, and those by slices.
 fn level_errors(plan: &Plan, slices: Option<&SliceErrors>) -> LevelErrors {
-    LevelErrors::new(FrontRow::stated_error(&plan.scene), slices, SliceErrors::force)
+    LevelErrors::new(FrontRow::stated_error(&plan.scene).ok(), plan.by_slices(), slices, SliceErrors::force)
 }
 
 /// Draws the third octaves of the force.

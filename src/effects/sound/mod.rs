@@ -94,8 +94,9 @@ impl Effect for SoundEffect {
             quantity: SOUND_LEVEL,
             column: "level_db_a",
             errors: |stored| {
-                let own = stored.summary.sound.as_ref().map(|sound| sound.error.of_bands());
-                LevelErrors::new(own, stored.summary.contact.slices.as_ref(), SliceErrors::sound)
+                let own = stored.summary.sound.as_ref().and_then(|sound| sound.error.of_bands());
+                let (by_slices, slices) = (stored.plan.by_slices(), stored.summary.contact.slices.as_ref());
+                LevelErrors::new(own, by_slices, slices, SliceErrors::sound)
             },
         }]
     }
@@ -132,6 +133,8 @@ pub(crate) struct SoundObserver {
     /// By receiver, pressures at its first point by order of the revolution; none without a tread pattern.
     orders: Vec<Orders>,
     valid_to: f64,
+    /// True if contact is over slices, which have an error.
+    by_slices: bool,
     /// Errors of contact over slices, where they are known.
     slice_errors: Option<SliceErrors>,
     /// \[m/s\].
@@ -296,6 +299,7 @@ impl SoundObserver {
             amid: vec![AmidGroove::default(); sound.channels.len()],
             speed,
             valid_to: contact.sound_valid_to().min(sound.complete_to()),
+            by_slices: plan.by_slices(),
             slice_errors: contact.slice_errors.clone(),
             sound,
         }))

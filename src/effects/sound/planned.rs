@@ -6,7 +6,7 @@ use crate::contact::cells::gaps::PLACES;
 use crate::numeric::SplitRule;
 use crate::plan::Plan;
 use crate::plan::decisions::taken_pattern;
-use crate::plan::front::FrontRow;
+use crate::plan::front::{FrontRow, Unstated};
 use crate::plan::settle::Choice;
 use crate::radiation::draft::{self, DraftError, DraftErrors};
 use crate::radiation::gap::patch::Channel;
@@ -118,8 +118,9 @@ pub(crate) struct Sound {
     pub heard: Vec<Heard>,
     /// The points of all receivers \[m\], as [`crate::scene::Receiver`] counts.
     pub positions: Vec<[f64; 3]>,
-    /// Error of the forces' third octaves that `preset` or `accuracy` states \[dB\].
-    pub stated: Option<f64>,
+    /// Frequency from which on the error of the forces' third octaves holds that `preset` or `accuracy` states \[Hz\],
+    /// and that error \[dB\], or why none is stated.
+    pub stated: Result<(f64, f64), Unstated>,
     /// Blocks of the forces; columns, phase and first position are the run's to say.
     pub layout: SegmentLayout,
     /// Lateral numbers of the waves that are followed, from the lowest on: of those that a strip excites, or of all.
@@ -236,7 +237,7 @@ impl Sound {
     /// Tells how far off levels may be, at the receiver where it is most.
     pub(crate) fn error(&self) -> SoundError {
         let all = self.heard.iter().map(|heard| self.error_at(heard));
-        let worst = all.reduce(|a, b| if b.band > a.band { b } else { a });
+        let worst = all.reduce(|a, b| if b.way > a.way { b } else { a });
         worst.unwrap_or_else(|| self.with_way(0.0, 0.0, 0.0))
     }
 
@@ -277,8 +278,9 @@ impl Sound {
     /// Returns the errors of forces and way together; the way's of third octaves from a frequency \[Hz\] on and of the
     /// A-weighted level \[dB\].
     fn with_way(&self, way: f64, way_a: f64, from: f64) -> SoundError {
-        let forces = self.stated.unwrap_or(0.0);
-        SoundError { forces: self.stated, way, band: forces + way, from, level_a: forces + way_a }
+        let (of_forces, forces) = self.stated.ok().unzip();
+        let [band, level_a] = [way, way_a].map(|way| forces.map(|forces| forces + way));
+        SoundError { forces, way, band, from: from.max(of_forces.unwrap_or(0.0)), level_a }
     }
 
     /// Returns the samples of a point's pressure that may be heard.
@@ -421,7 +423,7 @@ impl Plan {
             Heard { name, file, place: receiver.place, points: first..positions.len() }
         });
         let heard: Vec<Heard> = heard.collect();
-        let stated = FrontRow::stated_error(&self.scene).map(|(_, error)| error);
+        let stated = FrontRow::stated_error(&self.scene);
         let draft = DraftErrors::of(self.radius, tyre.width + 2.0 * radiation.shoulder);
         let arc = tyre.sidewall_arc(0.0).filter(|_| radiation.hears_sides(tyre));
         let bead = arc.map(|arc| arc.bead_radius());
@@ -558,8 +560,13 @@ mod tests {
         assert_eq!(sound.error(), ahead, "the worst stands for all");
         for error in [cpx, beside, ahead] {
             assert_eq!(error.forces, Some(1.0));
-            assert!((error.band - (1.0 + error.way)).abs() < 1e-12 && error.level_a < error.band, "{error:?}");
+            let [band, level] = [error.band, error.level_a].map(Option::unwrap);
+            assert!((band - (1.0 + error.way)).abs() < 1e-12 && level < band, "{error:?}");
         }
+        scene.numerics.preset = None;
+        let error = Plan::new(&scene).sound().unwrap().error();
+        assert_eq!((error.forces, error.band, error.level_a), (None, None, None), "that of the forces is not known");
+        assert!(error.way > 0.0);
         assert!((cpx.way - sound.draft.unwrap().of_standards.band - WAVES_ERROR).abs() < 1e-12, "{cpx:?}");
     }
 

@@ -68,7 +68,7 @@ impl SoundObserver {
             receivers[receiver].audio = Some(recording.write(folder, file, full_scale)?);
         }
         if loaded.scene.outputs.plots {
-            draw_levels(loaded, &spectra, self.level_errors(Some(error.of_bands())), folder)?;
+            draw_levels(loaded, &spectra, self.level_errors(error.of_bands()), folder)?;
         }
         Ok(SoundSummary {
             reference: REFERENCE_PRESSURE,
@@ -128,7 +128,14 @@ impl SoundObserver {
     ) -> Result<(ReceiverSummary, Option<Audible>), RunError> {
         let levels = vouched(spectrum);
         let level_of = |part: fn(&SoundParts) -> &PowerSpectrum| Some(vouched(part(parts.as_ref()?)).overall_a);
-        let by_slices = self.level_errors(None).largest_by_slices(&levels.a_weighted);
+        let error = self.sound.error_at(heard);
+        let numerical = error.level_a;
+        let level_a_error = self.level_errors(error.of_bands()).overall(numerical, &levels.a_weighted);
+        let unknown = || match &self.sound.stated {
+            Err(why) => why.to_string(),
+            Ok(_) if self.by_slices && self.slice_errors.is_none() => "error by slices not known".to_owned(),
+            Ok(_) => format!("error not known: no error is stated below {:.0} Hz, where the level lies", error.from),
+        };
         let mut recording = None;
         let mut summary = ReceiverSummary {
             name: heard.name.clone(),
@@ -139,7 +146,8 @@ impl SoundObserver {
             vibration_level_a: level_of(|parts| &parts.vibration),
             squeeze_level_a: level_of(|parts| &parts.squeeze),
             voids_spread_a: spread(places.iter().map(|place| vouched(place).overall_a)),
-            level_a_error: self.sound.error_at(heard).level_a + by_slices.unwrap_or(0.0),
+            level_a_error,
+            no_level_a_error: level_a_error.is_none().then(unknown),
             bands: levels.covered(),
             power_level_a: None,
             pass_by: None,
@@ -184,7 +192,7 @@ impl SoundObserver {
 
     /// Returns the errors of levels that have a numerical one.
     fn level_errors(&self, numerical: Option<(f64, f64)>) -> LevelErrors {
-        LevelErrors::new(numerical, self.slice_errors.as_ref(), SliceErrors::sound)
+        LevelErrors::new(numerical, self.by_slices, self.slice_errors.as_ref(), SliceErrors::sound)
     }
 
     /// Writes the intensity by the pairs of a receiver; `None` where too little of the pressures is kept.

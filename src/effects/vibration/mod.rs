@@ -46,8 +46,8 @@ static CHANNELS: [Channel; 3] = [
 ];
 
 /// Returns the errors of its levels: those of the force by slices; others are not stated.
-fn level_errors(slices: Option<&SliceErrors>) -> LevelErrors {
-    LevelErrors::new(None, slices, SliceErrors::force)
+fn level_errors(plan: &Plan, slices: Option<&SliceErrors>) -> LevelErrors {
+    LevelErrors::new(None, plan.by_slices(), slices, SliceErrors::force)
 }
 
 impl Effect for VibrationEffect {
@@ -84,7 +84,7 @@ impl Effect for VibrationEffect {
             file: VIBRATION_FILE,
             quantity: VELOCITY_LEVEL,
             column: "level_db_re_1m_s",
-            errors: |stored| level_errors(stored.summary.contact.slices.as_ref()),
+            errors: |stored| level_errors(&stored.plan, stored.summary.contact.slices.as_ref()),
         }]
     }
 
@@ -222,7 +222,7 @@ impl VibrationObserver {
                 (VibrationAccumulator::resolved(layout, Heard::Velocities(velocities)), Some(kept))
             }
         };
-        let (valid_to, errors) = (contact.force_valid_to(), level_errors(contact.slice_errors.as_ref()));
+        let (valid_to, errors) = (contact.force_valid_to(), level_errors(plan, contact.slice_errors.as_ref()));
         let heard = cells.map(|cells| {
             let grid = plan.cell_grid();
             let numbers = LateralForces::new(&grid, cells.heard.clone());

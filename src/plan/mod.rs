@@ -25,6 +25,7 @@ pub(crate) mod resolution;
 pub(crate) mod settle;
 mod slice_error;
 mod smooth_contact;
+pub(crate) mod stated;
 #[cfg(test)]
 mod tests;
 mod tread;

@@ -128,8 +128,8 @@ pub struct SoundError {
 }
 
 impl SoundError {
-    /// Returns the frequency \[Hz\] from which on the error of third octaves holds, and how large it is \[dB\], where it
-    /// is known.
+    /// Returns the frequency \[Hz\] from which on the error of third octaves holds, and how large it is \[dB\]; `None`
+    /// where it is not known.
     pub fn of_bands(&self) -> Option<(f64, f64)> {
         self.band.map(|band| (self.from, band))
     }

@@ -91,6 +91,6 @@ mod tests {
         }
         assert_eq!(read_force_levels(&text).unwrap(), levels);
         assert_eq!(read_force_levels("a,b\n1,2\n"), None);
-        assert!(text.starts_with("nominal_hz,") && text.contains("\n31.5,") && text.contains(",0,,0,0.33"), "{text}");
+        assert!(text.starts_with("nominal_hz,") && text.contains("\n31.5,") && text.contains(",0,,0,,2\n"), "{text}");
     }
 }

@@ -7,7 +7,7 @@ use std::process::Output;
 
 use serde_json::Value;
 use tyrewave::sound::wav::full_scale_of;
-use tyrewave::test_models::{edit, scene, scene_text, without};
+use tyrewave::test_models::{edit, scene, scene_text, with_all_terms, without};
 
 use crate::suite::common::{command, read_summary, run};
 
@@ -299,6 +299,7 @@ fn an_error_that_no_preset_states_is_not_known_in_words_table_and_summary() {
     let folder = tempfile::tempdir().unwrap();
     let receiver = "[[receiver]]\nstandard = \"cpx\"\n[radiation]\nquality = \"draft\"\nfmax = 400.0\naudio = false";
     let text = scene_text(512, &washboard(folder.path()), &rolling(1.2), MODAL, receiver);
+    let text = with_all_terms(&text);
     fs::write(folder.path().join("scene.toml"), text).unwrap();
     let told = |name: &str, settings: &[&str]| {
         let mut arguments = vec!["run", "scene.toml", "--out", name];

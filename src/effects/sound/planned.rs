@@ -6,8 +6,9 @@ use crate::contact::cells::gaps::PLACES;
 use crate::numeric::SplitRule;
 use crate::plan::Plan;
 use crate::plan::decisions::taken_pattern;
-use crate::plan::front::{FrontRow, Unstated};
+use crate::plan::front::FrontRow;
 use crate::plan::settle::Choice;
+use crate::plan::stated::Unstated;
 use crate::radiation::draft::{self, DraftError, DraftErrors};
 use crate::radiation::gap::patch::Channel;
 use crate::radiation::{

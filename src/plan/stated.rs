@@ -1,0 +1,129 @@
+//! Error that a scene's preset states, where the scene keeps what the preset asks for.
+
+use std::fmt;
+
+use super::decisions::cells_across;
+use super::front::{FrontRow, STATED_FROM};
+use super::resolution::{Need, Resolution};
+use crate::scene::{History, Numerics, Scene, Switch, Zone};
+
+/// Width of a cell relative to its length, at most, where it is called as wide as long.
+const ROUNDED: f64 = 1.1;
+
+/// Why the numerical error of a scene's levels is not known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Unstated {
+    /// Neither `preset` nor `accuracy` is given.
+    NoPreset,
+    /// A key of the scene's own is coarser than that of its preset.
+    Coarser(&'static str),
+    /// No error is stated for such a scene: its fmax, its road, or friction.
+    OfNoRow,
+}
+
+impl fmt::Display for Unstated {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("numerical error not known: ")?;
+        match self {
+            Self::NoPreset => formatter.write_str("take a preset, or `tyrewave study`"),
+            Self::Coarser(key) => write!(formatter, "{key} is coarser than that of the preset; `tyrewave study`"),
+            Self::OfNoRow => formatter.write_str("no preset states one for such a scene; `tyrewave study`"),
+        }
+    }
+}
+
+impl FrontRow {
+    /// Finds the error of force levels that a scene's `preset` or `accuracy` states: from which frequency on \[Hz\],
+    /// and the error \[dB\].
+    ///
+    /// # Errors
+    /// Why none is stated.
+    pub(crate) fn stated_error(scene: &Scene) -> Result<(f64, f64), Unstated> {
+        let (row, fmax) = Self::asked_for(scene).zip(scene.numerics.fmax).ok_or(Unstated::NoPreset)?;
+        let error = row.error_for(scene, fmax).ok_or(Unstated::OfNoRow)?;
+        row.coarser(scene, fmax).map_or(Ok((STATED_FROM, error)), |key| Err(Unstated::Coarser(key)))
+    }
+
+    /// Finds a key of a scene that is coarser than the row's.
+    fn coarser(&'static self, scene: &Scene, fmax: f64) -> Option<&'static str> {
+        let Scene { tyre, contact, numerics, rolling, road, effects, .. } = scene;
+        let (length, speed, rule) = (tyre.circumference, rolling.speed(), numerics.time_rule);
+        let given = Resolution { elements: numerics.elements, substeps: numerics.substeps };
+        let element = length / numerics.elements as f64;
+        let longest = self.longest_element.min(speed / (fmax * self.per_wavelength));
+        let over_cells = contact.zone == Zone::Cells;
+        let over_slices = !over_cells && effects.texture != Switch::Off && road.varies_across();
+        let is_wide = |length: f64, cells: Option<usize>| {
+            let widest = self.cell_for(scene, fmax) * (1.0 + 1e-9);
+            over_slices && cells.is_some_and(|cells| length / cells as f64 > widest)
+        };
+        // Cells that are as wide as they are long fit into the width by rounding.
+        let is_oblong = over_cells && tyre.contact_width > ROUNDED * longest * cells_across(scene) as f64;
+        let rule_limit = given.rule_limit(Need { highest: fmax, row: Some(self) }, length, speed, rule);
+        let is_coarser = [
+            ("numerics.elements", element > longest * (1.0 + 1e-9)),
+            ("numerics.substeps", rule_limit < (1.0 - 1e-9) * fmax),
+            ("contact.cells_across", is_oblong || is_wide(tyre.contact_width, contact.cells_across)),
+            ("contact.cells_along", is_wide(element, contact.cells_along)),
+            ("contact.slice_tolerance", over_slices && contact.slice_tolerance > self.slice_tolerance),
+            ("numerics.history", numerics.history != History::Modal),
+            ("numerics.pole_tolerance", numerics.pole_tolerance > self.pole_tolerance),
+            ("numerics.contact_tolerance", over_cells && numerics.contact_tolerance > self.cell_tolerance),
+            ("numerics.influence_tolerance", numerics.influence_tolerance > Numerics::default().influence_tolerance),
+            ("numerics.lateral_terms", numerics.lateral_terms.is_some()),
+            ("numerics.wavenumber_aliases", numerics.wavenumber_aliases.is_some()),
+        ];
+        is_coarser.into_iter().find(|(_, is_coarser)| *is_coarser).map(|(key, _)| key)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::settle::decide;
+    use crate::scene::{DEFAULT, Preset, Setting};
+    use crate::test_models::{scene_text, with_all_terms};
+
+    #[test]
+    fn no_error_is_stated_for_elements_that_are_longer_than_the_rows() {
+        let mut scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
+        assert_eq!(FrontRow::stated_error(&scene), Err(Unstated::NoPreset));
+        (scene.numerics.preset, scene.numerics.fmax) = (Some(Preset::Standard), Some(1000.0));
+        let stated = |scene: &Scene| FrontRow::stated_error(scene).map(|(_, error)| error.to_bits());
+        assert_eq!(stated(&scene), Ok(1.0_f64.to_bits()));
+        scene.contact.zone = Zone::Cells;
+        assert_eq!(stated(&scene), Err(Unstated::Coarser("numerics.elements")));
+        scene.numerics.elements *= 2;
+        assert_eq!(stated(&scene), Ok(3.0_f64.to_bits()));
+        scene.numerics.fmax = Some(2500.0);
+        assert_eq!(stated(&scene), Err(Unstated::OfNoRow));
+    }
+
+    #[test]
+    fn no_error_is_stated_for_a_setting_of_the_scenes_own_that_is_coarser_than_the_presets() {
+        let preset = |zone: &str, keys: &str| {
+            let texture = "kind = \"made\"\nseed = 1\ntexture = \"sma-8\"";
+            let rolling = "speed_kmh = 80.0\nduration = 1.0\naxle = { load = 3400.0 }";
+            let numerics = "preset = \"standard\"\nfmax = 1000.0";
+            let text = with_all_terms(&scene_text(1024, texture, rolling, numerics, ""));
+            let wishes = [format!("contact.zone=\"{zone}\""), keys.to_owned()].join("\n");
+            let settings: Vec<Setting> =
+                wishes.lines().filter(|line| !line.is_empty()).flat_map(Setting::parse).collect();
+            let loaded = Scene::from_str_with(&text, "scene", &settings).unwrap();
+            FrontRow::stated_error(&decide(&loaded).unwrap().0).map(|(_, error)| error.to_bits())
+        };
+        assert_eq!(preset("slices", ""), Ok(1.0_f64.to_bits()));
+        assert_eq!(preset("cells", ""), Ok(3.0_f64.to_bits()));
+        for (zone, key, value) in [
+            ("slices", "contact.cells_across", "20"),
+            ("slices", "contact.slice_tolerance", "1e-6"),
+            ("slices", "numerics.pole_tolerance", "1e-3"),
+            ("slices", "numerics.influence_tolerance", "1e-6"),
+            ("slices", "numerics.lateral_terms", "40"),
+            ("cells", "contact.cells_across", "20"),
+            ("cells", "numerics.contact_tolerance", "1e-4"),
+        ] {
+            assert_eq!(preset(zone, &format!("{key}={value}")), Err(Unstated::Coarser(key)), "{key} = {value}");
+        }
+    }
+}

@@ -25,14 +25,18 @@ pub(crate) struct Interrupt {
     asked: Arc<AtomicBool>,
     /// When that was first asked for.
     first: Arc<OnceLock<Instant>>,
+    /// True once the command looks at the flag between its steps: what does not ends at the first request.
+    looked_at: Arc<AtomicBool>,
 }
 
 /// Which request for the end one is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Request {
+    /// The first one, of a command that will see it.
     First,
     /// The first one, come another way.
     Same,
+    /// One more, or one that no part of the command would see.
     Further,
 }
 
@@ -58,7 +62,7 @@ impl Interrupt {
     fn request(&self, at: Instant) -> Request {
         let first = *self.first.get_or_init(|| at);
         if !self.asked.swap(true, Ordering::Relaxed) {
-            Request::First
+            if self.looked_at.load(Ordering::Relaxed) { Request::First } else { Request::Further }
         } else if at.saturating_duration_since(first) < SAME_REQUEST {
             Request::Same
         } else {
@@ -68,6 +72,7 @@ impl Interrupt {
 
     /// Returns the flag that a run looks at between two steps.
     pub(crate) fn flag(&self) -> &AtomicBool {
+        self.looked_at.store(true, Ordering::Relaxed);
         &self.asked
     }
 }
@@ -85,5 +90,10 @@ mod tests {
         assert!(run.flag().load(Ordering::Relaxed));
         assert_eq!(run.request(begin + Duration::from_millis(20)), Request::Same);
         assert_eq!(run.request(begin + SAME_REQUEST), Request::Further);
+    }
+
+    #[test]
+    fn a_command_that_looks_at_no_flag_ends_at_the_first_request() {
+        assert_eq!(Interrupt::default().request(Instant::now()), Request::Further);
     }
 }

@@ -1,12 +1,14 @@
 //! `tyrewave tyre`: what kind of tyre a scene has.
 
+use crate::contact::static_contact::StaticContact;
 use crate::counters::{Counter, Stage};
+use crate::plan::overload::{Overload, overload};
 use crate::report::mobility::{LEVEL, plot as mobility_plot};
 use crate::report::tyre::{UnderLoad, tyre_record};
 use crate::results::table::Report;
 use crate::results::tread_pattern::{pattern_csv, pitch_spectrum, tread_picture};
 use crate::run::{Progress, RunError};
-use crate::scene::SceneError;
+use crate::scene::{LoadedScene, Scene, SceneError};
 use crate::study::loads::{Standing, rolling};
 use crate::study::rolling_waves::rolling_waves;
 use crate::tyre::influence::mobility::{driving_point, frequencies};
@@ -136,6 +138,24 @@ fn load(text: &str) -> Result<Load, String> {
     Ok(Load { label: format!("{value} {unit}"), newtons: newtons * value })
 }
 
+/// Judges the contacts under the loads asked for: warnings of those that the tyre's model holds badly.
+///
+/// # Errors
+/// [`CliError::Failed`] for a load that it does not hold, unless the scene tries implausible numbers.
+fn judged(loaded: &LoadedScene, contacts: &[StaticContact]) -> Result<Vec<String>, CliError> {
+    let Scene { tyre, allow_implausible, .. } = &loaded.scene;
+    let mut warnings = Vec::new();
+    for found in contacts.iter().filter_map(|contact| overload(tyre, contact)) {
+        match found {
+            Overload::Beyond(wrong) if !allow_implausible => {
+                return Err(CliError::Failed(format!("--loads: {wrong}; loads without a unit are in kg")));
+            }
+            Overload::Doubtful(wrong) | Overload::Beyond(wrong) => warnings.push(wrong),
+        }
+    }
+    Ok(warnings)
+}
+
 impl TyreArguments {
     /// Computes, writes, prints.
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
@@ -152,6 +172,7 @@ impl TyreArguments {
         let newtons: Vec<f64> = loads.iter().map(|load| load.newtons).collect();
         let contacts = newtons.iter().map(|&load| standing.under(load)).collect::<Result<Vec<_>, _>>();
         let contacts = contacts.map_err(RunError::from)?;
+        let warnings = judged(&side.loaded, &contacts)?;
         let largest = newtons.iter().copied().fold(0.0, f64::max);
         let curve = standing.curve(largest, CURVE_POINTS).map_err(RunError::from)?;
 
@@ -253,6 +274,7 @@ impl TyreArguments {
         side.page("tyre.html", [&title, &lead], &sections);
         let mut report = Report::default();
         report.text(format!("{title}\n\n"));
+        warnings.into_iter().for_each(|warning| report.text(format!("warning: {warning}\n\n")));
         sections.into_iter().for_each(|(_, _, of)| report.append(of.clone()));
         report.text("\n");
         side.finish(context, &report)

@@ -7,7 +7,9 @@ use std::f64::consts::PI;
 
 use num_complex::Complex64;
 
-use crate::scene::{LoadedScene, Numerics, Scene, SceneError, short};
+use super::decisions::cells_across;
+use crate::scene::sizes::{MOST, MOST_CELLS};
+use crate::scene::{LoadedScene, Numerics, Scene, SceneError, Zone, short};
 use crate::tyre::influence::Waves;
 use crate::tyre::layers::material::shear_modulus;
 use crate::tyre::layers::surface_asymptote::thickness_limit;
@@ -24,6 +26,27 @@ const LARGEST_PRESTRESS: f64 = 0.3;
 const LOBES: f64 = 20.0;
 /// Terms of the sums over both kinds of waves that a scene fixes itself, for one time step and one wavenumber.
 const MOST_FIXED: f64 = 1e6;
+
+/// Checks what was decided against the largest sizes of a scene, before anything is allocated or looped over.
+///
+/// # Errors
+/// [`SceneError::Invalid`] with the key that is to blame.
+pub(crate) fn check_sizes(loaded: &LoadedScene, scene: &Scene) -> Result<(), SceneError> {
+    let Numerics { elements, substeps, .. } = scene.numerics;
+    let across = if scene.contact.zone == Zone::Cells { cells_across(scene) } else { 1 };
+    let key = if loaded.gives("contact.cell") { "contact.cell" } else { "numerics.elements" };
+    let sizes = [
+        ("numerics.fmax", elements, MOST, "elements", "a lower frequency, or a higher speed"),
+        ("numerics.fmax", substeps, MOST, "steps for each element", "a lower frequency, or a higher speed"),
+        (key, across, MOST_CELLS, "cells across", "larger cells, or fewer elements"),
+    ];
+    match sizes.into_iter().find(|(_, size, most, ..)| *size as u64 > *most) {
+        Some((key, size, most, name, right)) => {
+            Err(loaded.complain(key, format!("{size} {name} are wanted, {most} can be had"), right).into())
+        }
+        None => Ok(()),
+    }
+}
 
 /// Checks that the sums of a plan end.
 ///

@@ -1,14 +1,28 @@
 //! Knowledge of a plan about a run that will hardly give what it is asked for.
 
 use super::Plan;
-use crate::scene::{LoadedScene, SceneError};
+use crate::scene::{LoadedScene, Rolling, SceneError, short};
 use crate::tyre::critical_speed::{TreadWave, limit_below, tread_wave};
 use crate::tyre::slowest_wave::{SlowestWave, slowest_wave_below};
 
 impl Plan {
-    /// Lists what the user should act on before the run: a speed at which the tyre rolls into its own waves.
+    /// Lists what the user should act on before the run: a speed at which the tyre rolls into its own waves, a load
+    /// beyond what its model holds well, a warm-up that takes most of the run.
     pub fn warnings(&self) -> Vec<String> {
-        self.outrun_waves().into_iter().collect()
+        [self.outrun_waves(), self.doubtful_load(), self.long_warm_up()].into_iter().flatten().collect()
+    }
+
+    /// Tells of a warm-up that is longer than what counts, and than a car's tyre needs.
+    fn long_warm_up(&self) -> Option<String> {
+        let Rolling { warm_up, duration, .. } = self.scene.rolling;
+        (warm_up > duration && warm_up > Rolling::WARM_UP).then(|| {
+            format!(
+                "rolling.warm_up: {} s are simulated before the {} s that count; {} s are enough for a car's tyre",
+                short(warm_up),
+                short(duration),
+                Rolling::WARM_UP
+            )
+        })
     }
 
     /// Checks that the turning tyre is stable at the plan's speed.

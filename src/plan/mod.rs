@@ -20,6 +20,7 @@ mod foreseen;
 pub(crate) mod front;
 pub(crate) mod inflation;
 pub(crate) mod models;
+pub(crate) mod overload;
 mod pressed;
 pub(crate) mod resolution;
 pub(crate) mod settle;
@@ -39,6 +40,7 @@ pub(crate) use unit::{Unit, UnitCosts};
 
 use std::sync::OnceLock;
 
+use crate::contact::ContactError;
 use crate::contact::static_contact::StaticContact;
 use crate::response::SliceErrors;
 use crate::response::vibration::{Across, SegmentLayout};
@@ -102,7 +104,7 @@ pub struct Plan {
     /// Length of the window of cells over that whose forces are told: 1, and more once contact has reached its end.
     pub(crate) window: f64,
     /// How the tyre stands on a smooth road, found when it is first asked for: nothing else in a plan takes as long.
-    standing: OnceLock<Option<StaticContact>>,
+    standing: OnceLock<Result<StaticContact, ContactError>>,
 }
 
 /// Computes up to where elements and time step are good \[Hz\]: what was asked for, or four elements to a texture
@@ -158,9 +160,14 @@ impl Plan {
         }
     }
 
-    /// Tells how the tyre stands on a smooth road.
+    /// Tells how the tyre stands on a smooth road; `None` where it has no static solution.
     fn standing(&self) -> Option<StaticContact> {
-        *self.standing.get_or_init(|| smooth_contact::standing(&self.decisions.tyre, &self.decisions.axle))
+        self.standing_or_error().as_ref().ok().copied()
+    }
+
+    /// Tells how the tyre stands on a smooth road, or why it does not.
+    fn standing_or_error(&self) -> &Result<StaticContact, ContactError> {
+        self.standing.get_or_init(|| smooth_contact::standing(&self.decisions.tyre, &self.decisions.axle))
     }
 
     /// Returns the contact that is expected.
@@ -190,7 +197,7 @@ impl Plan {
     #[must_use]
     pub(crate) fn standing_as(mut self, other: &Self) -> Self {
         if self.decisions.tyre == other.decisions.tyre && self.decisions.axle == other.decisions.axle {
-            self.standing = OnceLock::from(other.standing());
+            self.standing = OnceLock::from(other.standing_or_error().clone());
         }
         self
     }

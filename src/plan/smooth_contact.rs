@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::feasible::COARSE_TOLERANCE;
+use crate::contact::ContactError;
 use crate::contact::static_contact::{StaticContact, StaticTyre, window_reach};
 use crate::road::sources::made::TargetSpectrum;
 use crate::scene::{Axle, Road, Scene, Tyre};
@@ -24,12 +25,14 @@ pub(crate) struct Expected {
     pub length: f64,
 }
 
-/// Tells how a tyre stands on a smooth road; none where it has no static solution, which is refused when it is looked
-/// for.
-pub(super) fn standing(tyre: &Tyre, axle: &Axle) -> Option<StaticContact> {
+/// Tells how a tyre stands on a smooth road.
+///
+/// # Errors
+/// As [`StaticTyre::under`].
+pub(super) fn standing(tyre: &Tyre, axle: &Axle) -> Result<StaticContact, ContactError> {
     let sum = InfluenceSum::coarse_at_rest(tyre, Projection::new(tyre, COARSE), COARSE_TOLERANCE);
     let row = sum.static_row(Field::Surface);
-    StaticTyre { influence: &row, circumference: tyre.circumference }.under(axle).ok()
+    StaticTyre { influence: &row, circumference: tyre.circumference }.under(axle)
 }
 
 impl Expected {

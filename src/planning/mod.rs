@@ -24,6 +24,7 @@ pub(crate) fn settled(loaded: LoadedScene) -> Result<LoadedScene, SceneError> {
 /// Decides every setting of a scene; gives it, and the choices.
 fn decide(loaded: &LoadedScene) -> Result<(Scene, Vec<Choice>), SceneError> {
     let (scene, choices) = settle::decide(loaded)?;
+    feasible::check_sizes(loaded, &scene)?;
     EFFECTS.iter().try_for_each(|effect| effect.check(loaded, &scene))?;
     Ok((scene, choices))
 }
@@ -93,6 +94,7 @@ impl Plan {
     /// # Errors
     /// [`SceneError::Invalid`] with a complaint that points into the scene.
     pub fn check(&self, loaded: &LoadedScene) -> Result<(), SceneError> {
+        self.check_standing(loaded)?;
         self.check_amounts(loaded, &self.amounts())
     }
 }

@@ -6,13 +6,13 @@ use super::{
     Axle, Lateral, ProfileRoad, Radiation, RadiationQuality, Receiver, ReceiverPlace, Road, Scene, StandardReceiver,
     Switch, TimeRule, Tread, Vehicle, Vibration, Zone,
 };
-use super::{air_pumping, tread_pattern};
+use super::{air_pumping, plausible, tread_pattern};
 use crate::radiation::draft::{self, DraftErrors};
 
 /// Reads a whole scene; `None` after a complaint.
 pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
     let mut scene = Scene::read(table)?;
-    load(&scene, table)?;
+    plausible::check(&scene, table)?;
     cells(&scene, table)?;
     friction(&mut scene, table)?;
     tread_pattern::check(&scene, table)?;
@@ -22,27 +22,7 @@ pub(super) fn scene(table: &mut Table<'_>) -> Option<Scene> {
     receiver_names(&scene, table)?;
     sound(&scene, table)?;
     air_pumping::check(&scene, table)?;
-    indentation(&scene, table)?;
     Some(scene)
-}
-
-/// Largest section height of a tyre, from rim to tread, over its radius.
-const SECTION: f64 = 0.3;
-
-/// Complains about an indentation that is deeper than the tyre is high above its rim; `None` then.
-fn indentation(scene: &Scene, table: &Table<'_>) -> Option<()> {
-    let Axle::Indentation { indentation, .. } = scene.rolling.axle else { return Some(()) };
-    let (key, radius) = ("rolling.axle.indentation", scene.tyre.radius());
-    // Pushed in by more than its radius the rigid circle has no outline left to speak of.
-    if indentation > radius {
-        return table.complain(key, Problem::exceeds(indentation, radius, "the tyre's radius"));
-    }
-    let most = SECTION * radius;
-    if indentation <= most * table.slack() {
-        return Some(());
-    }
-    // To a millimetre: the number is no exacter.
-    table.complain(key, Problem::implausible(indentation, [0.0, (1e3 * most).round() / 1e3], "m"))
 }
 
 /// Complains about receivers that were given one name: tables and files would not tell them apart; `None` then.
@@ -56,21 +36,6 @@ fn receiver_names(scene: &Scene, table: &Table<'_>) -> Option<()> {
         }
     }
     sound
-}
-
-/// Forces on a strip as wide as the tread's and as long as the tyre's radius, from the lightest toy to a wheel of steel
-/// \[N/m^2\].
-const LOADED: [f64; 2] = [300.0, 1e8];
-
-/// Complains about a load that no tyre of this size has; `None` then.
-fn load(scene: &Scene, table: &Table<'_>) -> Option<()> {
-    let Some((load, _)) = scene.rolling.axle.load() else { return Some(()) };
-    let area = scene.tyre.contact_width * scene.tyre.radius();
-    // In whole decades: the numbers are no exacter.
-    let least = 10_f64.powf((LOADED[0] * area).log10().floor());
-    let most = 10_f64.powf((LOADED[1] * area).log10().ceil());
-    let fits = (least / table.slack()..=most * table.slack()).contains(&load);
-    if fits { Some(()) } else { table.complain("rolling.axle.load", Problem::implausible(load, [least, most], "N")) }
 }
 
 /// Complains about what contact over cells does not have yet, or cannot have; `None` then.

@@ -19,6 +19,9 @@ use super::table::{Kind, Value, array};
 /// Signs that spreadsheets know the beginning of a formula by.
 const FORMULA: [char; 4] = ['=', '+', '-', '@'];
 
+/// Least angle but 0 that is plausible in degrees: a right angle in radians is less.
+pub(super) const IN_DEGREES: f64 = 1.6;
+
 /// Where a number has to lie, and its unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bounds {

@@ -12,10 +12,12 @@ mod keys;
 mod kind;
 mod load;
 pub(crate) mod model;
+mod plausible;
 mod problem;
 mod receiver_file;
 pub(crate) mod schema;
 mod setting;
+pub(crate) mod sizes;
 mod table;
 #[cfg(test)]
 pub(crate) mod tests;
@@ -30,6 +32,7 @@ pub use model::*;
 pub(crate) use problem::Problem;
 pub(crate) use problem::short;
 pub use setting::Setting;
+pub(crate) use tread_pattern::deepest_groove;
 
 /// The default scene, `scenes/default.toml`.
 pub const DEFAULT: &str = include_str!("../../scenes/default.toml");

@@ -79,6 +79,11 @@ impl Problem {
         Self::new(wrong, "is it in another unit? `allow_implausible = true` at the top of the scene lets it be tried")
     }
 
+    /// Returns the same, its remedy led by what was perhaps meant.
+    pub(super) fn with_hint(self, hint: &str) -> Self {
+        Self { right: beginning(&format!("{hint}: {}", self.right), MOST), ..self }
+    }
+
     /// Returns a word that is not in the list.
     pub(super) fn not_a_choice(given: &str, accepted: &[&'static str]) -> Self {
         let meant = nearest(given, accepted).map(|nearest| format!("did you mean \"{nearest}\"? "));

@@ -8,11 +8,16 @@ use toml::de::{DeTable, DeValue};
 use super::diagnostic::{Diagnostic, Source};
 use super::document::Document;
 use super::{Problem, SceneError};
+use crate::storage::input::beginning;
 
 const TYRE: &str = "tyre";
 /// Keys that say what other keys a table has: one of any table, and one of `[contact]` with its default.
 const KIND: &str = "kind";
 const ZONE: (&str, &str) = ("contact.zone", "slices");
+/// Letters of a setting in a message.
+const MOST_TOLD: usize = 200;
+/// Most parts of a key: a scene's tables are not as deep.
+const MOST_STEPS: usize = 16;
 const NO_PLACE: &str = "name a key of a table, or an item of an array that is there: receiver[0].height";
 
 /// A key of a scene and the value that it shall have.
@@ -40,10 +45,17 @@ impl Setting {
     /// # Errors
     /// In words, for a text without `=` and for a path that is none.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let form = || format!("\"{text}\" is no setting: give it as KEY=VALUE, such as rolling.speed_kmh=110");
+        let told = beginning(text, MOST_TOLD);
+        let form = || format!("\"{told}\" is no setting: give it as KEY=VALUE, such as rolling.speed_kmh=110");
         let (key, value) = text.split_once('=').ok_or_else(form)?;
         let (key, value) = (key.trim().to_owned(), value.trim());
         let steps = steps(&key).ok_or_else(form)?;
+        if steps.len() > MOST_STEPS {
+            return Err(format!(
+                "\"{told}\" has a key of {} parts: no scene has one of more than {MOST_STEPS}",
+                steps.len()
+            ));
+        }
         let plain = DeValue::parse(value).is_err().then(|| value.to_owned());
         let text = plain.as_deref().map_or_else(|| value.to_owned(), |text| toml::Value::from(text).to_string());
         Ok(Self { steps, source: Arc::new(Source { name: format!("--set {key}"), text }), key, plain })

@@ -1,8 +1,9 @@
 //! Consistency of a tread's pattern with its tyre.
 
 use super::problem::{Problem, short};
+use super::sizes::MOST_GROOVES_ACROSS;
 use super::table::Table;
-use super::{Groove, LateralGroove, Pitches, Scene, Switch};
+use super::{Groove, LateralGroove, Pitches, Scene, Switch, TreadPattern, Tyre};
 
 /// Part by which the pitches' lengths may miss the circumference.
 const OFF: f64 = 0.1;
@@ -10,6 +11,39 @@ const OFF: f64 = 0.1;
 const UNDER_GROOVE: f64 = 1e-3;
 /// Rounding of lengths \[m\].
 const ROUNDING: f64 = 1e-9;
+
+/// Returns the depth of the deepest groove of a tyre's tread \[m\].
+pub(crate) fn deepest_groove(tyre: &Tyre) -> f64 {
+    let most = tyre.layers.last().map_or(f64::INFINITY, |tread| tread.thickness) - UNDER_GROOVE;
+    // As it is told.
+    (1e6 * most).round() / 1e6 + ROUNDING
+}
+
+/// Complains about grooves across that are as wide as a pitch, or too many; `None` then.
+fn across(pattern: &TreadPattern, around: f64, table: &Table<'_>) -> Option<()> {
+    let (count, shortest) = match &pattern.pitches {
+        None => return Some(()),
+        Some(Pitches::Equal(count)) => (*count, around / *count as f64),
+        Some(Pitches::Varied(varied)) => {
+            let order = varied.in_order();
+            (order.len(), order.into_iter().fold(f64::INFINITY, f64::min))
+        }
+    };
+    if count * pattern.laterals.len() > MOST_GROOVES_ACROSS {
+        let wrong = format!("{} grooves across in each of {count} pitches", pattern.laterals.len());
+        let right = format!("at most {MOST_GROOVES_ACROSS} round the tyre");
+        return table.complain("tread_pattern.laterals", Problem::new(wrong, right));
+    }
+    let along = |groove: &LateralGroove| groove.width / groove.angle.to_radians().cos();
+    let Some(wide) = pattern.laterals.iter().position(|groove| along(groove) >= shortest) else { return Some(()) };
+    let wrong = format!(
+        "the groove is {} m long round the tyre, a pitch {}",
+        short(along(&pattern.laterals[wide])),
+        short((1e4 * shortest).round() / 1e4)
+    );
+    let key = format!("tread_pattern.laterals[{wide}].width");
+    table.complain(&key, Problem::new(wrong, "a groove that leaves some of each pitch solid"))
+}
 
 /// Complains about a pattern that does not fit the tyre; `None` then.
 pub(super) fn check(scene: &Scene, table: &Table<'_>) -> Option<()> {
@@ -40,9 +74,10 @@ pub(super) fn check(scene: &Scene, table: &Table<'_>) -> Option<()> {
             );
         }
     }
+    fits &= across(pattern, scene.tyre.circumference, table).is_some();
     let half = 0.5 * scene.tyre.contact_width;
     let thickness = scene.tyre.layers.last().map_or(f64::INFINITY, |tread| tread.thickness);
-    let most = thickness - UNDER_GROOVE;
+    let most = deepest_groove(&scene.tyre);
     let strip =
         format!("it lies within the strip that touches the road, which reaches {} m to either side", short(half));
     let depths = pattern.grooves.iter().enumerate().map(|(n, groove)| (format!("grooves[{n}]"), groove.depth));
@@ -51,7 +86,7 @@ pub(super) fn check(scene: &Scene, table: &Table<'_>) -> Option<()> {
     };
     let all = depths.chain(of("laterals", &pattern.laterals)).chain(of("sipes", &pattern.sipes));
     let picture = pattern.depth.map(|depth| (String::new(), depth));
-    for (key, depth) in all.chain(picture).filter(|(_, depth)| *depth > most + ROUNDING) {
+    for (key, depth) in all.chain(picture).filter(|(_, depth)| *depth > most) {
         let dot = if key.is_empty() { "" } else { "." };
         let wrong = format!("{} m is too deep for a tread of {} m", short(depth), short(thickness));
         let right = format!("write at most {} m: 1 mm of the tread stays under it", short((1e6 * most).round() / 1e6));

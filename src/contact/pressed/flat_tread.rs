@@ -57,6 +57,7 @@ impl FlatTread {
             width,
             contact_width: strip,
             crown_radius: None,
+            load_index: None,
             sides: Sides::Guided,
             curvature: false,
             inflation: None,

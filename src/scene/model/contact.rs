@@ -7,10 +7,9 @@ use super::road::Road;
 use crate::scene::Problem;
 use crate::scene::keys::{is_default, keys};
 use crate::scene::kind::{Bounds, Decibels, Flag, OneOf, Optional, Whole};
+use crate::scene::sizes::MOST_CELLS;
 use crate::scene::table::{Nested, Table};
 
-/// Cells finer than any texture, and few enough that those of an element can be counted.
-const MOST_CELLS: u64 = 100_000;
 /// Error of a level by slices that is borne \[dB\].
 const LARGEST_SLICE_ERROR: f64 = 2.0;
 

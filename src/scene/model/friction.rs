@@ -58,6 +58,10 @@ impl FallingFriction {
 /// Largest coefficient of friction. The search for the forces was shown to end up to 4; it fails by name.
 const MOST_FRICTION: f64 = 8.0;
 const COEFFICIENT: Bounds = Bounds::between(0.0, MOST_FRICTION, "");
+/// Spin of a wheel that turns on the spot about a point of its patch, 0.1 m from its middle \[1/m\].
+const MOST_SPIN: f64 = 10.0;
+/// Pull of the stickiest rubber: probes come off soft tapes at 1e6 Pa \[Pa\].
+const MOST_PULL: f64 = 1e6;
 const SPEED: Bounds = Bounds::positive("m/s").plausible(1e-6, 1e3);
 const RATIO: Bounds = Bounds::any("").plausible(1e-9, 10.0);
 
@@ -148,7 +152,7 @@ keys! {
         /// Lateral creep, the tangent of the slip angle; above 0 to the left.
         lateral: f64 = 0.0 => RATIO,
         /// Spin \[1/m\]: turning about the vertical over the rolling speed.
-        spin: f64 = 0.0 => Bounds::any("1/m").plausible(1e-9, 1e3),
+        spin: f64 = 0.0 => Bounds::any("1/m").plausible(1e-9, MOST_SPIN),
         /// Time from the run's start over which creep rises linearly from zero \[s\].
         ramp: f64 = Creep::RAMP => Bounds::not_negative("s").plausible(1e-9, 1e6),
     }
@@ -227,7 +231,7 @@ keys! {
     #[derive(Clone, Debug, PartialEq, Serialize)]
     pub Adhesion {
         /// Pull per area of a bonded cell \[Pa\].
-        stress: f64 => Bounds::positive("Pa").plausible(1.0, 1e8),
+        stress: f64 => Bounds::positive("Pa").plausible(1.0, MOST_PULL),
         /// Gap up to which a cell is bonded \[m\].
         range: f64 => Bounds::positive("m").plausible(1e-10, 1e-2),
     }

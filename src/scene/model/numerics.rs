@@ -7,6 +7,7 @@ use super::vibration::{VIBRATION, Vibration};
 use crate::scene::Problem;
 use crate::scene::keys::keys;
 use crate::scene::kind::{Bounds, Decibels, Flag, OneOf, Optional, Whole};
+use crate::scene::sizes::MOST;
 use crate::scene::table::{Kind, Nested, Table, Value};
 use crate::time_rule::TimeRule;
 
@@ -59,8 +60,6 @@ keys! {
     }
 }
 
-/// Counts that more of would be refused for the time that they take, and whose products can be counted.
-const MOST: u64 = 1_000_000;
 const FMAX: Bounds = Bounds::positive("Hz").plausible(1.0, 1e5);
 
 pub(in crate::scene) const NUMERICS: Nested<Numerics> =
@@ -117,14 +116,14 @@ impl Kind for Elements {
     type Output = usize;
 
     fn wanted(&self) -> String {
-        format!("an even whole number of at least {}", Numerics::FEWEST_ELEMENTS)
+        format!("an even whole number of at least {} and at most {MOST}", Numerics::FEWEST_ELEMENTS)
     }
 
     fn read(&self, value: &Value<'_>) -> Option<usize> {
         if value.get().as_integer().is_none() {
             return value.wrong_type(self);
         }
-        let elements: usize = Whole::least(Numerics::FEWEST_ELEMENTS as u64).read(value)?;
+        let elements: usize = Whole::between(Numerics::FEWEST_ELEMENTS as u64, MOST).read(value)?;
         // Wavenumbers run from -N/2 to N/2 - 1.
         if elements.is_multiple_of(2) {
             Some(elements)
@@ -135,7 +134,7 @@ impl Kind for Elements {
     }
 
     fn schema(&self) -> Json {
-        json!({ "type": "integer", "minimum": Numerics::FEWEST_ELEMENTS, "multipleOf": 2 })
+        json!({ "type": "integer", "minimum": Numerics::FEWEST_ELEMENTS, "maximum": MOST, "multipleOf": 2 })
     }
 }
 

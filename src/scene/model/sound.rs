@@ -229,10 +229,10 @@ const VEHICLE: Nested<Vehicle> = Nested {
 const LENGTH: Bounds = Bounds::inside(0.0, 1e4, "m");
 
 /// Distances of a microphone: the nearest of a standard stand 0.1 m above the road, the farthest 25 m beside a railway,
-/// and 7.5 m in millimetres is out of the question.
+/// and the 0.2 m of CPX, as 7.5 m, are out of the question in millimetres.
 const FROM_TYRE: Bounds = LENGTH.plausible(1e-3, FARTHEST);
 const COORDINATE: Bounds = Bounds::between(-1e4, 1e4, "m").plausible(1e-9, FARTHEST);
-const FARTHEST: f64 = 500.0;
+const FARTHEST: f64 = 100.0;
 
 /// The words of `standard`.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]

@@ -10,7 +10,8 @@ use toml::de::DeValue;
 
 use crate::scene::Problem;
 use crate::scene::keys::{is_default, keys};
-use crate::scene::kind::{Bounds, File, Numbers, OneOf, Optional, Text, Whole};
+use crate::scene::kind::{Bounds, File, IN_DEGREES, Numbers, OneOf, Optional, Text, Whole};
+use crate::scene::sizes::MOST_PITCHES;
 use crate::scene::table::{Each, Kind, Nested, Table, Value};
 
 /// Deepest void of a tread \[m\].
@@ -61,7 +62,7 @@ keys! {
         sequence: String => Text,
         /// Number of pitches in a random order; each length comes as often as any other, or once more.
         #[serde(skip_serializing_if = "Option::is_none")]
-        count: Option<usize> = None => Optional(Whole::least(1)),
+        count: Option<usize> = None => Optional(Whole::between(1, MOST_PITCHES)),
         /// Seed of a random order.
         #[serde(skip_serializing_if = "Option::is_none")]
         seed: Option<u64> = None => Optional(Whole::least(0)),
@@ -149,14 +150,14 @@ impl Kind for PitchesKind {
 
     fn read(&self, value: &Value<'_>) -> Option<Pitches> {
         match value.get() {
-            DeValue::Integer(_) => Whole::least(1).read(value).map(Pitches::Equal),
+            DeValue::Integer(_) => Whole::between(1, MOST_PITCHES).read(value).map(Pitches::Equal),
             DeValue::Table(_) => VARIED.read(value).map(Pitches::Varied),
             _ => value.wrong_type(self),
         }
     }
 
     fn schema(&self) -> Json {
-        json!({ "anyOf": [Whole::<usize>::least(1).schema(), VARIED.schema()] })
+        json!({ "anyOf": [Whole::<usize>::between(1, MOST_PITCHES).schema(), VARIED.schema()] })
     }
 }
 
@@ -186,7 +187,7 @@ keys! {
         /// Depth \[m\].
         depth: f64 => DEPTH,
         /// Angle to the direction across; above 0 the left end is further forward \[degrees\].
-        angle: f64 = 0.0 => Bounds::inside(-85.0, 85.0, "degrees"),
+        angle: f64 = 0.0 => Bounds::inside(-85.0, 85.0, "degrees").plausible(IN_DEGREES, 85.0),
         /// Place in the pitch at which its line crosses the tyre's middle, in parts of the pitch.
         offset: f64 = 0.0 => Bounds::any("").plausible(1e-6, 100.0),
     }

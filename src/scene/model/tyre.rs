@@ -11,7 +11,7 @@ use super::material::{FREQUENCY, LOSS, MATERIAL, MODULUS, Material, POISSON, Wri
 use super::sidewall::{SIDEWALL, Sidewall};
 use crate::scene::Problem;
 use crate::scene::keys::{is_default, keys};
-use crate::scene::kind::{Bounds, Exactly, File, Flag, Name, OneOf, Optional};
+use crate::scene::kind::{Bounds, Exactly, File, Flag, Name, OneOf, Optional, Whole};
 use crate::scene::problem::short;
 use crate::scene::table::{Each, Kind, Nested, Table, Value};
 use crate::sidewall::{Arc, Meridian, Relaxation};
@@ -37,6 +37,9 @@ keys! {
         /// slices over the strip; level without.
         #[serde(skip_serializing_if = "Option::is_none")]
         crown_radius: Option<f64> = None => Optional(CROWN),
+        /// Load index (ETRTO, ISO 4000-1), which says how much it may bear: 91 for 615 kg. A larger load is warned of.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        load_index: Option<u16> = None => Optional(Whole::between(0, 279)),
         /// Support of the sides.
         #[serde(skip_serializing_if = "is_default")]
         sides: Sides = Sides::default() => OneOf::new(),
@@ -200,6 +203,13 @@ impl Tyre {
             angular_velocity,
             relaxation: Relaxation::of_loss_factor(loss_factor),
         })
+    }
+
+    /// Returns how high its sidewalls stand over the rim, or else the room of its air \[m\]: pushed in by as much, the
+    /// belt is on the rim. `None` where neither is given.
+    pub(crate) fn height_over_rim(&self) -> Option<f64> {
+        let of_arc = self.sidewall_arc(0.0).map(|arc| arc.edge_radius - arc.bead_radius());
+        of_arc.or_else(|| self.cavity.map(|cavity| cavity.depth))
     }
 
     /// Returns the tension along the belt that the inflation gives it at rest, less what the sidewalls' arcs pull: T =

@@ -180,6 +180,7 @@ fn tyre() -> impl Strategy<Value = Tyre> {
                 width,
                 contact_width: width * part,
                 crown_radius: cavity.as_ref().map(|cavity| cavity.radius),
+                load_index: inflation.as_ref().map(|_| 91),
                 sides,
                 curvature,
                 inflation,

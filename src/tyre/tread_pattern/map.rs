@@ -8,12 +8,17 @@ use super::PatternFault;
 use super::pitches::PitchTrain;
 use super::raster::Raster;
 use super::share::{Band, covered};
-use crate::scene::{Groove, LateralGroove, RasterPeriod, Scene, TreadPattern, Zone, short};
+use crate::scene::sizes::MOST_TREAD_CELLS;
+use crate::scene::{
+    DEEPEST_VOID, Groove, LateralGroove, RasterPeriod, Scene, TreadPattern, Zone, deepest_groove, short,
+};
 
 /// Most pitches in parts of the cells round the tyre: a pitch has four cells at least.
 const CELLS_OF_PITCH: usize = 4;
 /// Part by which the share of void on cells may be off.
 const VOID_OFF: f64 = 0.05;
+/// Largest share of void: lugs of tyres for deep soil have a fifth of the strip.
+const MOST_VOID: f64 = 0.85;
 /// Times the cells, round the tyre and at most across, that are tried for a share of void that is not off.
 const FINER: [usize; 3] = [1, 2, 4];
 /// Most cells that are tried.
@@ -91,6 +96,11 @@ impl TreadMap {
             "laterals"
         };
         map.check_columns(key)?;
+        if map.exact_void > MOST_VOID {
+            let wrong = format!("{:.1} % of the strip are void", 100.0 * map.exact_void);
+            let right = format!("narrower grooves: at most {:.0} %", 100.0 * MOST_VOID);
+            return Err(PatternFault::new(key, wrong, right));
+        }
         if map.is_off() {
             let [exact, on_cells] = [map.exact_void, map.void()].map(|share| format!("{:.1} %", 100.0 * share));
             let wrong = format!("{exact} are void, on cells {on_cells}: 5 % of the void may be missed");
@@ -122,6 +132,11 @@ impl TreadMap {
     /// Lays a scene's pattern over cells, whatever its share of void is there.
     fn laid(pattern: &TreadPattern, scene: &Scene, cells: TreadCells) -> Result<Self, PatternFault> {
         let TreadCells { columns, across } = cells;
+        if columns.checked_mul(across).is_none_or(|all| all > MOST_TREAD_CELLS) {
+            let wrong = format!("{columns} cells round the tyre and {across} across are too many to lay a pattern on");
+            let right = format!("at most {MOST_TREAD_CELLS} in all: fewer elements, or fewer cells");
+            return Err(PatternFault::new(if pattern.file.is_some() { "file" } else { "grooves" }, wrong, right));
+        }
         let (around, width) = (scene.tyre.circumference, scene.tyre.contact_width);
         let train = pattern.pitches.as_ref().map(|pitches| PitchTrain::new(pitches, around));
         if let Some(train) = train.as_ref().filter(|train| train.count() * CELLS_OF_PITCH > columns) {
@@ -142,7 +157,10 @@ impl TreadMap {
             exact_void: 0.0,
         };
         match &pattern.file {
-            Some(file) => map.lay(Raster::read(file, pattern.depth)?, pattern.period)?,
+            Some(file) => {
+                let deepest = DEEPEST_VOID.min(deepest_groove(&scene.tyre));
+                map.lay(Raster::read(file, pattern.depth, deepest)?, pattern.period)?;
+            }
             None => map.cut(pattern)?,
         }
         Ok(map)

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::PatternFault;
-use crate::scene::DEEPEST_VOID;
+use crate::scene::short;
 use crate::storage::array::Array;
 use crate::storage::input::{self, TABLE_BYTES};
 
@@ -19,11 +19,11 @@ pub(super) struct Raster {
 }
 
 impl Raster {
-    /// Reads a file; a picture's black is so deep \[m\].
+    /// Reads a file; a picture's black is so deep \[m\], and no void deeper than `deepest` \[m\].
     ///
     /// # Errors
     /// [`PatternFault`] of the file, or of depths that no tread has.
-    pub(super) fn read(path: &Path, black: Option<f64>) -> Result<Self, PatternFault> {
+    pub(super) fn read(path: &Path, black: Option<f64>, deepest: f64) -> Result<Self, PatternFault> {
         let fault = |wrong: String| {
             let right = "name a two-dimensional .npy array of depths in metres, along and across, or a .png";
             PatternFault::new("file", format!("{}: {wrong}", path.display()), right)
@@ -35,11 +35,14 @@ impl Raster {
         if raster.depths.is_empty() {
             return Err(fault("it has no cells".to_owned()));
         }
-        let place = raster.depths.iter().position(|depth| !(0.0..=DEEPEST_VOID).contains(depth));
+        let place = raster.depths.iter().position(|depth| !(0.0..=deepest).contains(depth));
         if let Some(place) = place {
             let (row, column, depth) = (place / raster.columns, place % raster.columns, raster.depths[place]);
             let wrong = format!("the depth in row {row}, column {column} is {depth} m");
-            let right = format!("depths in metres from 0 to {DEEPEST_VOID}, none missing");
+            let right = format!(
+                "depths in metres from 0 to {}, none missing: 1 mm of the tread stays under them",
+                short((1e6 * deepest).round() / 1e6)
+            );
             return Err(PatternFault::new("file", wrong, right));
         }
         Ok(raster)

@@ -1,0 +1,139 @@
+//! Loads beyond what the model of a tyre holds: a linear tyre bears any, and rolls on.
+
+use super::Plan;
+use crate::contact::static_contact::StaticContact;
+use crate::scene::{Axle, LoadedScene, SceneError, Tyre, short};
+
+/// Parts of the circumference that a patch takes from which on a run is warned of and refused. The tread is moved along
+/// the radius, and the road is pressed upwards: at half the angle of the patch both differ by 1 - cos(pi share), 5 % and
+/// 19 % at its ends.
+const LONG_PATCH: [f64; 2] = [0.1, 0.2];
+/// Weight of a kilogram \[N\].
+const GRAVITY: f64 = 9.81;
+
+/// Judgement of how a tyre stands on a smooth road.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Overload {
+    /// To be told: what is wrong.
+    Doubtful(String),
+    /// To be refused: what is wrong.
+    Beyond(String),
+}
+
+/// Returns the load in kilograms that a load index stands for: 45 kg, ten times as much every 80 (ISO 4000-1 rounds it
+/// to the numbers of a series, by 2 % at most).
+fn indexed_load(index: u16) -> f64 {
+    45.0 * 10_f64.powf(f64::from(index) / 80.0)
+}
+
+/// Judges a tyre that stands like that on a smooth road; `None` where the model holds.
+pub(crate) fn overload(tyre: &Tyre, standing: &StaticContact) -> Option<Overload> {
+    let StaticContact { indentation, force, length, .. } = *standing;
+    let under = format!("under {force:.0} N");
+    let mm = |length: f64| format!("{:.0} mm", 1e3 * length);
+    if let Some(height) = tyre.height_over_rim().filter(|height| indentation >= *height) {
+        let wrong =
+            format!("{under} the tyre is pushed in by {}, and stands {} over its rim", mm(indentation), mm(height));
+        return Some(Overload::Beyond(wrong));
+    }
+    let share = length / tyre.circumference;
+    let [long, most] = LONG_PATCH;
+    if share > long {
+        let error = 100.0 * (1.0 - (std::f64::consts::PI * share).cos());
+        let wrong = format!(
+            "{under} the patch is {} long, {:.0} % of the circumference: at its ends the tread moves along the radius, \
+             {error:.0} % off the vertical that is meant",
+            mm(length),
+            100.0 * share
+        );
+        return Some(if share > most { Overload::Beyond(wrong) } else { Overload::Doubtful(wrong) });
+    }
+    let index = tyre.load_index?;
+    let borne = indexed_load(index);
+    (force > GRAVITY * borne).then(|| {
+        let weight = force / GRAVITY;
+        Overload::Doubtful(format!(
+            "{under}, {weight:.0} kg, the tyre bears more than load index {index} stands for, \
+            {borne:.0} kg"
+        ))
+    })
+}
+
+impl Plan {
+    /// Judges how the tyre stands; a scene that tries implausible numbers is told of what is refused otherwise.
+    fn overload(&self) -> Option<Overload> {
+        let found = overload(&self.decisions.tyre, &self.standing()?)?;
+        Some(match found {
+            Overload::Beyond(wrong) if self.scene.allow_implausible => Overload::Doubtful(wrong),
+            other => other,
+        })
+    }
+
+    /// Tells of a tyre that stands beyond what its model holds well.
+    pub(super) fn doubtful_load(&self) -> Option<String> {
+        self.overload().and_then(|found| match found {
+            Overload::Doubtful(wrong) => Some(wrong),
+            Overload::Beyond(_) => None,
+        })
+    }
+
+    /// Checks that the tyre stands under its axle, and within what its model holds.
+    ///
+    /// # Errors
+    /// [`SceneError::Invalid`] at the axle's key.
+    pub(crate) fn check_standing(&self, loaded: &LoadedScene) -> Result<(), SceneError> {
+        let key = match self.scene.rolling.axle {
+            Axle::Indentation { .. } => "rolling.axle.indentation",
+            Axle::Load { .. } | Axle::Mass { .. } => "rolling.axle.load",
+        };
+        let wrong = match (self.standing_or_error(), self.overload()) {
+            (Err(error), _) => error.to_string(),
+            (Ok(_), Some(Overload::Beyond(wrong))) => wrong,
+            _ => return Ok(()),
+        };
+        let right = match self.scene.rolling.axle {
+            Axle::Indentation { indentation, .. } => format!("less than {} m", short(indentation)),
+            _ => "a smaller load, or a larger or stiffer tyre".to_owned(),
+        };
+        Err(loaded.complain(key, wrong, right).into())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{DEFAULT, Scene, Setting};
+
+    fn plan(settings: &[&str]) -> (LoadedScene, Plan) {
+        let settings: Vec<Setting> = settings.iter().map(|text| Setting::parse(text).unwrap()).collect();
+        let loaded = Scene::from_str_with(DEFAULT, "default", &settings).unwrap();
+        let plan = Plan::of(&loaded).unwrap();
+        (loaded, plan)
+    }
+
+    #[test]
+    fn a_load_index_stands_for_the_loads_of_the_standard() {
+        for (index, load) in [(82, 475.0), (91, 615.0), (98, 750.0), (154, 3750.0)] {
+            let found: f64 = indexed_load(index);
+            assert!((found / load - 1.0).abs() < 0.02, "{index}: {found}");
+        }
+    }
+
+    #[test]
+    fn a_tyre_that_is_loaded_beyond_its_model_is_refused_and_one_beyond_its_index_told() {
+        let (loaded, usual) = plan(&["tyre.load_index=91"]);
+        assert!(usual.check_standing(&loaded).is_ok() && usual.doubtful_load().is_none());
+        let (loaded, over) = plan(&["tyre.load_index=91", "rolling.axle={ load = 6500.0 }"]);
+        let told = over.doubtful_load().unwrap();
+        assert!(
+            told.contains("load index 91") && told.contains("kg") && over.check_standing(&loaded).is_ok(),
+            "{told}"
+        );
+        let (loaded, long) = plan(&["rolling.axle={ load = 9500.0 }"]);
+        let told = long.doubtful_load().unwrap();
+        assert!(told.contains("of the circumference") && long.check_standing(&loaded).is_ok(), "{told}");
+        let (loaded, rim) = plan(&["rolling.axle={ indentation = 0.097 }"]);
+        let error = rim.check_standing(&loaded).unwrap_err().to_string();
+        assert!(error.contains("rolling.axle.indentation") && error.contains("of the circumference"), "{error}");
+    }
+}

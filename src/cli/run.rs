@@ -85,6 +85,10 @@ pub(super) fn end(report: &RunReport, context: &Context, costs: Option<Report>) 
     } else {
         context.print_report(&told)?;
     }
+    if let Some(impossible) = &report.impossible {
+        let told = format!("{impossible}; the results are in {}, and mean nothing", report.folder.display());
+        return Err(CliError::Failed(told));
+    }
     let Some(load) = report.summary.outcome.load.filter(|load| !load.met) else { return Ok(()) };
     let allowed = match tolerance_for(load.relative_error) {
         Some(tolerance) => format!("and `tolerance = {tolerance}` in rolling.axle allows it"),

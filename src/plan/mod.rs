@@ -24,6 +24,7 @@ pub(crate) mod overload;
 mod pressed;
 pub(crate) mod resolution;
 pub(crate) mod settle;
+mod settling;
 mod slice_error;
 mod smooth_contact;
 pub(crate) mod stated;
@@ -96,6 +97,8 @@ pub struct Plan {
     pub(crate) kept_poles: Option<usize>,
     /// Errors of contact over slices on the scene's road, once that is open.
     pub(crate) slice_errors: Option<SliceErrors>,
+    /// Doubts about the scene's road, once that is open.
+    pub(crate) road_warnings: Vec<String>,
     /// Frequencies that a cache holds the radiation of \[Hz\].
     pub(crate) kept_frequencies: Vec<f64>,
     /// Length of the window whose forces are told over that of a rigid tyre's chord: 1, which no contact outgrows; a
@@ -153,6 +156,7 @@ impl Plan {
             fit: fit_options(scene, field),
             kept_poles: None,
             slice_errors: None,
+            road_warnings: Vec::new(),
             kept_frequencies: Vec::new(),
             reach: 1.0,
             window: 1.0,

@@ -95,6 +95,7 @@ impl Plan {
     /// [`SceneError::Invalid`] with a complaint that points into the scene.
     pub fn check(&self, loaded: &LoadedScene) -> Result<(), SceneError> {
         self.check_standing(loaded)?;
+        self.check_warm_up(loaded)?;
         self.check_amounts(loaded, &self.amounts())
     }
 }
@@ -102,5 +103,5 @@ impl Plan {
 /// Lists the results that a run of a plan will not give, known without running it: the user should act on them.
 pub(crate) fn foreseen(plan: &Plan) -> Vec<String> {
     let missing = EFFECTS.into_iter().flat_map(|effect| effect.missing(plan));
-    plan.warnings().into_iter().chain(missing).collect()
+    plan.warnings().into_iter().chain(plan.road_warnings.iter().cloned()).chain(missing).collect()
 }

@@ -4,6 +4,7 @@ use crate::counters::{Meter, Stage};
 use crate::effects::{Found, RunError};
 use crate::results::files::ResultFiles;
 use crate::results::summary::{ContactQuality, Cost, LoadResult, Outcome, Summary};
+use crate::run::energy::impossible_energy;
 use crate::run::simulation::Simulation;
 use crate::scene::LoadedScene;
 
@@ -62,6 +63,7 @@ pub(crate) fn summary(
     summary.notes.clone_from(&prepared.notes);
     summary.warnings.clone_from(&prepared.warnings);
     summary.warnings.extend(load.filter(|load| !load.met).map(|load| load.to_string()));
+    summary.warnings.extend(impossible_energy(&loaded.scene, &summary.outcome));
     summary.warnings.extend((totals.edge_contacts > 0).then(|| {
         if march.is_widened() {
             format!(

@@ -8,6 +8,7 @@
 
 mod cells;
 pub(crate) mod checkpoint;
+mod energy;
 mod friction;
 pub(crate) mod in_memory;
 mod look_back;

@@ -14,11 +14,12 @@ use crate::contact::static_contact::{deepest, window_reach};
 use crate::counters::{Meter, Progress, Stage};
 use crate::effects::{Begin, ContactFacts, RunError, TyreModels};
 use crate::plan::Plan;
+use crate::road::RoadSurface;
 use crate::road::ahead::RoadAhead;
 use crate::road::strip::RoadStrip;
 use crate::run::cells::CellContact;
 use crate::run::road::open_road;
-use crate::run::slices::SliceContact;
+use crate::run::slices::{SliceContact, check_axle};
 use crate::run::zone_maker::{Made, Standing, Window, ZoneMaker};
 use crate::scene::{Axle, LoadedScene, Zone};
 
@@ -77,10 +78,9 @@ pub fn prepare(loaded: &LoadedScene, plan: &Plan, stop: &AtomicBool, meter: &mut
     // What the tyre can meet of the plane z = 0; higher texture past the end is not known and counts as no road.
     let chord = Geometry::half_chord(*radius, deepest(&plan.decisions.axle, at_rest.indentation));
     let (mut surface, start) = meter.time(Stage::Road, || open_road(loaded, plan, chord))?;
-    warnings.extend(surface.report().notes.iter().filter(|note| note.is_warning()).map(ToString::to_string));
+    warnings.extend(road_warnings(&surface, plan));
     warnings.extend(zone.doubt(&surface));
     let excited = surface.report().highest_frequency(plan.speed);
-    warnings.extend(excited.and_then(|highest| unexcited(plan, highest)));
     let slice_errors = plan.slice_errors_on(&surface);
     let mut notes: Vec<String> = plan.notes().collect();
     if let Some(errors) = &slice_errors {
@@ -138,6 +138,15 @@ fn closed(gaps: &[GapMap], half_length: f64) -> Option<String> {
     ))
 }
 
+/// Lists what the user should know of an opened road before anything rolls on it.
+fn road_warnings(surface: &RoadSurface, plan: &Plan) -> Vec<String> {
+    let report = surface.report();
+    let mut warnings: Vec<String> =
+        report.notes.iter().filter(|note| note.is_warning()).map(ToString::to_string).collect();
+    warnings.extend(report.highest_frequency(plan.speed).and_then(|highest| unexcited(plan, highest)));
+    warnings
+}
+
 /// Tells of a road that excites nothing above a frequency \[Hz\], where more was wanted of it.
 fn unexcited(plan: &Plan, highest: f64) -> Option<String> {
     let Plan { scene, time_step, speed, element, .. } = plan;
@@ -158,7 +167,9 @@ pub(crate) fn checked(loaded: &LoadedScene) -> Result<Plan, RunError> {
     loaded.check_time_domain()?;
     let mut plan = Plan::of(loaded)?.with_kept_model();
     plan.check(loaded)?;
+    check_axle(loaded, &plan)?;
     let (surface, _) = open_road(loaded, &plan, 0.5 * plan.expected().points * plan.element)?;
+    plan.road_warnings = road_warnings(&surface, &plan);
     if let Some(errors) = plan.slice_errors_on(&surface) {
         plan.decisions.notes.push(plan.end_of_slices(&errors).0);
         plan.slice_errors = Some(errors);

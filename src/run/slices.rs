@@ -17,7 +17,7 @@ use crate::road::slices::{CELL_LENGTH, SliceBuilder, SliceError};
 use crate::road::{Lattice, RoadSurface};
 use crate::run::past::Past;
 use crate::run::zone_maker::{Made, Window, ZoneMaker};
-use crate::scene::{Axle, History, LoadedScene, SceneError, SliceCoupling, Slices};
+use crate::scene::{History, LoadedScene, SceneError, SliceCoupling, Slices, Tread, Zone};
 use crate::tyre::influence::{Field, InfluenceSum};
 
 /// Ingredients of contact over slices.
@@ -85,13 +85,9 @@ impl ZoneMaker for SliceContact<'_> {
             kernel.spring = meter
                 .time(Stage::Axle, || kernel.uncoupled_spring(&sum.static_row(*field), tyre.circumference, at_rest))?;
         }
-        let moving = match scene.rolling.axle {
-            Axle::Mass { load, mass, stiffness, damping, .. } => {
-                let sprung = SprungMass { load, mass, stiffness, damping };
-                Some(moving_axle(loaded, plan, sprung, &kernel, at_rest)?)
-            }
-            _ => None,
-        };
+        let moving = SprungMass::of(&scene.rolling.axle)
+            .map(|sprung| moving_axle(loaded, plan, sprung, &kernel, at_rest))
+            .transpose()?;
         let law = spring.map_or_else(|| slice_law(plan, local_compliance), SliceLaw::Local);
         Ok(Made {
             march: March::new(told, kernel, law, history, numerics, plan.time_step),
@@ -164,6 +160,55 @@ fn static_contact(plan: &Plan, sum: &InfluenceSum) -> Result<(StaticContact, Equ
     Ok((on(&StaticTyre { influence: &carcass, circumference })?, bedding))
 }
 
+/// Checks what a run over slices would refuse before its first step: a bedding that no scale makes as stiff as the
+/// elastic tread, and a mass that the time step is too long for. The influence within a step is that of the sums, which
+/// a run has a model of.
+///
+/// # Errors
+/// As [`ZoneMaker::at_rest`], and [`SceneError::Invalid`] at the mass.
+pub(crate) fn check_axle(loaded: &LoadedScene, plan: &Plan) -> Result<(), RunError> {
+    let Plan { scene, field, time_step, .. } = plan;
+    let sprung = SprungMass::of(&scene.rolling.axle);
+    if plan.decisions.zone != Zone::Slices || sprung.is_none() && *field != Field::UnderTread {
+        return Ok(());
+    }
+    let stop = AtomicBool::new(false);
+    let SliceContact { sum, .. } = SliceContact::new(loaded, plan, &stop);
+    let (at_rest, EqualBedding { scale, spring }) = static_contact(plan, &sum)?;
+    // Points that do not feel each other have a spring beside, which makes them softer.
+    let is_known = plan.decisions.tread != Tread::Uncoupled;
+    let rate = scene.numerics.time_rule.first_rate(*time_step);
+    let Some((sprung, rate)) = sprung.zip(rate).filter(|_| is_known) else { return Ok(()) };
+    let mut row = sum.row_at(rate, *field);
+    row.iter_mut().for_each(|influence| *influence *= scale);
+    row[0] += spring;
+    check_mass(loaded, plan, sprung, &row, at_rest)
+}
+
+/// Refuses a mass on the axle that the time step is too long for, with the influence within a step \[m/N\].
+fn check_mass(
+    loaded: &LoadedScene,
+    plan: &Plan,
+    sprung: SprungMass,
+    influence: &[f64],
+    at_rest: StaticContact,
+) -> Result<(), RunError> {
+    let within_a_step = StaticTyre { influence, circumference: plan.scene.tyre.circumference };
+    let stiffness = within_a_step.at(at_rest.indentation)?.stiffness;
+    let rate = sprung.rate(stiffness, plan.time_step);
+    if rate <= LARGEST_RATE {
+        return Ok(());
+    }
+    let wrong = format!(
+        "{} kg follow the force too fast for a step of {:.2e} s: w dt = {rate:.2} with the {stiffness:.2e} N/m of the \
+         contact within a step, {LARGEST_RATE} can be stepped",
+        sprung.mass, plan.time_step
+    );
+    let least = sprung.least_mass(stiffness, plan.time_step);
+    let right = format!("at least {least:.3} kg, more substeps, or an axle without a mass");
+    Err(SceneError::from(loaded.complain("rolling.axle.mass", wrong, right)).into())
+}
+
 /// Returns a mass on the axle, refused where the time step is too long for it.
 fn moving_axle(
     loaded: &LoadedScene,
@@ -172,22 +217,9 @@ fn moving_axle(
     kernel: &ContactKernel,
     at_rest: StaticContact,
 ) -> Result<MovingAxle, RunError> {
-    let (tyre, rule) = (&plan.scene.tyre, plan.scene.numerics.time_rule);
     // What the contact is within a step: the points at rest by the first weights.
-    let influence = kernel.within_a_step();
-    let within_a_step = StaticTyre { influence: &influence, circumference: tyre.circumference };
-    let stiffness = within_a_step.at(at_rest.indentation)?.stiffness;
-    let rate = sprung.rate(stiffness, plan.time_step);
-    if rate > LARGEST_RATE {
-        let wrong = format!(
-            "{} kg follow the force too fast for a step of {:.2e} s: w dt = {rate:.2} with the {stiffness:.2e} N/m \
-             of the contact within a step, {LARGEST_RATE} can be stepped",
-            sprung.mass, plan.time_step
-        );
-        let least = sprung.least_mass(stiffness, plan.time_step);
-        let right = format!("at least {least:.3} kg, more substeps, or an axle without a mass");
-        return Err(SceneError::from(loaded.complain("rolling.axle.mass", wrong, right)).into());
-    }
+    check_mass(loaded, plan, sprung, &kernel.within_a_step(), at_rest)?;
+    let rule = plan.scene.numerics.time_rule;
     let rest = StaticContact { stiffness: sprung.rest_stiffness(at_rest.stiffness), ..at_rest };
     let control = LoadControl::new(sprung.load, rest, plan.warm_up_steps);
     Ok(MovingAxle::new(sprung, control, plan.time_step, rule.force_lead()))

@@ -13,6 +13,7 @@ use crate::results::folder::ResultsFolder;
 use crate::results::summary::{Cost, Planned, Summary};
 use crate::results::unfinished::unfinished;
 use crate::run::checkpoint::{Checkpoint, Checkpoints};
+use crate::run::energy::impossible_energy;
 use crate::run::look_back::{look_back, summary};
 use crate::run::simulation::{Setup, Simulation};
 use crate::scene::LoadedScene;
@@ -39,6 +40,8 @@ pub struct RunReport {
     pub meter: Meter,
     /// Wall time.
     pub wall: std::time::Duration,
+    /// An energy that cannot be, in words: the results are those of no tyre.
+    pub impossible: Option<String>,
 }
 
 /// Runs a scene. `stop` is looked at between steps: once it is set the run ends and keeps what it has.
@@ -193,7 +196,8 @@ impl<'a> PlannedRun<'a> {
         }
         let wall = Duration::from_secs_f64(summary.cost.wall_seconds);
         let folder = folder.finish(summary.clone())?;
-        Ok(RunReport { folder, summary: Summary { complete: true, ..summary }, meter: run.meter, wall })
+        let impossible = impossible_energy(&loaded.scene, &summary.outcome);
+        Ok(RunReport { impossible, folder, summary: Summary { complete: true, ..summary }, meter: run.meter, wall })
     }
 
     /// Returns the arrays, spectra, plots and summary of a run that has ended or been stopped.

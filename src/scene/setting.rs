@@ -233,5 +233,9 @@ mod tests {
         for text in ["", "speed", "=3", "a..b=1", "a[x]=1", "a[0=1", ".a=1"] {
             assert!(Setting::parse(text).is_err(), "{text}");
         }
+        for text in [format!("{}=1", vec!["a"; 16_000].join(".")), format!("a{}=1", "[0]".repeat(16_000))] {
+            let told = Setting::parse(&text).unwrap_err();
+            assert!(told.contains("more than 16") && told.len() < 400, "{told}");
+        }
     }
 }

@@ -55,7 +55,7 @@ const MISTAKES: [(&str, &str, &str); 20] = [
     ("a run too short for a passage", "duration = 3.5", "duration = 1.0"),
     ("a speed above that of the belt's waves", "speed_kmh = 80.0", "speed_kmh = 300.0"),
     ("fewer elements than fmax asks for", "fmax = 1000.0", "fmax = 1000.0\nelements = 128"),
-    ("more elements than fit into memory", "fmax = 1000.0", "fmax = 1000.0\nelements = 100000000"),
+    ("more elements than any tyre needs", "fmax = 1000.0", "fmax = 1000.0\nelements = 100000000"),
     ("a road that is not there", MADE, "kind = \"profile\"\nfile = \"station.dat\""),
     ("a road of another kind", MADE, "kind = \"profile\"\nfile = \"cobbles.crg\""),
     ("a profile without its units", MADE, "kind = \"profile\"\nfile = \"line.csv\""),

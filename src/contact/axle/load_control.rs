@@ -25,10 +25,16 @@ pub struct LoadControl {
 /// Corrections within the warm-up; one more window follows the last.
 const CORRECTIONS: u64 = 3;
 
+/// Part of the warm-up that the first ramp takes, as a fraction.
+const RAMP: [u64; 2] = [3, 20];
+
 impl LoadControl {
+    /// Part of the warm-up between two corrections.
+    pub(crate) const WINDOW: f64 = (1.0 - RAMP[0] as f64 / RAMP[1] as f64) / (CORRECTIONS + 1) as f64;
+
     /// Returns the control for a warm-up of so many steps, starting from the static solution.
     pub fn new(load: f64, start: StaticContact, warm_up: u64) -> Self {
-        let ramp = warm_up * 3 / 20;
+        let ramp = warm_up * RAMP[0] / RAMP[1];
         Self {
             load,
             stiffness: start.stiffness,

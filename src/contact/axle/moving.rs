@@ -30,6 +30,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::load_control::LoadControl;
+use crate::scene::Axle;
 
 /// Largest w dt with the stiffness of G0: below 2/sqrt(7), and with a phase error (w dt)^2/24 of at most 1 %.
 pub(crate) const LARGEST_RATE: f64 = 0.5;
@@ -48,6 +49,14 @@ pub struct SprungMass {
 }
 
 impl SprungMass {
+    /// Returns that of an axle; `None` of one without a mass.
+    pub(crate) fn of(axle: &Axle) -> Option<Self> {
+        match *axle {
+            Axle::Mass { load, mass, stiffness, damping, .. } => Some(Self { load, mass, stiffness, damping }),
+            Axle::Load { .. } | Axle::Indentation { .. } => None,
+        }
+    }
+
     /// Returns w dt with the spring and a contact of that stiffness \[N/m\], or c dt/m if that is more.
     pub fn rate(&self, contact_stiffness: f64, time_step: f64) -> f64 {
         let swinging = ((contact_stiffness + self.stiffness) / self.mass).sqrt();

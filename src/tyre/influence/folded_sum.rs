@@ -216,7 +216,17 @@ impl InfluenceSum {
     pub fn static_row(&self, field: Field) -> Vec<f64> {
         let change = self.curvature.as_ref().filter(|_| field == Field::Surface);
         let at_rest = self.with_kernel(self.kernel.at_rest(), change.map(|curvature| curvature.waves.resting()));
-        let of = |n| self.value(n, &at_rest, field).value.re;
+        self.row(&at_rest, field)
+    }
+
+    /// Returns the same at a real s \[1/s\]: of delta(0)/dt it is the influence within a step, of a tyre that turns
+    /// its even part.
+    pub fn row_at(&self, s: f64, field: Field) -> Vec<f64> {
+        self.row(&self.at(Complex64::from(s)), field)
+    }
+
+    fn row(&self, at: &SumAt, field: Field) -> Vec<f64> {
+        let of = |n| self.value(n, at, field).value.re;
         let values = in_parallel::made(self.projection.elements / 2 + 1, of);
         Ring::new(self.projection.elements).elements_of(|n| values[n]).to_vec()
     }

@@ -1,7 +1,7 @@
 //! Numbers that are possible and hardly meant.
 
 use super::super::{complaints, edited};
-use crate::scene::Scene;
+use crate::scene::{DEFAULT, Scene, Setting};
 
 #[test]
 fn a_load_in_kilonewtons_is_asked_about() {
@@ -38,4 +38,41 @@ fn what_no_tyre_has_is_asked_about_and_may_be_tried_within_bounds() {
     let toy = toy.iter().fold(super::super::BASE.to_owned(), |text, (from, to)| text.replacen(from, to, 1));
     let toy = toy.replace("contact_width = 0.12", "contact_width = 0.01").replace("load = 3400", "load = 0.5");
     Scene::from_str(&toy, "toy").unwrap();
+}
+
+/// Returns the complaints about the default scene with a setting.
+fn about(setting: &str) -> String {
+    let setting = [Setting::parse(setting).unwrap()];
+    Scene::from_str_with(DEFAULT, "default", &setting).map_or_else(|error| error.to_string(), |_| String::new())
+}
+
+#[test]
+fn a_load_in_kilograms_is_asked_about_by_what_the_inflation_bears() {
+    let told = about("rolling.axle={ load = 350.0 }");
+    assert!(
+        told.contains("350 N is hardly meant: from 580 to 14000 N") && told.contains("350 kg weigh 3434 N"),
+        "{told}"
+    );
+    // A tyre that is loaded ten times as much would stand on its rim.
+    let told = about("rolling.axle={ load = 34000.0 }");
+    assert!(told.contains("34000 N is hardly meant") && !told.contains("kg weigh"), "{told}");
+    for load in [1000.0, 3400.0, 9000.0] {
+        assert_eq!(about(&format!("rolling.axle={{ load = {load} }}")), "");
+    }
+}
+
+#[test]
+fn air_without_pressure_in_an_inflated_tyre_is_asked_about() {
+    let told = about("tyre.cavity.density=1.2");
+    assert!(told.contains("1.2 kg/m^3 is hardly meant") && told.contains("air at 220000 Pa"), "{told}");
+    assert_eq!(about("tyre.cavity.density=4.3"), "");
+}
+
+#[test]
+fn angles_in_radians_are_asked_about_where_degrees_are_meant() {
+    for angle in ["1.5708", "-0.4363"] {
+        let told = about(&format!("tyre.layers[0].cords[0].angle_deg={angle}"));
+        assert!(told.contains("from 1.6 to 90 degrees"), "{told}");
+    }
+    assert_eq!(about("tyre.layers[0].cords[0].angle_deg=0.0"), "");
 }

@@ -50,6 +50,7 @@ fn a_distance_in_millimetres_is_hardly_meant() {
     let beside = "standard = \"coast-by\"";
     receiver_refused(&format!("{beside}\ndistance = 7500"), 28, ".distance", "7500 m is hardly meant", "another unit");
     receiver_refused(&format!("{beside}\nheight = 1200"), 28, ".height", "1200 m is hardly meant", "another unit");
+    receiver_refused("position = [0, 500, 1.2]", 27, ".position[1]", "from 1e-9 to 100 m is plausible", "another unit");
     receiver_refused("position = [0, 7500, 1.2]", 27, ".position[1]", "7500 m is hardly meant", "another unit");
 }
 

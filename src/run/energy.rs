@@ -1,0 +1,99 @@
+//! Energies of a run that no tyre can have: a search that has met its conditions may still have gone astray.
+
+use crate::results::summary::{FrictionSummary, Outcome};
+use crate::scene::{Coefficient, LongitudinalCreep, Scene};
+
+/// Tells of an energy that cannot be; `None` where all can.
+///
+/// - A passive tyre gives back no more than it had stored, which is less than its force times its indentation.
+/// - Friction dissipates nothing below 0, and no more than all of its force does at the speed of rolling and of creep;
+///   that force is the load's and the pull's of adhesion all over the patch.
+pub(crate) fn impossible_energy(scene: &Scene, outcome: &Outcome) -> Option<String> {
+    let (speed, counted) = (scene.rolling.speed(), scene.rolling.duration);
+    let force = outcome.mean_force?.abs();
+    if let (Some(resistance), Some(indentation)) = (outcome.rolling_resistance, outcome.indentation) {
+        let (power, stored) = (resistance.power, force * indentation.abs());
+        if power.is_nan() || power < -stored / counted {
+            return Some(format!(
+                "the tyre gives back {:.3e} W over {counted} s, and cannot have stored more than {stored:.0} J: such a \
+                 contact cannot be",
+                -power
+            ));
+        }
+    }
+    let (FrictionSummary { mean_slip_power: power, .. }, friction) = (outcome.friction?, scene.friction.as_ref()?);
+    let mu = match friction.coefficient() {
+        Coefficient::Constant(mu) => mu,
+        Coefficient::Falling(law) => law.slow.max(law.fast),
+    };
+    let length = outcome.mean_contact_length.unwrap_or_default();
+    let pull = scene.adhesion.as_ref().map_or(0.0, |adhesion| adhesion.stress * scene.tyre.contact_width * length);
+    let creep = match friction.creep.longitudinal {
+        LongitudinalCreep::Given(creep) => creep,
+        LongitudinalCreep::Free => 0.0,
+    };
+    let slip = 1.0 + creep.abs() + friction.creep.lateral.abs() + 0.5 * length * friction.creep.spin.abs();
+    let most = mu * (force + pull) * speed * slip;
+    // Rounding of a sum that is 0 where all cells stick.
+    let least = -1e-9 * most;
+    (!(least..=most).contains(&power)).then(|| {
+        format!("friction dissipates {power:.3e} W, and sliding all over takes {most:.3e} W: such a contact cannot be")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::results::summary::RollingResistance;
+    use crate::scene::{DEFAULT, Scene};
+
+    #[test]
+    fn energy_that_no_tyre_has_stored_cannot_come_back() {
+        let scene = Scene::from_str(DEFAULT, "default").unwrap().scene;
+        let of = |coefficient: f64| {
+            let (load, speed) = (3400.0, scene.rolling.speed());
+            let force = coefficient * load;
+            let outcome = Outcome {
+                mean_force: Some(load),
+                indentation: Some(0.016),
+                rolling_resistance: Some(RollingResistance { coefficient, force, power: force * speed }),
+                ..Outcome::default()
+            };
+            impossible_energy(&scene, &outcome)
+        };
+        assert_eq!((of(0.012), of(0.0)), (None, None));
+        let told = of(-480.0).unwrap();
+        assert!(told.contains("gives back") && told.contains("cannot be"), "{told}");
+        // What the tyre sprang back by in 18 s is no more than 3 W.
+        assert!(of(-2e-5).is_none() && of(-1e-3).is_some());
+    }
+
+    #[test]
+    fn friction_dissipates_no_more_than_sliding_does() {
+        let text = format!("{DEFAULT}\n[friction]\nmu = 0.8\n")
+            .replace("tread = \"elastic\"", "zone = \"cells\"")
+            .replace("slices = \"winkler\"", "")
+            .replace("time_rule = \"sdirk2\"", "");
+        let scene = Scene::from_str(&text, "friction").unwrap().scene;
+        let of = |power: f64| {
+            let friction = FrictionSummary {
+                mean_longitudinal_force: 0.0,
+                mean_lateral_force: 0.0,
+                mean_aligning_moment: 0.0,
+                mean_slip_power: power,
+                slipping_share: 0.1,
+                slip_resistance: power / (3400.0 * scene.rolling.speed()),
+                mean_creep: 0.0,
+                mean_torque: 0.0,
+                free: None,
+            };
+            impossible_energy(
+                &scene,
+                &Outcome { mean_force: Some(3400.0), friction: Some(friction), ..Outcome::default() },
+            )
+        };
+        assert!(of(120.0).is_none() && of(0.0).is_none());
+        let told = of(3.5e7).unwrap();
+        assert!(told.contains("friction dissipates 3.500e7 W") && of(-1.0).is_some(), "{told}");
+    }
+}

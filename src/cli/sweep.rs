@@ -33,7 +33,7 @@ sweep.json: the variants, for `tyrewave report`. A variant \
 that missed its load by more than the axle's tolerance is marked with a star, and the exit code is 1.
 
 The same command again goes on where it left off: finished variants are not run again, interrupted ones go on from \
-their checkpoint. A variant is another one when its scene, the version of tyrewave or its road file has changed.
+their checkpoint. A variant is another one when its scene, the version of tyrewave or a file that it reads has changed.
 
 Any key may be varied: --set KEY=FROM..TO:STEP, --set KEY=FROM..TO of whole numbers, --set KEY=A,B,C (a text with a \
 comma in it stands in quotes). Values of a seed, such as road.seed, are draws of the same thing: the table has means \
@@ -195,9 +195,9 @@ impl SweepArguments {
         if folder.join(SUMMARY_FILE).exists() {
             return Err(ResultsError::NotOurs { path: folder }.into());
         }
-        let base_road = base.scene.road.file();
+        let read = base.scene.files().map(|(_, file)| file);
         let roads = axes.roads.iter().map(PathBuf::as_path);
-        let inputs: Vec<&Path> = [self.place.scene.scene.as_path()].into_iter().chain(base_road).chain(roads).collect();
+        let inputs: Vec<&Path> = [self.place.scene.scene.as_path()].into_iter().chain(read).chain(roads).collect();
         check_tables(&folder, &inputs)?;
         let page = self.report.then(|| beside(&folder, ".html"));
         page.as_deref().map_or(Ok(()), check_page)?;

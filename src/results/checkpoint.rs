@@ -23,7 +23,7 @@ pub(super) const TEMPORARY_FILE: &str = "checkpoint.tmp";
 /// Name of the effective scene in the folder of an unfinished run.
 pub(crate) const SCENE_FILE: &str = "scene.toml";
 /// Its version is to be raised whenever a state means something else.
-const FORMAT: Format = Format { magic: b"TWAVECHK", version: 13, name: "a checkpoint" };
+const FORMAT: Format = Format { magic: b"TWAVECHK", version: 14, name: "a checkpoint" };
 
 /// Why a run cannot be gone on with.
 #[derive(Debug, Error)]
@@ -110,9 +110,9 @@ pub(crate) enum Unusable {
     /// Belongs to another scene.
     #[error("it belongs to another scene than the {SCENE_FILE} beside it")]
     Scene,
-    /// The road's file has another content.
-    #[error("the road file {} has changed since the run began", file.display())]
-    Road {
+    /// A file that the scene reads has another content.
+    #[error("the file {} has changed since the run began", file.display())]
+    Input {
         /// The file.
         file: PathBuf,
     },

@@ -4,7 +4,7 @@
 //! the state of an unfinished run beside it, `unfinished` finds it again; `npy` streams arrays while the run
 //! goes on, `arrays` checks them when it goes on again; `summary`, `spectra`, `vibration` and `plots` are
 //! written at its end, into the folder or, by `files`, into memory; `profile_table` is for the terminal,
-//! `table` says how tables look, `read_table` reads those of a folder again, `trace` is the timeline of a
+//! `inputs` are the files that a scene reads, `table` says how tables look, `read_table` reads those of a folder again, `trace` is the timeline of a
 //! run, `tread_pattern` shows a tread. `cost` says what it took.
 
 pub(crate) mod arrays;
@@ -14,6 +14,7 @@ mod disk;
 pub(crate) mod error;
 pub(crate) mod files;
 pub(crate) mod folder;
+pub(crate) mod inputs;
 pub(crate) mod npy;
 mod placing;
 pub(crate) mod plots;
@@ -32,6 +33,7 @@ pub use checkpoint::{CheckpointError, CheckpointFault};
 pub use error::ResultsError;
 pub(crate) use files::ResultFiles;
 pub(crate) use folder::ResultsFolder;
+pub use inputs::Input;
 pub use plots::PlotError;
 pub use sound::{RatedLevel, ReceiverSpectrum, ReceiverSummary, SoundError, SoundSummary};
 pub use summary::{AxleMotion, CellsSummary, ContactQuality, LoadResult, Outcome, RollingResistance, Summary};

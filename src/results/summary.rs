@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 pub(crate) use super::cost::{Cost, Planned};
 use super::error::ResultsError;
+use super::inputs::Input;
 use super::sound::SoundSummary;
 use super::vibration::VibrationSummary;
 use crate::response::SliceErrors;
@@ -36,6 +37,9 @@ pub struct Summary {
     pub title: String,
     /// SHA-256 of the scene as it was run.
     pub scene_sha256: String,
+    /// Files that the scene reads, where it reads any.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub inputs: Vec<Input>,
     /// Findings of the run.
     pub outcome: Outcome,
     /// How well the contact conditions were met.
@@ -241,6 +245,7 @@ impl Summary {
             complete: false,
             title: title.to_owned(),
             scene_sha256: settings_hash(&settings),
+            inputs: Vec::new(),
             outcome: Outcome::default(),
             contact: ContactQuality::default(),
             vibration: None,

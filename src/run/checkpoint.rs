@@ -1,10 +1,9 @@
 //! All that an unfinished run is: who it belongs to, and the state that its next steps depend on.
 //!
-//! A checkpoint is used only by the version that wrote it, with the scene and the road file that it was written for,
-//! beside arrays that hold the bytes that were written to them, and where the tyre's influence functions come out with
+//! A checkpoint is used only by the version that wrote it, with the scene and the input files that it was written
+//! for, beside arrays that hold the bytes that were written to them, and where the tyre's influence functions come out with
 //! the same bits: then the run goes on as if it had never stopped.
 
-use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -22,6 +21,7 @@ use crate::results::arrays::WrittenArrays;
 use crate::results::checkpoint::{self, CHECKPOINT_FILE, CheckpointError, SCENE_FILE, Unusable};
 use crate::results::files::ResultFiles;
 use crate::results::folder::ResultsFolder;
+use crate::results::inputs::{Input, Inputs, changed};
 use crate::road::ahead::RoadState;
 use crate::run::prepare::Prepared;
 use crate::run::simulation::Simulation;
@@ -39,20 +39,16 @@ struct Owner {
     written: String,
     /// The scene's file.
     path: String,
-    /// SHA-256 of the road file's content; empty without one.
-    road: String,
+    /// Files that the scene reads.
+    inputs: Vec<Input>,
 }
 
 impl Owner {
-    /// Identifies a scene, with the scene as used, as TOML; reads its road file once.
-    fn of(loaded: &LoadedScene) -> Result<(Self, String), RunError> {
-        let road = match loaded.scene.road.file() {
-            Some(file) => file_digest(file).map_err(|source| CheckpointError::Io { path: file.to_owned(), source })?,
-            None => String::new(),
-        };
+    /// Identifies a scene with its inputs; with it the scene as used, as TOML.
+    fn of(loaded: &LoadedScene, inputs: Vec<Input>) -> Result<(Self, String), RunError> {
         let scene = loaded.scene.to_toml()?;
         let path = loaded.path.to_string_lossy().into_owned();
-        Ok((Self { scene: sha256(&[&scene]), written: loaded.written_toml()?, path, road }, scene))
+        Ok((Self { scene: sha256(&[&scene]), written: loaded.written_toml()?, path, inputs }, scene))
     }
 }
 
@@ -72,7 +68,7 @@ struct RunState {
     march: MarchState,
 }
 
-/// A checkpoint that belongs to a known scene, version and road; its state is still to be read.
+/// A checkpoint that belongs to a known scene, version and inputs; its state is still to be read.
 pub(crate) struct Checkpoint {
     path: PathBuf,
     /// Rest of the file: a [`RunState`].
@@ -83,6 +79,8 @@ pub(crate) struct Checkpoint {
     pub written: WrittenArrays,
     /// The scene that it belongs to.
     pub loaded: LoadedScene,
+    /// Files that the scene reads.
+    pub inputs: Vec<Input>,
 }
 
 impl Checkpoint {
@@ -109,12 +107,12 @@ impl Checkpoint {
         let name = PathBuf::from(owner.path);
         let source = name.parent().map(Path::to_owned).unwrap_or_default();
         let loaded = LoadedScene::restored(&owner.written, &scene, name, source)?;
-        if Owner::of(&loaded)?.0.road != owner.road {
-            let file = loaded.scene.road.file().unwrap_or(Path::new("")).to_owned();
-            return Err(unusable(Unusable::Road { file }).into());
+        let inputs = inputs_of(&loaded)?;
+        if let Some(file) = changed(&owner.inputs, &inputs) {
+            return Err(unusable(Unusable::Input { file: file.to_owned() }).into());
         }
         written.check(folder)?;
-        Ok(Self { path, state: body, steps, written, loaded })
+        Ok(Self { path, state: body, steps, written, loaded, inputs })
     }
 
     /// Brings a prepared run to the state; returns the wall and processor time that it had taken before.
@@ -179,17 +177,17 @@ pub(crate) struct Checkpoints {
 }
 
 impl Checkpoints {
-    /// Makes the checkpoints of a scene's run, as often as it wants; the run began at `begin`, by when the process had
+    /// Makes the checkpoints of the run of a scene with its inputs, as often as it wants; the run began at `begin`, by when the process had
     /// taken so much processor time, and had taken `earlier` (wall, processor) before.
     ///
     /// # Errors
-    /// A scene that TOML cannot hold, a road file that cannot be read.
+    /// A scene that TOML cannot hold.
     pub(crate) fn new(
-        loaded: &LoadedScene,
+        (loaded, inputs): (&LoadedScene, Vec<Input>),
         (begin, begin_cpu): (Instant, Option<Duration>),
         earlier: [Duration; 2],
     ) -> Result<Self, RunError> {
-        let (owner, scene) = Owner::of(loaded)?;
+        let (owner, scene) = Owner::of(loaded, inputs)?;
         let interval = Duration::try_from_secs_f64(loaded.scene.outputs.checkpoint_interval);
         let interval = interval.ok().filter(|interval| !interval.is_zero());
         Ok(Self { owner, scene, interval, last: Instant::now(), begin, begin_cpu, earlier })
@@ -237,16 +235,12 @@ fn influence_digest(prepared: &Prepared) -> String {
     hexadecimal(hash.finalize())
 }
 
-/// Returns SHA-256 of a file's content.
-pub(crate) fn file_digest(path: &Path) -> std::io::Result<String> {
-    let mut reader = BufReader::with_capacity(1 << 16, input::open(path)?.0);
-    let (mut hash, mut block) = (Sha256::new(), vec![0; 1 << 16]);
-    loop {
-        match reader.read(&mut block)? {
-            0 => return Ok(hexadecimal(hash.finalize())),
-            count => hash.update(&block[..count]),
-        }
-    }
+/// Returns the files that a scene reads.
+///
+/// # Errors
+/// A file that cannot be read.
+pub(crate) fn inputs_of(loaded: &LoadedScene) -> Result<Vec<Input>, CheckpointError> {
+    Inputs::default().of(&loaded.scene).map_err(|(path, source)| CheckpointError::Io { path, source })
 }
 
 #[cfg(test)]

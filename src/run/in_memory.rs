@@ -10,6 +10,7 @@ use crate::effects::{KeptArray, RunError};
 use crate::plan::Plan;
 use crate::results::files::FilesInMemory;
 use crate::results::summary::{Cost, Summary};
+use crate::run::checkpoint::inputs_of;
 use crate::run::look_back::{look_back, summary};
 use crate::run::simulation::{Setup, Simulation};
 use crate::scene::LoadedScene;
@@ -40,8 +41,10 @@ pub fn run_in_memory(
     plan.check(loaded)?;
     let mut undrawn = loaded.clone();
     undrawn.scene.outputs.plots = false;
+    let inputs = inputs_of(loaded);
     let setup = Setup { stop, meter, progress, in_memory: true, without: &[] };
     let mut run = Simulation::prepare(&undrawn, &plan, setup)?;
+    let inputs = inputs?;
     run.open_arrays(None)?;
     progress.march(0, plan.steps, plan.time_step);
     run.enter_steps();
@@ -60,6 +63,6 @@ pub fn run_in_memory(
     let spent = cpu.zip(cpu_time()).map(|(before, after)| after.saturating_sub(before));
     let seconds = wall.elapsed().as_secs_f64();
     let cost = |meter: &Meter| Cost::new(meter, seconds, rayon::current_num_threads()).with_cpu(spent);
-    let summary = Summary { complete: true, ..summary(&run, loaded, found, cost)? };
+    let summary = Summary { complete: true, inputs, ..summary(&run, loaded, found, cost)? };
     Ok(RunInMemory { summary, arrays, files: files.into_inner() })
 }

@@ -12,7 +12,7 @@ use crate::results::arrays::ArrayPlace;
 use crate::results::folder::ResultsFolder;
 use crate::results::summary::{Cost, Planned, Summary};
 use crate::results::unfinished::unfinished;
-use crate::run::checkpoint::{Checkpoint, Checkpoints};
+use crate::run::checkpoint::{Checkpoint, Checkpoints, inputs_of};
 use crate::run::energy::impossible_energy;
 use crate::run::look_back::{look_back, summary};
 use crate::run::simulation::{Setup, Simulation};
@@ -146,8 +146,12 @@ impl<'a> PlannedRun<'a> {
     ) -> Result<RunReport, RunError> {
         let Self { loaded, plan, .. } = *self;
         let Begin { wall, cpu, meter, .. } = begin;
+        // Before they are read: a file that is changed meanwhile is not taken for that of the results. One that cannot be
+        // read is told by what it is for.
+        let inputs = checkpoint.as_ref().map_or_else(|| inputs_of(loaded), |checkpoint| Ok(checkpoint.inputs.clone()));
         let setup = Setup { stop, meter, progress: &mut *progress, in_memory: false, without: &[] };
         let mut run = Simulation::prepare(loaded, plan, setup)?;
+        let inputs = inputs?;
         let prepared = &run.prepared;
         for note in &prepared.notes {
             progress.note(note);
@@ -163,7 +167,7 @@ impl<'a> PlannedRun<'a> {
         let written = checkpoint.as_ref().map(|checkpoint| &checkpoint.written);
         run.open_arrays(Some(&ArrayPlace { folder: &folder, written }))?;
         let earlier = checkpoint.map_or(Ok([Duration::ZERO; 2]), |checkpoint| checkpoint.restore(&mut run))?;
-        let mut checkpoints = Checkpoints::new(loaded, (wall, cpu), earlier)?;
+        let mut checkpoints = Checkpoints::new((loaded, inputs.clone()), (wall, cpu), earlier)?;
         progress.march(run.next_step(), plan.steps, plan.time_step);
         run.enter_steps();
         let rolled = run.roll(&mut |run| {
@@ -176,7 +180,8 @@ impl<'a> PlannedRun<'a> {
         });
         run.settle();
         let ended = rolled.and_then(|complete| {
-            self.end(&mut run, &folder, &checkpoints, complete, progress).map(|summary| (complete, summary))
+            let ended = self.end(&mut run, &folder, &checkpoints, complete, progress);
+            ended.map(|summary| (complete, Summary { inputs, ..summary }))
         });
         let (complete, summary) = match ended {
             Ok(ended) => ended,

@@ -11,7 +11,7 @@ use serde_json::Value;
 use tyrewave::scene::{DEFAULT, Scene};
 use tyrewave::test_models::scene_text;
 
-use crate::suite::common::{command, names, read_summary, tyrewave};
+use crate::suite::common::{command, names, read_summary, tyrewave, write_grid};
 
 /// The names.
 const KEPT: &str = include_str!("kept.txt");
@@ -53,6 +53,9 @@ const VOIDS: &str = "[contact]\nzone = \"cells\"\ncells_across = 4\n\
 /// Those of friction and adhesion.
 const FRICTION: &str = "[contact]\nzone = \"cells\"\ncells_across = 3\n[outputs]\ncells_every = 0.1\n\
                         [friction]\nmu = 0.5\n[adhesion]\nstress = 1e4\nrange = 1e-5";
+
+/// A road of a file.
+const MEASURED: &str = "kind = \"grid\"\nfile = \"road.npy\"\ndx = 0.1\ndy = 0.2\nat_end = \"repeat\"";
 
 /// Paths of a JSON value; numbers of lists, and names that runs choose, are left out.
 fn paths(value: &Value, path: &str, found: &mut BTreeSet<String>) {
@@ -131,6 +134,8 @@ fn names_that_scripts_read_are_kept() {
     commands(folder.path(), &mut found);
     keys(&Scene::json_schema(), "", &mut found);
     let load = "speed_kmh = 80.0\nwarm_up = 0.1\nduration = 1.2\naxle = { load = 3000.0, tolerance = 0.9 }";
+    let heights: Vec<f64> = (0..400).map(|row| 1e-3 * f64::from(row).sin()).collect();
+    write_grid(&folder.path().join("road.npy"), 1, &heights);
     for (name, rolling, numerics, more) in [
         ("slices", ROLLING, NUMERICS, SLICES),
         ("cells", load, NUMERICS, CELLS),
@@ -140,7 +145,9 @@ fn names_that_scripts_read_are_kept() {
         ("squeeze", load, NUMERICS, SQUEEZE),
         ("voids", load, NUMERICS, VOIDS),
     ] {
-        let text = scene_text(64, "kind = \"made\"", rolling, numerics, more);
+        // One of them reads a file.
+        let road = if name == "friction" { MEASURED } else { "kind = \"made\"" };
+        let text = scene_text(64, road, rolling, numerics, more);
         fs::write(folder.path().join(format!("{name}.toml")), text).unwrap();
         results(folder.path(), name, &mut found);
     }

@@ -14,7 +14,9 @@ use tempfile::TempDir;
 
 use tyrewave::test_models::{add, edit, scene_text};
 
-use crate::suite::common::{command, names, program, read_summary, skipped, tyrewave, write_grid};
+use crate::suite::common::{
+    TREAD_MAP, command, names, program, read_summary, skipped, tyrewave, write_grid, write_tread_map,
+};
 
 const USAGE: i32 = 2;
 const NOT_WRITABLE: i32 = 3;
@@ -336,9 +338,11 @@ fn a_checkpoint_that_is_damaged_foreign_or_of_another_version_is_refused() {
 }
 
 #[test]
-fn a_changed_road_file_is_refused_and_a_running_run_is_left_alone() {
-    let folder = folder_with(&scene_of("direct", &road("repeat"), 20_000.0, 0.01), 12.0);
+fn a_changed_input_file_is_refused_and_a_running_run_is_left_alone() {
+    let scene = scene_of("direct", &road("repeat"), 20_000.0, 0.01) + TREAD_MAP;
+    let folder = folder_with(&scene, 12.0);
     let place = folder.path();
+    write_tread_map(&place.join("map.npy"), 0.008);
     let mut run = command(place, &["run", "scene.toml", "--out", "cut"]).spawn().unwrap();
     let working = place.join(format!("cut.partial-{}", run.id()));
     wait_for(&mut run, || working.join("checkpoint").exists());
@@ -347,12 +351,16 @@ fn a_changed_road_file_is_refused_and_a_running_run_is_left_alone() {
     assert!(message(&output).contains("still running"), "{}", message(&output));
     run.kill().unwrap();
     run.wait().unwrap();
-    let mut bytes = fs::read(place.join("road.npy")).unwrap();
-    bytes[1000] ^= 1;
-    fs::write(place.join("road.npy"), bytes).unwrap();
-    let output = tyrewave(place, &["resume", "cut"]);
-    assert_eq!(output.status.code(), Some(USAGE), "{}", message(&output));
-    assert!(message(&output).contains("road.npy has changed"), "{}", message(&output));
+    for name in ["road.npy", "map.npy"] {
+        let written = fs::read(place.join(name)).unwrap();
+        let mut bytes = written.clone();
+        bytes[1000] ^= 1;
+        fs::write(place.join(name), bytes).unwrap();
+        let output = tyrewave(place, &["resume", "cut"]);
+        assert_eq!(output.status.code(), Some(USAGE), "{}", message(&output));
+        assert!(message(&output).contains(&format!("{name} has changed")), "{}", message(&output));
+        fs::write(place.join(name), written).unwrap();
+    }
     assert!(working.join("checkpoint").exists());
 }
 

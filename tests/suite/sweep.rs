@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use tyrewave::test_models::{add, edit, implausible, replaced, scene_text, without};
 
-use crate::suite::common::{command, read_summary};
+use crate::suite::common::{TREAD_MAP, command, read_summary, write_tread_map};
 
 const ROAD: &str = "kind = \"made\"\nseed = 4\nspacing = 0.01\nwavelengths = [0.2, 0.16, 0.125, 0.1, 0.08]\n\
     levels = [46.0, 46.0, 46.0, 46.0, 46.0]";
@@ -113,6 +113,26 @@ fn a_sweep_makes_one_table_and_again_runs_only_what_is_missing() {
     assert!(text(&more.stdout).contains("6 variants, 2 of them found finished"), "{}", text(&more.stdout));
     let (now, _) = table(&place.join("s/sweep.csv"));
     assert!(levels.iter().all(|(key, level)| now[key].to_bits() == level.to_bits()), "made again, the same bits");
+}
+
+#[test]
+fn a_variant_whose_input_file_has_changed_is_run_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path();
+    fs::write(place.join("scene.toml"), edit(&scene(0.1), &[("numerics.history", "\"direct\"")]) + TREAD_MAP).unwrap();
+    let map = place.join("map.npy");
+    let found = |depth: f64| {
+        write_tread_map(&map, depth);
+        // As old as any file may be: only its content counts.
+        fs::File::options().append(true).open(&map).unwrap().set_modified(std::time::UNIX_EPOCH).unwrap();
+        let output = output(place, &["scene.toml", "--speed", "60,80", "--out", "s"]);
+        let told = text(&output.stdout);
+        let count = told.split("2 variants, ").nth(1).and_then(|rest| rest.chars().next());
+        count.unwrap_or_else(|| panic!("{told}{}", text(&output.stderr)))
+    };
+    assert_eq!([0.008, 0.008, 0.007, 0.007, 0.008].map(found), ['0', '2', '0', '2', '0']);
+    let summary = read_summary(&place.join("s/80kmh"));
+    assert!(summary["inputs"][0]["file"].as_str().unwrap().ends_with("map.npy"), "{}", summary["inputs"]);
 }
 
 #[test]

@@ -9,7 +9,7 @@ use std::time::Duration;
 use tempfile::TempDir;
 use tyrewave::test_models::{implausible, scene_text};
 
-use crate::suite::common::{command, folder_with, names, tyrewave};
+use crate::suite::common::{TREAD_MAP, command, folder_with, names, tyrewave, write_tread_map};
 
 const ROAD: &str = "kind = \"made\"\nseed = 4\nspacing = 0.01\nwavelengths = [0.2, 0.16, 0.125, 0.1, 0.08]\n\
     levels = [46.0, 46.0, 46.0, 46.0, 46.0]";
@@ -187,7 +187,7 @@ fn damaged_and_foreign_folders_are_refused_and_mended_by_writing_again() {
 }
 
 #[test]
-fn a_road_file_that_has_changed_is_refused() {
+fn an_input_file_that_has_changed_is_refused() {
     let place = tempfile::tempdir().unwrap();
     let road = place.path().join("road.csv");
     let profile = |height: f64| {
@@ -197,7 +197,9 @@ fn a_road_file_that_has_changed_is_refused() {
     fs::write(&road, profile(1e-4)).unwrap();
     let of_file = "kind = \"profile\"\nfile = \"road.csv\"\nat_end = \"repeat\"\n\
         distance_unit = \"m\"\nheight_unit = \"m\"";
-    fs::write(place.path().join("scene.toml"), scene(of_file, 0.1)).unwrap();
+    fs::write(place.path().join("scene.toml"), scene(of_file, 0.1) + TREAD_MAP).unwrap();
+    let map = place.path().join("map.npy");
+    write_tread_map(&map, 0.008);
     assert_done(&sweep(place.path(), &["--tasks", "t"]));
     assert_done(&task(place.path(), "0"));
     fs::write(&road, profile(2e-4)).unwrap();
@@ -206,6 +208,10 @@ fn a_road_file_that_has_changed_is_refused() {
     fs::remove_file(&road).unwrap();
     assert_refused(&task(place.path(), "0..5"), "cannot read");
     fs::write(&road, profile(1e-4)).unwrap();
+    write_tread_map(&map, 0.007);
+    assert_refused(&task(place.path(), "1"), "map.npy has changed since the tasks were written");
+    assert_refused(&sweep(place.path(), &["--tasks", "t"]), "other tasks");
+    write_tread_map(&map, 0.008);
     assert_done(&task(place.path(), "1"));
 }
 

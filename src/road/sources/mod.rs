@@ -14,6 +14,8 @@ mod raster;
 mod signature;
 mod table;
 
+use std::path::PathBuf;
+
 use super::error::{RoadError, positive};
 use super::file_fault::FileFault;
 use super::lattice::{Lattice, same};
@@ -27,6 +29,15 @@ use made::{Design, Shape, TargetSpectrum};
 const ISOTROPIC_SPACING: f64 = 0.001;
 /// Longest wavelength taken from a profile \[m\], and as a share of its length: fewer lines in a band say little.
 const ISOTROPIC_LONGEST: (f64, f64) = (0.2819, 1.0 / 6.0);
+
+/// Returns the files that a road's own file includes, as far as they can be followed within `limit` bytes a file: why no
+/// further is told where the road is read.
+pub(crate) fn included(road: &Road, limit: u64) -> Vec<PathBuf> {
+    match road {
+        Road::OpenCrg(road) => opencrg::included(&road.file, limit),
+        Road::Smooth | Road::Made(_) | Road::Profile(_) | Road::Grid(_) => Vec::new(),
+    }
+}
 
 /// A road as its scene and its file describe it, on no run's lattice yet.
 #[derive(Clone)]

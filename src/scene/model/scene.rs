@@ -1,5 +1,7 @@
 //! A complete scene.
 
+use std::path::Path;
+
 use serde::Serialize;
 
 use super::air_pumping::{AIR_PUMPING, AirPumping, PatchAir};
@@ -65,6 +67,14 @@ impl Scene {
     /// Returns the pattern of the tread, unless it is left out.
     pub fn pattern(&self) -> Option<&TreadPattern> {
         self.tread_pattern.as_ref().filter(|_| self.effects.tread_pattern != Switch::Off)
+    }
+
+    /// Returns the files that are read when the scene is run, by their keys. Tyres and microphones are none of them: those
+    /// of a loaded scene are tables.
+    pub(crate) fn files(&self) -> impl Iterator<Item = (&'static str, &Path)> {
+        let pattern = self.pattern().and_then(|pattern| pattern.file.as_deref());
+        let all = [("road.file", self.road.file()), ("tread_pattern.file", pattern)];
+        all.into_iter().filter_map(|(key, file)| Some((key, file?)))
     }
 
     /// Returns the grooves of the tread in which air goes through the patch; none where the patch is sealed, or where

@@ -4,7 +4,6 @@
 //! threads than were asked for. The models of the tyre's influence functions that the variants need are fitted before,
 //! once each, and then read by all from the cache.
 
-use std::fs;
 use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -16,6 +15,7 @@ use crate::plan::Plan;
 use crate::plan::models::fetch;
 use crate::response::BandLevel;
 use crate::results::folder::ResultsFolder;
+use crate::results::inputs::{Input, Inputs};
 use crate::results::sound::{RatedLevel, ReceiverSummary};
 use crate::results::spectra::{SPECTRA_FILE, read_force_levels};
 use crate::results::summary::{FrictionSummary, LoadResult, RollingResistance, SUMMARY_FILE};
@@ -133,8 +133,9 @@ pub(crate) fn sweep(
     stop: &AtomicBool,
     progress: &mut (dyn Progress + Send),
 ) -> Vec<Outcome> {
+    let mut known = Inputs::default();
     let outcomes: Vec<Mutex<Option<Outcome>>> =
-        variants.iter().map(|variant| Mutex::new(finished(variant, target))).collect();
+        variants.iter().map(|variant| Mutex::new(finished(variant, target, &mut known))).collect();
     let left: Vec<usize> = (0..variants.len()).filter(|&index| lock(&outcomes[index]).is_none()).collect();
     progress.stage(Stage::Influence);
     share_models(left.iter().map(|&index| &variants[index]), stop);
@@ -191,8 +192,8 @@ fn share_models<'a>(variants: impl Iterator<Item = &'a Variant>, stop: &AtomicBo
     }
 }
 
-/// Returns the levels of a variant that an earlier sweep has finished: the same scene, version and road file.
-fn finished(variant: &Variant, target: &Path) -> Option<Outcome> {
+/// Returns the levels of a variant that an earlier sweep has finished: the same scene, version and inputs.
+fn finished(variant: &Variant, target: &Path, known: &mut Inputs) -> Option<Outcome> {
     let folder = target.join(&variant.label.name);
     // What cannot be put in order is told when the variant is run.
     let _ = ResultsFolder::put_in_order(&folder);
@@ -201,11 +202,8 @@ fn finished(variant: &Variant, target: &Path) -> Option<Outcome> {
     let same = summary["complete"] == true
         && summary["scene_sha256"] == planned.hash().ok()?.as_str()
         && summary["version"] == env!("CARGO_PKG_VERSION");
-    let written = |path: &Path| fs::metadata(path).and_then(|file| file.modified()).ok();
-    // A road file written after the results may have another content.
-    let newer =
-        variant.loaded.scene.road.file().is_some_and(|road| written(road) > written(&folder.join(SUMMARY_FILE)));
-    if !same || newer {
+    let recorded: Vec<Input> = serde_json::from_value(summary["inputs"].clone()).unwrap_or_default();
+    if !same || recorded != known.of(&variant.plan.scene).ok()? {
         return None;
     }
     Some(Outcome::Done(Done::new(true, read_levels(&folder)?, &summary)))

@@ -165,6 +165,16 @@ pub(super) fn write_grid(path: &Path, columns: usize, heights: &[f64]) {
     writer.finish().unwrap();
 }
 
+/// Contact over cells with the map of a tread in the file `map.npy`, for scenes of 64 elements.
+pub(super) const TREAD_MAP: &str = "\n[contact]\nzone = \"cells\"\ncells_across = 4\n\
+                                    [tread_pattern]\nfile = \"map.npy\"\nblocks = \"continuum\"\n";
+
+/// Writes the map of a tread on 64 x 4 cells, a quarter of them grooves of a depth \[m\].
+pub(super) fn write_tread_map(path: &Path, depth: f64) {
+    let depths: Vec<f64> = (0..64 * 4).map(|cell| if cell % 4 == 1 { depth } else { 0.0 }).collect();
+    write_grid(path, 4, &depths);
+}
+
 /// Mean and standard deviation.
 pub(super) fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
     let mean = values.iter().sum::<f64>() / values.len() as f64;

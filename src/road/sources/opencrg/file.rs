@@ -38,6 +38,52 @@ pub(crate) struct Crg {
     pub notes: Vec<RoadNote>,
 }
 
+/// The file at the end of a chain of includes, which has the data.
+struct Last {
+    path: PathBuf,
+    header: Header,
+    bytes: Vec<u8>,
+}
+
+/// Follows a chain of includes to its end; `pass` sees each file on the way, the last one too.
+fn follow(path: &Path, limit: u64, mut pass: impl FnMut(&Path, &Header)) -> Result<Last, RoadError> {
+    let mut chain: Vec<PathBuf> = Vec::new();
+    let mut current = path.to_owned();
+    let mut root = None;
+    loop {
+        let fault = |fault| RoadError::file(&current, fault);
+        let bytes = input::read(&current, limit).map_err(|error| fault(error.into()))?;
+        refuse_other_kinds(&bytes, "opencrg").map_err(fault)?;
+        let header = Header::parse(&bytes).map_err(fault)?;
+        pass(&current, &header);
+        let Some(name) = &header.include else { return Ok(Last { path: current, header, bytes }) };
+        let canonical = |path: &Path| {
+            path.canonicalize().map_err(|source| fault(FileFault::Include { path: path.to_owned(), source }))
+        };
+        let here = canonical(&current)?;
+        let folder = here.parent().unwrap_or(Path::new("/")).to_owned();
+        let root = root.get_or_insert_with(|| folder.clone());
+        let next = canonical(&folder.join(name))?;
+        // Links are resolved on both sides: what counts is where the file really is.
+        if !next.starts_with(&*root) {
+            return Err(fault(FileFault::IncludeOutside { path: PathBuf::from(name), folder: root.clone() }));
+        }
+        chain.push(here);
+        if chain.contains(&next) || chain.len() > DEEPEST {
+            return Err(fault(FileFault::IncludeCycle { path: PathBuf::from(name) }));
+        }
+        current = next;
+    }
+}
+
+/// Returns the files that a file includes, directly or through others, as far as they can be followed.
+pub(in crate::road) fn included(path: &Path, limit: u64) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    // A fault is the road's own to tell.
+    let _ = follow(path, limit, |file, _| files.push(file.to_owned()));
+    files.split_off(1.min(files.len()))
+}
+
 impl Crg {
     /// Reads a file and what it includes. `limit` bounds the bytes of one file.
     ///
@@ -45,35 +91,9 @@ impl Crg {
     /// A file that cannot be read, includes from outside the file's folder, and every [`FileFault`] of OpenCRG.
     pub(crate) fn read(path: &Path, limit: u64) -> Result<Self, RoadError> {
         let mut modifiers = None;
-        let mut chain: Vec<PathBuf> = Vec::new();
-        let mut current = path.to_owned();
-        let mut root = None;
-        loop {
-            let fault = |fault| RoadError::file(&current, fault);
-            let bytes = input::read(&current, limit).map_err(|error| fault(error.into()))?;
-            refuse_other_kinds(&bytes, "opencrg").map_err(fault)?;
-            let header = Header::parse(&bytes).map_err(fault)?;
-            modifiers = modifiers.or_else(|| header.modifiers.clone());
-            let Some(name) = &header.include else {
-                return Self::assemble(&header, &bytes, modifiers.unwrap_or_default()).map_err(fault);
-            };
-            let canonical = |path: &Path| {
-                path.canonicalize().map_err(|source| fault(FileFault::Include { path: path.to_owned(), source }))
-            };
-            let here = canonical(&current)?;
-            let folder = here.parent().unwrap_or(Path::new("/")).to_owned();
-            let root = root.get_or_insert_with(|| folder.clone());
-            let next = canonical(&folder.join(name))?;
-            // Links are resolved on both sides: what counts is where the file really is.
-            if !next.starts_with(&*root) {
-                return Err(fault(FileFault::IncludeOutside { path: PathBuf::from(name), folder: root.clone() }));
-            }
-            chain.push(here);
-            if chain.contains(&next) || chain.len() > DEEPEST {
-                return Err(fault(FileFault::IncludeCycle { path: PathBuf::from(name) }));
-            }
-            current = next;
-        }
+        let last = follow(path, limit, |_, header| modifiers = modifiers.take().or_else(|| header.modifiers.clone()))?;
+        let Last { path, header, bytes } = last;
+        Self::assemble(&header, &bytes, modifiers.unwrap_or_default()).map_err(|fault| RoadError::file(&path, fault))
     }
 
     /// Builds the road from a header and the whole file's bytes.

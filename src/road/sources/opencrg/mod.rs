@@ -13,4 +13,5 @@ mod strip;
 
 #[cfg(test)]
 pub(in crate::road) use file::Crg;
+pub(super) use file::included;
 pub(crate) use strip::read;

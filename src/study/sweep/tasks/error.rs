@@ -63,9 +63,9 @@ pub(crate) enum TaskError {
         /// Number of the last task.
         last: u64,
     },
-    /// A road file with another content.
-    #[error("task {task}: the road file {} has changed since the tasks were written", path.display())]
-    Road {
+    /// A file that the scene reads, with another content.
+    #[error("task {task}: the file {} has changed since the tasks were written", path.display())]
+    Input {
         /// Name of the task.
         task: String,
         /// The file.

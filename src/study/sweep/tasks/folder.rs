@@ -1,6 +1,5 @@
 //! The tasks on disk.
 
-use std::collections::HashMap;
 use std::fs;
 use std::io::ErrorKind;
 use std::ops::{Range, RangeInclusive};
@@ -11,10 +10,10 @@ use serde::{Deserialize, Serialize};
 use crate::numeric::digest::sha256;
 use crate::numeric::in_parallel;
 use crate::results::ResultsError;
-use crate::run::checkpoint::file_digest;
+use crate::results::inputs::Inputs;
 use crate::storage::{Format, PendingFile, Unusable};
 use crate::study::sweep::tasks::error::TaskError;
-use crate::study::sweep::tasks::task::Task;
+use crate::study::sweep::tasks::task::{Task, inputs_of};
 use crate::study::sweep::variants::Variant;
 
 /// Name of the manifest.
@@ -22,7 +21,7 @@ const MANIFEST: &str = "manifest";
 const MANIFEST_FORMAT: Format = Format { magic: b"TWAVETSK", version: 1, name: "a manifest of tasks" };
 /// Name of a shard's tasks in its folder.
 const TASKS: &str = "tasks";
-const TASKS_FORMAT: Format = Format { magic: b"TWAVESHD", version: 1, name: "a shard of tasks" };
+const TASKS_FORMAT: Format = Format { magic: b"TWAVESHD", version: 2, name: "a shard of tasks" };
 /// Tasks in a shard. A million of them are a thousand files; one task is found by reading a few megabytes.
 const SHARD: u64 = 1000;
 
@@ -208,17 +207,12 @@ impl TaskFolder {
 
 /// Returns the tasks of variants, in their order.
 fn tasks(variants: &[Variant]) -> Result<Vec<Task>, TaskError> {
-    let mut roads = HashMap::new();
-    for path in variants.iter().filter_map(|variant| variant.loaded.scene.road.file()) {
-        if !roads.contains_key(path) {
-            roads.insert(path, file_digest(path).map_err(TaskError::reading(path))?);
-        }
+    let mut known = Inputs::default();
+    let mut read = Vec::new();
+    for variant in variants {
+        read.push((variant, inputs_of(&variant.plan.scene, &mut known)?));
     }
-    let task = |variant: &Variant| {
-        let road = variant.loaded.scene.road.file().and_then(|path| roads.get(path)).cloned();
-        Task::of(variant, road.unwrap_or_default())
-    };
-    in_parallel::map(variants, task).into_iter().collect()
+    in_parallel::map(&read, |(variant, inputs)| Task::of(variant, inputs.clone())).into_iter().collect()
 }
 
 /// Writes a sealed file, which is there as a whole or not at all.

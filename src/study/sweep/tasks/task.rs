@@ -4,22 +4,22 @@ use serde::{Deserialize, Serialize};
 
 use crate::numeric::digest::sha256;
 use crate::plan::{Plan, unit_record};
-use crate::run::checkpoint::file_digest;
+use crate::results::inputs::{Input, Inputs, changed};
 use crate::scene::{Scene, SceneError, Setting};
 use crate::study::sweep::tasks::error::TaskError;
 use crate::study::sweep::variants::{Label, Variant};
 
-/// A task: nothing but the road file and the program is needed beside it.
+/// A task: nothing but its input files and the program is needed beside it.
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 pub(crate) struct Task {
-    /// SHA-256 of scene and road: its name by content.
+    /// SHA-256 of scene and inputs: its name by content.
     pub id: String,
     /// Label in the tables.
     pub label: Label,
-    /// The scene as TOML, open where the scene of the sweep is open, its tyre within, the path of its road absolute.
+    /// The scene as TOML, open where the scene of the sweep is open, its tyre within, the paths of its inputs absolute.
     scene: String,
-    /// SHA-256 of the road file's content; empty without one.
-    road: String,
+    /// Files that the scene reads.
+    inputs: Vec<Input>,
     /// Wall time that the plan expects on one thread \[s\].
     pub seconds: f64,
     /// Largest memory that the plan expects, the program itself not included \[bytes\].
@@ -29,19 +29,20 @@ pub(crate) struct Task {
 }
 
 impl Task {
-    /// Makes the task of a variant. `road`: SHA-256 of its road file's content;
+    /// Makes the task of a variant, which reads these files.
     ///
     /// # Errors
     /// A scene that TOML cannot hold.
-    pub(super) fn of(variant: &Variant, road: String) -> Result<Self, TaskError> {
+    pub(super) fn of(variant: &Variant, inputs: Vec<Input>) -> Result<Self, TaskError> {
         let Variant { label, loaded, plan } = variant;
         let scene = loaded.given().map_err(failed(&label.name))?.to_string();
+        let digests = inputs.iter().map(|input| input.sha256.as_str());
         let forecast = plan.clone().with_kept_model().forecast(&unit_record::known(), 1, 0.0);
         Ok(Self {
-            id: sha256(&[&scene, "\n", &road]),
+            id: sha256(&[[scene.as_str(), "\n"].to_vec(), digests.collect()].concat()),
             label: label.clone(),
             scene,
-            road,
+            inputs,
             seconds: forecast.wall_seconds,
             memory: forecast.memory,
             alone: !plan.scene.receivers.is_empty(),
@@ -52,20 +53,27 @@ impl Task {
     /// are most of its bytes, and the tables do not need them.
     ///
     /// # Errors
-    /// [`TaskError::Road`] for a road file whose content has changed, [`TaskError::Read`], [`TaskError::Scene`].
+    /// [`TaskError::Input`] for a file whose content has changed, [`TaskError::Read`], [`TaskError::Scene`].
     pub(super) fn variant(&self, keep_results: bool) -> Result<Variant, TaskError> {
         let name = &self.label.name;
         let settings = if keep_results { &[][..] } else { &["outputs.arrays=false", "outputs.plots=false"] };
         let settings: Vec<Setting> = settings.iter().filter_map(|setting| Setting::parse(setting).ok()).collect();
         let loaded = Scene::from_str_with(&self.scene, name, &settings).map_err(failed(name))?;
-        if let Some(path) = loaded.scene.road.file()
-            && file_digest(path).map_err(TaskError::reading(path))? != self.road
-        {
-            return Err(TaskError::Road { task: name.clone(), path: path.to_owned() });
-        }
         let plan = Plan::of(&loaded).map_err(failed(name))?;
+        let inputs = inputs_of(&plan.scene, &mut Inputs::default())?;
+        if let Some(path) = changed(&self.inputs, &inputs) {
+            return Err(TaskError::Input { task: name.clone(), path: path.to_owned() });
+        }
         Ok(Variant { label: self.label.clone(), loaded, plan })
     }
+}
+
+/// Returns the files that a scene reads.
+///
+/// # Errors
+/// [`TaskError::Read`].
+pub(super) fn inputs_of(scene: &Scene, known: &mut Inputs) -> Result<Vec<Input>, TaskError> {
+    known.of(scene).map_err(|(path, source)| TaskError::Read { path, source })
 }
 
 fn failed(name: &str) -> impl Fn(SceneError) -> TaskError + use<'_> {
@@ -80,7 +88,7 @@ impl Task {
             id: sha256(&[scene]),
             label: Label { name: scene.to_owned(), group: String::new(), speed: 80.0, choices: Vec::new() },
             scene: scene.to_owned(),
-            road: String::new(),
+            inputs: Vec::new(),
             seconds: 1.0,
             memory: 1e6,
             alone: false,
@@ -101,7 +109,7 @@ mod tests {
         let base = Scene::from_str(&edit(crate::scene::PLATE, &[draft]), "draft").unwrap();
         let made = variants(&base, &Axes { speeds: vec![50.0, 80.0], ..Axes::default() }).unwrap();
         for variant in &made {
-            let task = Task::of(variant, String::new()).unwrap();
+            let task = Task::of(variant, Vec::new()).unwrap();
             let again = task.variant(true).unwrap();
             assert_eq!(again.loaded.scene, variant.loaded.scene);
             assert_eq!(again.plan.scene, variant.plan.scene);

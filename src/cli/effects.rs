@@ -1,7 +1,7 @@
 //! `tyrewave effects`: the contribution of each effect, and its cost.
 
 use crate::counters::Stage;
-use crate::plan::{Plan, bytes, process_memory};
+use crate::plan::{Plan, UnitCosts, bytes, process_memory};
 use crate::response::BandLevel;
 use crate::results::plots::{Axis, LinePlot, Series};
 use crate::results::table::{Report, Table, aligned};
@@ -22,7 +22,7 @@ all but one. The tables show the changes by each effect: third-octave levels of 
 of the patch, rolling resistance, time of the steps, planned memory. If the scene has receivers, radiation is one of \
 the effects, and the levels at the receivers with all effects but one are listed beside those with all effects. For a \
 scene of slices the time and memory of contact over cells are given, too. The largest change and the plots include \
-only valid bands.
+only valid bands. The time of all runs is forecast before the first of them.
 
 Results: effects.csv, effects.txt, and plots of the changes of the levels, effects_added.svg and \
 effects_taken_away.svg.
@@ -47,12 +47,14 @@ impl EffectsArguments {
         let mut side = self.place.open("effects", context)?;
         side.loaded.check_time_domain()?;
         let duration = self.duration.unwrap_or(side.loaded.scene.rolling.duration.min(LONGEST));
+        let stop = context.interrupt.flag();
+        let costs = calibrated(stop)?;
         let mut progress = context.progress();
-        let comparison = effects::compare(&side.loaded, duration, context.interrupt.flag(), &mut progress)?;
+        let comparison = effects::compare(&side.loaded, duration, &costs, stop, &mut progress)?;
         drop(progress);
         let mut report = report(&comparison);
         if let Some(cells) = effects::over_cells(&side.loaded, duration) {
-            report.text(cells_instead(&comparison.all.plan, &cells, context)?);
+            report.text(cells_instead(&comparison.all.plan, &cells, &costs, context));
         }
         side.file("effects.txt", report.to_string());
         side.file("effects.csv", comparison.csv());
@@ -68,16 +70,15 @@ impl EffectsArguments {
 }
 
 /// Tells of contact over cells in the place of slices, and of its cost on this machine.
-fn cells_instead(slices: &Plan, cells: &Plan, context: &Context) -> Result<String, CliError> {
-    let costs = calibrated(context.interrupt.flag())?;
-    let [slices, cells] = [slices, cells].map(|plan| plan.forecast(&costs, context.threads, process_memory()));
-    Ok(format!(
+fn cells_instead(slices: &Plan, cells: &Plan, costs: &UnitCosts, context: &Context) -> String {
+    let [slices, cells] = [slices, cells].map(|plan| plan.forecast(costs, context.threads, process_memory()));
+    format!(
         "\ncells instead, contact.zone = \"cells\": about {:.0} s and {} as planned, {:.0} s and {} by slices\n",
         cells.wall_seconds,
         bytes(cells.memory),
         slices.wall_seconds,
         bytes(slices.memory)
-    ))
+    )
 }
 
 /// Returns those that change any level by as much as is shown.

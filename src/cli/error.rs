@@ -20,6 +20,10 @@ pub(super) const FAILED: u8 = 1;
 pub(super) const USAGE: u8 = 2;
 /// Exit code of results that could not be written.
 pub(super) const NOT_WRITABLE: u8 = 3;
+/// Exit code of results that are complete, and of which standard output could not tell.
+pub(super) const UNPRINTED: u8 = 4;
+/// Exit code of a comparison that rests on too little to be decided.
+pub(super) const UNDECIDED: u8 = 5;
 /// Exit code after Ctrl-C: 128 + SIGINT, as shells do.
 pub(super) const INTERRUPTED: u8 = 130;
 
@@ -54,6 +58,9 @@ pub(crate) enum CliError {
     /// A comparison of performance went against the second one.
     #[error("not as good as what it was held against")]
     Worse,
+    /// A comparison of performance rests on too few runs.
+    #[error("undecided: too few pairs of runs to judge times by; give a larger --budget, or name a --workload")]
+    Undecided,
     /// The user stopped the run; where the partial results are, if there are any.
     #[error("interrupted; {}", kept.as_ref().map_or_else(|| "no results are kept".to_owned(), |path| {
         format!("partial results are in {0}; `tyrewave resume {0}` goes on", path.display())
@@ -66,6 +73,9 @@ pub(crate) enum CliError {
     SweepStopped,
     #[error("cannot write to standard output: {0}")]
     Print(#[source] std::io::Error),
+    /// Everything was done, and standard output could not tell.
+    #[error("cannot write to standard output: {source}; the results are complete, in {}", kept.display())]
+    Unprinted { source: std::io::Error, kept: PathBuf },
 }
 
 impl CliError {
@@ -98,6 +108,16 @@ impl CliError {
             Self::Cache(_) | Self::Failed(_) | Self::Worse => FAILED,
             Self::Interrupted { .. } | Self::PartKept { .. } | Self::SweepStopped => INTERRUPTED,
             Self::Print(_) => NOT_WRITABLE,
+            Self::Unprinted { .. } => UNPRINTED,
+            Self::Undecided => UNDECIDED,
+        }
+    }
+
+    /// Returns the same, said by a command whose results are complete in a folder.
+    pub(crate) fn with_results(self, folder: &Path) -> Self {
+        match self {
+            Self::Print(source) => Self::Unprinted { source, kept: folder.to_owned() },
+            other => other,
         }
     }
 

@@ -23,11 +23,13 @@ mod messages;
 mod mobility;
 mod options;
 mod output_file;
+mod pace;
 mod paper;
 mod plan;
 mod profile;
 mod profiling;
 mod progress;
+mod progress_log;
 mod radiation;
 mod report;
 mod resume;
@@ -68,7 +70,9 @@ Exit codes:
   2    the command line, the scene or an input file is invalid, or what must not be replaced is in the way; \
 nothing was written
   3    the results could not be written; nothing stands under their name (what there is up to a checkpoint is kept \
-as <results>.partial)
+as <results>.partial), or standard output could not be
+  4    done, and the results are complete in their folder, but standard output could not be written
+  5    a comparison that is undecided: too few runs to judge by
   130  interrupted with Ctrl-C; what there was is kept as <results>.partial: tyrewave resume goes on with it
 
 Examples:
@@ -241,7 +245,9 @@ mod tests {
     fn the_command_line_is_sound_and_documents_its_exit_codes() {
         CommandLine::command().debug_assert();
         let help = CommandLine::command().render_long_help().to_string();
-        for code in [error::FAILED, error::USAGE, error::NOT_WRITABLE, error::INTERRUPTED] {
+        for code in
+            [error::FAILED, error::USAGE, error::NOT_WRITABLE, error::UNPRINTED, error::UNDECIDED, error::INTERRUPTED]
+        {
             assert!(help.lines().any(|line| line.trim_start().starts_with(&format!("{code} "))), "{code}: {help}");
         }
     }

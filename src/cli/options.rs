@@ -7,6 +7,7 @@ use clap::builder::styling::{AnsiColor, Style};
 use clap::{Args, ColorChoice};
 
 use super::error::{CliError, NOT_WRITABLE, USAGE};
+use super::messages::tell;
 
 /// More of them are a slip of the finger.
 const MOST_THREADS: u16 = 1024;
@@ -43,9 +44,26 @@ impl GlobalOptions {
     pub(crate) fn threads(&self) -> Result<usize, CliError> {
         match self.threads {
             Some(threads) => Ok(threads.into()),
-            None => default_threads(&std::env::var(THREADS_VARIABLE).unwrap_or_default()),
+            None => {
+                let variable = std::env::var_os(THREADS_VARIABLE).unwrap_or_default();
+                let variable = variable.to_string_lossy();
+                let threads = default_threads(&variable)?;
+                if !self.quiet && !is_number_of_threads(&variable) {
+                    tell(&format!(
+                        "warning: {THREADS_VARIABLE} is \"{variable}\", which is no number of threads: {threads} are \
+                         used, one per processor"
+                    ));
+                }
+                Ok(threads)
+            }
         }
     }
+}
+
+/// Tells whether a value of the environment's variable says how many threads are wanted; an empty one, and 0, leave it
+/// open.
+fn is_number_of_threads(variable: &str) -> bool {
+    variable.trim().is_empty() || variable.trim().parse::<usize>().is_ok()
 }
 
 /// Returns the threads with that value of the environment's variable; 0 and what is no number stand for one per
@@ -156,6 +174,9 @@ mod tests {
         for (text, threads) in [("3", 3), (" 1024 ", 1024), ("0", processors), ("many", processors), ("-1", processors)]
         {
             assert_eq!(default_threads(text).unwrap(), threads, "{text}");
+        }
+        for (text, is_number) in [("", true), (" 3 ", true), ("0", true), ("x", false), ("-1", false), ("2.5", false)] {
+            assert_eq!(is_number_of_threads(text), is_number, "{text}");
         }
         for text in ["1025", "100000"] {
             let error = default_threads(text).unwrap_err();

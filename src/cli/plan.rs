@@ -102,8 +102,12 @@ fn text(loaded: &LoadedScene, plan: &Plan, amounts: &Amounts, forecast: &Forecas
     for note in &plan.decisions.notes {
         text.text(format!("\nnote: {note}\n"));
     }
+    let cached = match amounts.cache_bytes {
+        kept if kept > 0.0 => format!(", {} in the cache on disk", bytes(kept)),
+        _ => String::new(),
+    };
     text.text(format!(
-        "\nabout {:.2} s on {} threads, at most {} of memory, {} of results\n",
+        "\nabout {:.2} s on {} threads, at most {} of memory, {} of results{cached}\n",
         forecast.wall_seconds,
         forecast.threads,
         bytes(forecast.memory),

@@ -52,7 +52,8 @@ pub(crate) struct ProfileArguments {
 pub(crate) enum ProfileAction {
     /// Do all workloads and write what they took, stamped with commit, compiler and machine.
     Record(RecordArguments),
-    /// Hold a program or record against another one; exit code 1 if it is worse.
+    /// Hold a program or record against another one; exit code 1 if it is worse, 5 if that cannot
+    /// be said.
     Compare(CompareArguments),
     /// Gone: `cargo bench` and `tyrewave study` show costs against sizes.
     #[command(hide = true)]
@@ -231,6 +232,12 @@ impl CompareArguments {
             file.complete(&verdict.json())?;
         }
         print(&if context.options.json { verdict.json() } else { verdict.text() })?;
-        if verdict.passes() { Ok(()) } else { Err(CliError::Worse) }
+        if !verdict.passes() {
+            Err(CliError::Worse)
+        } else if verdict.is_undecided {
+            Err(CliError::Undecided)
+        } else {
+            Ok(())
+        }
     }
 }

@@ -1,37 +1,58 @@
-//! Progress on the terminal, in lines of at most 80 columns: simulated time, real-time factor, time to go.
+//! Progress on the terminal, in lines of at most 80 columns: simulated time, real-time factor, time to go. Where there
+//! is no terminal a line every ten seconds tells of it.
 
 use std::fmt::Write;
+use std::io::IsTerminal;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::counters::Stage;
 use crate::run::Progress;
-use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
 use super::messages::tell;
+use super::pace::Pace;
+use super::progress_log::{Doing, ProgressLog, in_words};
 
 /// How often the spinner turns while a stage says nothing.
 const TICK: Duration = Duration::from_millis(120);
 /// Parts of a whole that are shown.
 const SHARES: u64 = 1000;
 
-/// A line on standard error; silent where that is not a terminal, so that logs stay clean.
+/// A line on standard error, drawn again and again; where that is not a terminal, a few lines.
 #[derive(Debug)]
 pub(crate) struct TerminalProgress {
     bar: ProgressBar,
     quiet: bool,
     /// The stage that is going on.
     stage: Option<Stage>,
+    /// When the steps began.
+    begin: Instant,
+    /// Pace of the steps, where they are drawn.
+    pace: Arc<Mutex<Pace>>,
+    /// Lines where nothing is drawn.
+    log: Option<ProgressLog>,
 }
 
 impl TerminalProgress {
     /// Returns a line that draws nothing yet; `quiet`: ever.
     pub(crate) fn new(quiet: bool) -> Self {
-        Self::with_target(quiet, ProgressDrawTarget::stderr())
+        let log = (!quiet && !std::io::stderr().is_terminal()).then(ProgressLog::start);
+        Self { log, ..Self::with_target(quiet, ProgressDrawTarget::stderr()) }
     }
 
     fn with_target(quiet: bool, target: ProgressDrawTarget) -> Self {
         let target = if quiet { ProgressDrawTarget::hidden() } else { target };
-        Self { bar: ProgressBar::with_draw_target(None, target), quiet, stage: None }
+        let bar = ProgressBar::with_draw_target(None, target);
+        let pace = Arc::new(Mutex::new(Pace::after(0)));
+        Self { bar, quiet, stage: None, begin: Instant::now(), pace, log: None }
+    }
+
+    /// Sets what the lines tell of, where nothing is drawn.
+    fn log(&self, doing: impl FnOnce() -> Doing) {
+        if let Some(log) = &self.log {
+            log.set(doing());
+        }
     }
 
     /// Says something above the line.
@@ -47,6 +68,7 @@ impl Progress for TerminalProgress {
         self.stage = Some(stage);
         self.bar.set_style(style("{spinner} {msg} ({elapsed})"));
         self.bar.set_message(stage.title());
+        self.log(|| Doing::Named(stage.title().to_owned()));
         if !self.bar.is_hidden() {
             self.bar.enable_steady_tick(TICK);
         }
@@ -54,7 +76,9 @@ impl Progress for TerminalProgress {
 
     fn pieces(&mut self, done: usize, open: usize) {
         let stage = self.stage.map_or("", Stage::title);
-        self.bar.set_message(format!("{stage}: {done} frequencies, {open} to come"));
+        let told = format!("{stage}: {done} frequencies, {open} to come");
+        self.log(|| Doing::Named(told.clone()));
+        self.bar.set_message(told);
     }
 
     fn share(&mut self, done: f64, doing: &str) {
@@ -65,6 +89,7 @@ impl Progress for TerminalProgress {
         }
         self.bar.set_position((done * SHARES as f64) as u64);
         self.bar.set_message(doing.to_owned());
+        self.log(|| Doing::Share(done, doing.to_owned()));
     }
 
     fn march(&mut self, done: u64, steps: u64, time_step: f64) {
@@ -75,10 +100,13 @@ impl Progress for TerminalProgress {
         self.bar.set_message("rolling");
         // Steps per second of this process: what an earlier one has done was not done now.
         let begin = Instant::now();
+        (self.begin, self.pace) = (begin, Arc::new(Mutex::new(Pace::after(done))));
+        self.log(|| Doing::Steps { done, all: steps, time_step, pace: Pace::after(done) });
+        let pace = Arc::clone(&self.pace);
         let rate = move |state: &ProgressState| {
             state.pos().saturating_sub(done) as f64 / begin.elapsed().as_secs_f64().max(f64::MIN_POSITIVE)
         };
-        let style = style("{msg} {bar:12} {percent:>3} %, {simulated}, {factor}, {left} to go")
+        let style = style("{msg} {bar:12} {percent:>3} %, {simulated}, {factor}{left}")
             .with_key("simulated", move |state: &ProgressState, out: &mut dyn Write| {
                 let all = state.len().unwrap_or(0) as f64 * time_step;
                 // Nothing can be done about a line that cannot be drawn.
@@ -88,17 +116,21 @@ impl Progress for TerminalProgress {
                 let _ = write!(out, "{:.3} x real time", rate(state) * time_step);
             })
             .with_key("left", move |state: &ProgressState, out: &mut dyn Write| {
-                let left = state.len().unwrap_or(0).saturating_sub(state.pos()) as f64 / rate(state);
-                let _ = match Duration::try_from_secs_f64(left.round()) {
-                    Ok(left) => write!(out, "{:#}", HumanDuration(left)),
-                    Err(_) => write!(out, "?"),
-                };
+                let pace = pace.lock().unwrap_or_else(PoisonError::into_inner);
+                if let Some(left) = pace.left(state.len().unwrap_or(0)) {
+                    let _ = write!(out, ", {} to go", in_words(left));
+                }
             });
         self.bar.set_style(style);
     }
 
     fn step(&mut self, done: u64) {
         self.bar.set_position(done);
+        let time = self.begin.elapsed().as_secs_f64();
+        match &self.log {
+            Some(log) => log.step(time, done),
+            None => self.pace.lock().unwrap_or_else(PoisonError::into_inner).mark(time, done),
+        }
     }
 
     fn note(&mut self, text: &str) {
@@ -111,6 +143,7 @@ impl Progress for TerminalProgress {
 
     fn finish(&mut self) {
         self.bar.finish_and_clear();
+        self.log(|| Doing::Named("writing results".to_owned()));
     }
 }
 
@@ -192,7 +225,7 @@ mod tests {
         watch(&mut progress);
         let text = paper.0.lock().unwrap().clone();
         assert!(text.contains("0.25 of 1.00 s") && text.contains(" 25 %") && text.contains("x real time"), "{text}");
-        assert!(text.contains("to go"), "{text}");
+        assert!(!text.contains("to go"), "a moment foretells nothing: {text}");
     }
 
     #[test]

@@ -10,6 +10,7 @@ use clap::Args;
 
 use super::context::{Context, print};
 use super::error::CliError;
+use super::messages::tell;
 use super::profiling::ProfileOptions;
 use super::report::{beside, check_page, write_page};
 use super::scene_file::SceneFile;
@@ -80,16 +81,24 @@ pub(super) fn end(report: &RunReport, context: &Context, costs: Option<Report>) 
         told.text("\n");
         told.append(costs);
     }
-    if context.options.json {
-        print(&report.summary.to_json(&report.folder)?)?;
+    let printed = if context.options.json {
+        print(&report.summary.to_json(&report.folder)?)
     } else {
-        context.print_report(&told)?;
+        context.print_report(&told)
+    };
+    let printed = printed.map_err(|error| error.with_results(&report.folder));
+    let missed = report.summary.outcome.load.filter(|load| !load.met);
+    if report.impossible.is_none() && missed.is_none() {
+        return printed;
+    }
+    if let Err(error) = printed {
+        tell(&error.to_string());
     }
     if let Some(impossible) = &report.impossible {
         let told = format!("{impossible}; the results are in {}, and mean nothing", report.folder.display());
         return Err(CliError::Failed(told));
     }
-    let Some(load) = report.summary.outcome.load.filter(|load| !load.met) else { return Ok(()) };
+    let Some(load) = missed else { return Ok(()) };
     let allowed = match tolerance_for(load.relative_error) {
         Some(tolerance) => format!("and `tolerance = {tolerance}` in rolling.axle allows it"),
         None => "and no tolerance in rolling.axle is as large".to_owned(),

@@ -112,11 +112,13 @@ impl Side {
     pub(super) fn finish(mut self, context: &Context, report: &Report) -> Result<(), CliError> {
         let answer = self.answer.take().filter(|_| context.options.json);
         let place = self.write(context)?;
-        if let Some(json) = answer {
-            return print(&json);
-        }
-        context.print_report(report)?;
-        context.say(&format!("results in {}\n", place.display()))
+        let printed = match answer {
+            Some(json) => print(&json),
+            None => {
+                context.print_report(report).and_then(|()| context.say(&format!("results in {}\n", place.display())))
+            }
+        };
+        printed.map_err(|error| error.with_results(&place))
     }
 
     /// Writes the folder, for a command that answers otherwise.

@@ -222,11 +222,12 @@ impl SweepArguments {
         if let Some(page) = page {
             write_page(std::slice::from_ref(&folder), None, &page, context)?;
         }
-        context.print_report(&report)?;
+        context.print_report(&report).map_err(|error| error.with_results(&folder))?;
         if !context.options.quiet && !context.options.json {
             let found = outcomes.iter().filter(|outcome| outcome.done().is_some_and(|done| done.found)).count();
             let (all, place) = (variants.len(), folder.display());
-            print(&format!("\n{all} variants, {found} of them found finished\nresults in {place}\n"))?;
+            print(&format!("\n{all} variants, {found} of them found finished\nresults in {place}\n"))
+                .map_err(|error| error.with_results(&folder))?;
         }
         ended
     }

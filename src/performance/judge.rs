@@ -92,6 +92,7 @@ pub(crate) fn judge(
         second: second.path().clone(),
         evidence: "results and counters; times and instructions are compared between two programs only".to_owned(),
         times_judged: false,
+        is_undecided: false,
         workloads: Vec::new(),
         stages: Vec::new(),
     };
@@ -144,6 +145,7 @@ pub(crate) fn judge(
         }
         let counted = verdict.workloads.iter().filter(|found| found.instructions.is_some()).count();
         verdict.times_judged = pairs.iter().all(|&pairs| are_enough(pairs, DOUBT));
+        verdict.is_undecided = !verdict.times_judged && counted < workloads.len();
         verdict.evidence = format!(
             "results, counters, times of every stage in {} pairs of runs{}, and the instructions (exact) of {counted} \
              of {} workloads",

@@ -107,6 +107,9 @@ impl Verdict {
             (true, true) => {
                 writeln!(text, "{counted} workloads: results right, counters as they should be; no stage slower")
             }
+            (true, false) if self.is_undecided => {
+                writeln!(text, "{counted} workloads: results right, counters as they should be; times undecided")
+            }
             (true, false) => writeln!(text, "{counted} workloads: results right, counters as they should be"),
             (false, _) if failed == 0 => writeln!(text, "worse, all workloads together"),
             (false, _) => writeln!(text, "{failed} of {counted} workloads are worse"),

@@ -81,6 +81,8 @@ pub(crate) struct Verdict {
     pub evidence: String,
     /// True if there were enough times to judge by.
     pub times_judged: bool,
+    /// True if neither times nor counts of instructions of all workloads suffice to judge by, where those are compared.
+    pub is_undecided: bool,
     /// Workloads that both know.
     pub workloads: Vec<WorkloadVerdict>,
     /// Stages that several workloads have, their times pooled, in the order of their shares.

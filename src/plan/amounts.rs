@@ -84,6 +84,8 @@ pub(crate) struct Amounts {
     pub fit_memory_that_stays: f64,
     /// Result arrays \[bytes\].
     pub result_bytes: f64,
+    /// Models, waves and transfers that the run leaves in the cache \[bytes\].
+    pub cache_bytes: f64,
 }
 
 impl Amounts {
@@ -101,6 +103,7 @@ impl Amounts {
             fit_memory: 0.0,
             fit_memory_that_stays: 0.0,
             result_bytes: 0.0,
+            cache_bytes: 0.0,
         };
         amounts.hold("freed pages that the allocator keeps", ALLOCATOR_BYTES);
         if plan.needs_model() {

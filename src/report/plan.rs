@@ -41,6 +41,7 @@ pub(crate) fn plan_record(
         "counters": counters,
         "memory": memory,
         "result_bytes": amounts.result_bytes,
+        "cache_bytes": amounts.cache_bytes,
         "forecast": forecast,
     }))
 }

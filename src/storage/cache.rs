@@ -6,7 +6,8 @@
 //!
 //! Whatever does not check out (truncated, damaged, another version, another key) is no error: the caller gets the
 //! reason, makes the value again and replaces it. When the entries exceed the size limit the least recently used ones
-//! go first, those that older versions have left among them.
+//! go first, those that older versions have left among them. The limit follows the room on the disk: a sound solved for
+//! has a gigabyte, and a sweep comes back to those of all its speeds.
 
 use std::fs::{self, File};
 use std::io::ErrorKind;
@@ -23,8 +24,10 @@ use super::pending_file::PendingFile;
 use super::sealed_file::{Body, Format, Unusable};
 use crate::numeric::digest::hexadecimal;
 
-/// Largest size of all entries together unless set otherwise \[bytes\].
-const DEFAULT_LIMIT: u64 = 2 << 30;
+/// Size of all entries together that is let be on any disk, and on the largest \[bytes\].
+const BOUNDS: [u64; 2] = [2 << 30, 32 << 30];
+/// Part of the disk's room, that of the entries included, that entries may fill.
+const SHARE_OF_ROOM: u64 = 8;
 
 /// Reason why the cache cannot be used.
 #[derive(Debug, Error)]
@@ -100,7 +103,8 @@ struct EntryFile {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cache {
     folder: PathBuf,
-    limit: u64,
+    /// Largest size of all entries together \[bytes\]; `None`: by the room on the disk.
+    limit: Option<u64>,
 }
 
 impl Cache {
@@ -118,13 +122,13 @@ impl Cache {
             .or_else(|| variable("XDG_CACHE_HOME").map(own))
             .or_else(|| variable("LOCALAPPDATA").map(own))
             .or_else(|| platform.map(own))
-            .map(|folder| Self::at(folder, DEFAULT_LIMIT))
+            .map(|folder| Self { folder, limit: None })
             .ok_or(CacheError::NoFolder)
     }
 
     /// Returns a cache in a given folder, bounded to `limit` bytes.
     pub fn at(folder: PathBuf, limit: u64) -> Self {
-        Self { folder, limit }
+        Self { folder, limit: Some(limit) }
     }
 
     /// Returns the folder.
@@ -209,8 +213,9 @@ impl Cache {
         let mut entries = self.files()?;
         entries.sort_by(|a, b| (a.used, &a.path).cmp(&(b.used, &b.path)));
         let mut total: u64 = entries.iter().map(|entry| entry.bytes).sum();
+        let limit = self.limit.unwrap_or_else(|| limit_by_room(total, free_bytes(&self.folder)));
         for EntryFile { path, bytes, .. } in entries {
-            if total <= self.limit {
+            if total <= limit {
                 break;
             }
             if path != keep {
@@ -287,6 +292,24 @@ fn value<T: Cached>(mut body: Body, key: &[u8; 32]) -> Result<T, Unusable> {
     body.finish().and_then(|value: T| if value.is_sound() { Ok(value) } else { Err(Unusable::Damaged) })
 }
 
+/// Returns the limit of entries that have so many bytes on a disk with so many free ones, if those are known.
+fn limit_by_room(entries: u64, free: Option<u64>) -> u64 {
+    let [least, most] = BOUNDS;
+    free.map_or(least, |free| (entries.saturating_add(free) / SHARE_OF_ROOM).clamp(least, most))
+}
+
+/// Returns the bytes that a folder's disk has room for, where the system tells.
+#[cfg(unix)]
+fn free_bytes(folder: &Path) -> Option<u64> {
+    let disk = rustix::fs::statvfs(folder).ok()?;
+    Some(disk.f_bavail.saturating_mul(disk.f_frsize))
+}
+
+#[cfg(not(unix))]
+fn free_bytes(_folder: &Path) -> Option<u64> {
+    None
+}
+
 #[cfg(test)]
 mod tests {
     use std::time::Duration;
@@ -331,6 +354,20 @@ mod tests {
         assert_eq!((removed, failed.len()), (3, 1), "it goes on past what it cannot remove");
         assert!(failed[0].to_string().contains(&"0".repeat(64)), "{}", failed[0]);
         assert!(folder.path().join("notes.weather").exists());
+    }
+
+    #[test]
+    fn a_sweep_of_speeds_keeps_the_sounds_of_all_where_the_disk_has_room() {
+        const SOUND: u64 = 930_000_000;
+        const GIB: u64 = 1 << 30;
+        assert_eq!(limit_by_room(0, None), 2 * GIB);
+        assert_eq!(limit_by_room(GIB, Some(GIB)), 2 * GIB, "a small disk");
+        assert!(limit_by_room(2 * SOUND, Some(60 * GIB)) > 8 * SOUND);
+        // What is kept takes nothing from the limit; no disk is so large that all of it is filled.
+        assert_eq!(limit_by_room(2 * SOUND, Some(60 * GIB)), limit_by_room(4 * SOUND, Some(60 * GIB - 2 * SOUND)));
+        assert_eq!(limit_by_room(0, Some(u64::MAX)), 32 * GIB);
+        let folder = tempfile::tempdir().unwrap();
+        assert!(!cfg!(unix) || free_bytes(folder.path()).is_some_and(|free| free > 0));
     }
 
     #[test]

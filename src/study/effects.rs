@@ -5,16 +5,20 @@
 //! 3. what that changes: third-octave levels, mean force, length of the patch, rolling resistance, time of the
 //!    steps, planned memory; where there are receivers the levels there.
 //!
+//! Before the first run the time of all of them is forecast. Fits and boundary elements that several runs need are made
+//! once, and counted once.
+//!
 //! An effect that the scene cannot have (texture on a smooth road, ...) is listed with the reason, and so is one that
 //! it cannot be without (rotation at 250 km/h).
 
+use std::collections::HashSet;
 use std::sync::atomic::AtomicBool;
 
 use crate::contact::ContactError;
 use crate::contact::local_compliance::{DOUBTS, formula_for};
-use crate::counters::Progress;
-use crate::plan::Plan;
+use crate::counters::{Progress, Stage};
 use crate::plan::decisions::Row;
+use crate::plan::{Forecast, Plan, UnitCosts};
 use crate::planning::rows;
 use crate::response::BandLevel;
 use crate::results::summary::RollingResistance;
@@ -102,13 +106,38 @@ pub(crate) struct Comparison {
     pub doubts: Vec<(String, Trial)>,
 }
 
-/// Returns the compares. `duration` \[s\] takes the place of the scene's.
+/// Forecasts the time of runs one after the other.
+struct Forecasts<'a> {
+    costs: &'a UnitCosts,
+    threads: usize,
+    /// Set-ups that an earlier run has made, by stage and time of all cores.
+    made: HashSet<(Stage, u64)>,
+}
+
+impl Forecasts<'_> {
+    /// Returns the wall time of the next run \[s\]; 0 of a scene that is refused.
+    fn next(&mut self, scene: &Scene) -> f64 {
+        let planned = LoadedScene::from_scene(scene, "variant").and_then(|loaded| Plan::of(&loaded));
+        let Ok(plan) = planned.map(Plan::with_kept_model) else { return 0.0 };
+        let mut amounts = plan.amounts();
+        amounts.work.retain(|work| {
+            let seconds = work.amount * self.costs.of(work.stage, work.unit);
+            let is_kept = matches!(work.stage, Stage::Fit | Stage::Radiation);
+            !is_kept || self.made.insert((work.stage, seconds.to_bits()))
+        });
+        Forecast::new(&amounts, plan.steps, self.costs, self.threads, 0.0).wall_seconds
+    }
+}
+
+/// Returns the compares. `duration` \[s\] takes the place of the scene's; the time is forecast by costs of this machine
+/// and the present threads.
 ///
 /// # Errors
 /// Errors of any of the runs; [`RunError::Interrupted`].
 pub(crate) fn compare(
     loaded: &LoadedScene,
     duration: f64,
+    costs: &UnitCosts,
     stop: &AtomicBool,
     progress: &mut dyn Progress,
 ) -> Result<Comparison, RunError> {
@@ -133,7 +162,6 @@ pub(crate) fn compare(
         }
         scene
     };
-    let count = possible.iter().filter(|(_, refusal)| refusal.is_none()).count() as f64;
     let complete = with(&|_| true);
     let kappa = match complete.contact.slice_coupling {
         _ if complete.contact.zone == Zone::Cells || complete.contact.slices == Slices::Pressed => None,
@@ -141,16 +169,47 @@ pub(crate) fn compare(
         SliceCoupling::Explicit | SliceCoupling::Implicit => None,
     };
     let airs = AIRS.into_iter().filter(|(air, _)| !complete.receivers.is_empty() && *air != complete.radiation.air);
-    let doubted = kappa.map_or(0, |_| DOUBTS.len()) + airs.clone().count();
-    let time = (2.0 + 2.0 * count + doubted as f64) * (scene.rolling.warm_up + duration);
-    let mut trials = Trials::new(time, stop, progress).heard();
-    let all = trials.roll(&complete)?;
+    let doubted: Vec<(String, Scene)> = {
+        let factors = DOUBTS.into_iter().filter_map(|(name, factor)| Some((name, factor * kappa?)));
+        let compliances = factors.map(|(name, kappa)| {
+            let mut scene = complete.clone();
+            scene.contact.local_compliance = Some(kappa);
+            (format!("{name} the local compliance"), scene)
+        });
+        let motions = airs.map(|(air, name)| {
+            let mut scene = complete.clone();
+            scene.radiation.air = air;
+            (name.to_owned(), scene)
+        });
+        compliances.chain(motions).collect()
+    };
+    let possible_only = || possible.iter().filter(|(_, refusal)| refusal.is_none()).map(|(effect, _)| *effect);
+    // In the order in which they are rolled; what stays in every run is not known yet.
+    let mut planned = vec![("all".to_owned(), complete.clone())];
+    let named = |way: Way, effect: Effect| format!("{} {}", way.sign(), effect.title);
+    planned.extend(possible_only().map(|effect| (named(Way::TakenAway, effect), with(&|other| !same(other, effect)))));
+    planned.push(("none".to_owned(), with(&|_| false)));
+    planned.extend(possible_only().map(|effect| (named(Way::Added, effect), with(&|other| same(other, effect)))));
+    planned.extend(doubted.iter().cloned());
+    let threads = rayon::current_num_threads();
+    let mut forecasts = Forecasts { costs, threads, made: HashSet::new() };
+    let expected: Vec<(String, f64)> =
+        planned.into_iter().map(|(name, scene)| (name, forecasts.next(&scene))).collect();
+    let seconds: f64 = expected.iter().map(|(_, seconds)| seconds).sum();
+    progress.note(&format!("{} runs, about {seconds:.0} s on {threads} threads as planned", expected.len()));
+    let mut trials = Trials::shared(seconds, stop, progress).heard();
+    let mut roll = |name: &str, scene: &Scene| {
+        let seconds = expected.iter().find(|(known, _)| known == name).map_or(0.0, |(_, seconds)| *seconds);
+        trials.announce(name, seconds);
+        trials.roll(scene)
+    };
+    let all = roll("all", &complete)?;
     // Each but one first: what the motion cannot be without is part of the base.
     let without: Vec<Result<Trial, String>> = possible
         .iter()
         .map(|(effect, refusal)| match refusal {
             Some(refusal) => Ok(Err(format!("not in this scene: {refusal}"))),
-            None => match trials.roll(&with(&|other| !same(other, effect))) {
+            None => match roll(&named(Way::TakenAway, *effect), &with(&|other| !same(other, effect))) {
                 Err(RunError::Contact(error @ ContactError::Unbounded { .. })) => {
                     Ok(Err(format!("stays in every run; without it {error}")))
                 }
@@ -159,30 +218,21 @@ pub(crate) fn compare(
         })
         .collect::<Result<_, RunError>>()?;
     let stays = |other| possible.iter().zip(&without).any(|((effect, _), found)| same(effect, other) && found.is_err());
-    let base = trials.roll(&with(&|other| stays(other)))?;
+    let base = roll("none", &with(&|other| stays(other)))?;
     let mut effects = Vec::new();
     for ((effect, _), found) in possible.iter().zip(&without) {
         let found = match found {
             Err(reason) => Err(reason.clone()),
             Ok(without) => {
-                let alone = trials.roll(&with(&|other| same(other, effect) || stays(other)))?;
+                let name = named(Way::Added, *effect);
+                let alone = roll(&name, &with(&|other| same(other, effect) || stays(other)))?;
                 Ok([alone, without.clone()])
             }
         };
         effects.push(Worth { effect, found });
     }
-    let mut doubts = Vec::new();
-    for (name, factor) in DOUBTS {
-        let Some(kappa) = kappa else { break };
-        let mut scene = complete.clone();
-        scene.contact.local_compliance = Some(factor * kappa);
-        doubts.push((format!("{name} the local compliance"), trials.roll(&scene)?));
-    }
-    for (air, name) in airs {
-        let mut scene = complete.clone();
-        scene.radiation.air = air;
-        doubts.push((name.to_owned(), trials.roll(&scene)?));
-    }
+    let rolled = doubted.into_iter().map(|(name, scene)| Ok((name.clone(), roll(&name, &scene)?)));
+    let doubts = rolled.collect::<Result<_, RunError>>()?;
     trials.finish();
     Ok(Comparison { base, all, effects, doubts })
 }

@@ -14,6 +14,7 @@ use crate::suite::common::{command, names, program, read_summary, skipped, tyrew
 
 const USAGE: i32 = 2;
 const NOT_WRITABLE: i32 = 3;
+const UNPRINTED: i32 = 4;
 
 /// A short run with a warning and a missed load to tell of.
 fn scene() -> String {
@@ -42,6 +43,7 @@ fn messages_that_cannot_be_written_lose_no_run() {
     let missed = edit(&scene(), &[("rolling.axle", "{ load = 3400.0, tolerance = 1e-9 }")]);
     let folder = folder_with(&missed);
     fs::write(folder.path().join("wrong.toml"), "nonsense").unwrap();
+    fs::write(folder.path().join("met.toml"), scene()).unwrap();
     let pipe = |line: &str| format!("{{ {line} 2>&1 >/dev/null; echo $? >code; }} | true; cat code; exit $(cat code)");
     for to in ["2>/dev/full", "2>&-", "| closed"] {
         if to == "2>/dev/full" && !Path::new("/dev/full").exists() {
@@ -59,6 +61,15 @@ fn messages_that_cannot_be_written_lose_no_run() {
         }
         assert_eq!(read_summary(&folder.path().join("out"))["complete"], true, "{to}");
         fs::remove_dir_all(folder.path().join("out")).unwrap();
+    }
+    // Results that are complete are said to be so where the answer cannot be printed.
+    if Path::new("/dev/full").exists() {
+        for json in ["", " --json"] {
+            let output = shell(folder.path(), &format!("\"$1\" run met.toml --out out{json} >/dev/full"));
+            assert_eq!(output.status.code(), Some(UNPRINTED), "{}", message(&output));
+            assert!(message(&output).contains("the results are complete, in out"), "{}", message(&output));
+            assert_eq!(read_summary(&folder.path().join("out"))["complete"], true);
+        }
     }
     // What was asked for and cannot be said is an error, whoever says it.
     for line in ["--help", "keys", "cache list"].iter().filter(|_| Path::new("/dev/full").exists()) {

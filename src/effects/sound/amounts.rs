@@ -35,6 +35,10 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
         amounts.count(Counter::RadiationSolves, frequencies as f64);
         amounts.fit_memory_per_thread = amounts.fit_memory_per_thread.max(cost.bytes as f64);
         amounts.fit_memory_that_stays = bytes_kept as f64;
+        // Frequencies that are kept already are only read.
+        if frequencies > 0 {
+            amounts.cache_bytes += bytes_kept as f64;
+        }
         amounts.hold("transfers of the sound", TRANSFER_RESERVE * bytes_kept as f64);
     }
     if let Some(OpenAmounts { multiply_adds, bytes }) = OpenAmounts::of(plan, sound, length) {

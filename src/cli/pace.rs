@@ -1,0 +1,74 @@
+//! Pace of the steps of a run, and the time that the rest of them takes by it.
+//!
+//! A pace that changes foretells nothing: the rest is told only while the later half of the time has gone on as all of it
+//! has, and by the slower of both.
+
+/// Time between two marks at least \[s\].
+const APART: f64 = 0.25;
+/// Time of steps that the rest is told after, at least \[s\].
+const SHORTEST: f64 = 5.0;
+/// Part by which the pace of the later half may differ from that of all.
+const STEADY: f64 = 0.25;
+
+/// Marks of how many steps were done when.
+#[derive(Debug)]
+pub(super) struct Pace {
+    /// Time since the first mark \[s\], and steps done.
+    marks: Vec<(f64, u64)>,
+}
+
+impl Pace {
+    /// Begins after so many steps, which others may have done.
+    pub(super) fn after(done: u64) -> Self {
+        Self { marks: vec![(0.0, done)] }
+    }
+
+    /// Marks that so many steps are done, at a time since the beginning \[s\].
+    pub(super) fn mark(&mut self, time: f64, done: u64) {
+        if self.marks.last().is_none_or(|last| time >= last.0 + APART) {
+            self.marks.push((time, done));
+        }
+    }
+
+    /// Returns the time that the steps of so many still take \[s\]; `None` as long as that cannot be said.
+    pub(super) fn left(&self, all: u64) -> Option<f64> {
+        let (&first, &last) = (self.marks.first()?, self.marks.last()?);
+        let &middle = self.marks.iter().rfind(|mark| mark.0 <= 0.5 * last.0)?;
+        let pace = |from: (f64, u64)| (last.1 - from.1) as f64 / (last.0 - from.0);
+        let (whole, late) = (pace(first), pace(middle));
+        let is_steady = last.0 >= SHORTEST && (late - whole).abs() <= STEADY * whole;
+        is_steady.then(|| all.saturating_sub(last.1) as f64 / whole.min(late)).filter(|left| left.is_finite())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns the pace of so many steps a second, those of each second one number.
+    fn pace(rates: impl IntoIterator<Item = u64>) -> Pace {
+        let (mut pace, mut done) = (Pace::after(100), 100);
+        for (second, rate) in rates.into_iter().enumerate() {
+            done += rate;
+            pace.mark(second as f64 + 1.0, done);
+        }
+        pace
+    }
+
+    #[test]
+    fn the_rest_is_told_by_a_steady_pace_alone() {
+        assert_eq!(pace([10; 10]).left(300), Some(10.0));
+        assert_eq!(pace([10; 4]).left(300), None, "too early");
+        // The slower of both is believed.
+        assert_eq!(pace([12, 12, 12, 12, 12, 10, 10, 10, 10, 10]).left(310), Some(10.0));
+        // First quick, as a tyre that does not touch the road yet; then ten times as slow: told no time that slips.
+        let mut rates = vec![100; 5];
+        rates.extend([10; 5]);
+        assert_eq!(pace(rates.clone()).left(10_000), None);
+        rates.extend([10; 300]);
+        let left = pace(rates).left(10_000).unwrap();
+        assert!((left * 10.0 / (10_000.0 - 100.0 - 500.0 - 3050.0) - 1.0).abs() < 1e-9, "{left}");
+        assert_eq!(pace([0; 10]).left(300), None, "a run that stands still");
+        assert_eq!(Pace::after(0).left(10), None);
+    }
+}

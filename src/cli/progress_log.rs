@@ -1,0 +1,149 @@
+//! Progress where no terminal shows it: a line every ten seconds, also while a stage says nothing.
+
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use indicatif::HumanDuration;
+
+use super::messages::tell;
+use super::pace::Pace;
+
+/// Time between two lines.
+const INTERVAL: Duration = Duration::from_secs(10);
+
+/// What is being done, for the next line.
+#[derive(Debug, Default)]
+pub(super) enum Doing {
+    /// Reading and planning.
+    #[default]
+    Beginning,
+    /// Work of which only the name is known.
+    Named(String),
+    /// Steps: how many are done of how many, their length \[s\], and their pace.
+    Steps { done: u64, all: u64, time_step: f64, pace: Pace },
+    /// A share of all work, and the part of it that is under way.
+    Share(f64, String),
+}
+
+impl Doing {
+    /// Returns the line after so much time \[s\].
+    fn line(&self, seconds: u64) -> String {
+        match self {
+            Self::Beginning => format!("{seconds} s: beginning"),
+            Self::Named(name) => format!("{seconds} s: {name}"),
+            Self::Steps { done, all, time_step, pace } => {
+                let [rolled, to_roll] = [done, all].map(|steps| *steps as f64 * time_step);
+                let percent = 100.0 * *done as f64 / (*all).max(1) as f64;
+                let left = pace.left(*all).map(|left| format!(", about {} to go", in_words(left)));
+                format!("{seconds} s: rolled {rolled:.2} of {to_roll:.2} s, {percent:.0} %{}", left.unwrap_or_default())
+            }
+            Self::Share(share, name) => format!("{seconds} s: {:.0} % of all work, {name}", 100.0 * share),
+        }
+    }
+}
+
+/// Returns a time \[s\] in words, such as `45s`.
+pub(super) fn in_words(seconds: f64) -> String {
+    let whole = Duration::try_from_secs_f64(seconds.round());
+    whole.map_or_else(|_| "?".to_owned(), |whole| format!("{:#}", HumanDuration(whole)))
+}
+
+/// Work that is told of.
+#[derive(Debug, Default)]
+struct Shared {
+    doing: Mutex<(Doing, bool)>,
+    ended: Condvar,
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, (Doing, bool)> {
+        self.doing.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A thread that tells what is being done, until this is dropped.
+#[derive(Debug)]
+pub(super) struct ProgressLog {
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl ProgressLog {
+    /// Starts to tell on standard error.
+    pub(super) fn start() -> Self {
+        Self::telling(INTERVAL, |line| tell(line))
+    }
+
+    fn telling(interval: Duration, mut say: impl FnMut(&str) + Send + 'static) -> Self {
+        let shared = Arc::new(Shared::default());
+        let (begin, work) = (Instant::now(), Arc::clone(&shared));
+        let lines = move || {
+            let mut doing = work.lock();
+            loop {
+                let waited = work.ended.wait_timeout_while(doing, interval, |(_, has_ended)| !*has_ended);
+                doing = waited.map_or_else(|error| error.into_inner().0, |(doing, _)| doing);
+                if doing.1 {
+                    return;
+                }
+                say(&doing.0.line(begin.elapsed().as_secs()));
+            }
+        };
+        // Without a thread nothing is told, and the work is done all the same.
+        Self { shared, thread: std::thread::Builder::new().spawn(lines).ok() }
+    }
+
+    /// Sets what is being done.
+    pub(super) fn set(&self, doing: Doing) {
+        self.shared.lock().0 = doing;
+    }
+
+    /// Tells that so many steps are done, at a time since the first \[s\].
+    pub(super) fn step(&self, time: f64, steps: u64) {
+        if let (Doing::Steps { done, pace, .. }, _) = &mut *self.shared.lock() {
+            *done = steps;
+            pace.mark(time, steps);
+        }
+    }
+}
+
+impl Drop for ProgressLog {
+    fn drop(&mut self) {
+        self.shared.lock().1 = true;
+        self.shared.ended.notify_all();
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::channel;
+
+    use super::*;
+
+    #[test]
+    fn work_that_says_nothing_is_told_of_again_and_again_until_it_ends() {
+        let (send, lines) = channel();
+        let log = ProgressLog::telling(Duration::from_millis(5), move |line| send.send(line.to_owned()).unwrap());
+        log.set(Doing::Named("sum influence functions".to_owned()));
+        for _ in 0..3 {
+            let told = || lines.recv_timeout(Duration::from_secs(60)).unwrap();
+            while !told().ends_with("sum influence functions") {}
+        }
+        drop(log);
+        while lines.try_recv().is_ok() {}
+        assert!(lines.recv().is_err(), "the thread has ended");
+    }
+
+    #[test]
+    fn a_line_tells_how_far_the_steps_are_and_a_time_to_go_only_where_it_is_known() {
+        let mut pace = Pace::after(0);
+        (1..=20).for_each(|second| pace.mark(f64::from(second), 50 * second as u64));
+        let steps = |pace| Doing::Steps { done: 1000, all: 4000, time_step: 1e-3, pace };
+        assert_eq!(steps(pace).line(42), "42 s: rolled 1.00 of 4.00 s, 25 %, about 60s to go");
+        assert_eq!(steps(Pace::after(0)).line(42), "42 s: rolled 1.00 of 4.00 s, 25 %");
+        assert_eq!(Doing::Share(0.37, "- rotation".to_owned()).line(9), "9 s: 37 % of all work, - rotation");
+    }
+}

@@ -37,8 +37,9 @@ pub(crate) struct TerminalProgress {
 impl TerminalProgress {
     /// Returns a line that draws nothing yet; `quiet`: ever.
     pub(crate) fn new(quiet: bool) -> Self {
-        let log = (!quiet && !std::io::stderr().is_terminal()).then(ProgressLog::start);
-        Self { log, ..Self::with_target(quiet, ProgressDrawTarget::stderr()) }
+        let mut progress = Self::with_target(quiet, ProgressDrawTarget::stderr());
+        progress.log = (!quiet && !std::io::stderr().is_terminal()).then(ProgressLog::start);
+        progress
     }
 
     fn with_target(quiet: bool, target: ProgressDrawTarget) -> Self {

@@ -13,6 +13,7 @@ use crate::response::pressure::{PressureStream, PressureTransfers};
 use crate::response::vibration::SegmentLayout;
 use crate::response::{Orders, SpectrumAccumulator, SqueezedVolumes};
 use crate::tyre::influence::{SurfaceWaves, TractionWaves};
+use crate::tyre::poles::expected_fit;
 
 /// Memory of the sound's transfers over that of their numbers: what the allocator keeps of the files or equations that
 /// they come from (measured).
@@ -47,7 +48,8 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
     }
     let (cells, lateral) = (Sound::GRID.around, sound.lateral);
     let waves = SurfaceWaves::expected_evaluations(cells / 2, lateral, 0.5 / plan.time_step);
-    amounts.add(Stage::Radiation, Unit::Evaluation, waves, Place::BeforeOnAll);
+    let evaluation = if plan.decisions.tyre.curvature { expected_fit::CURVED_EVALUATION } else { 1.0 };
+    amounts.add(Stage::Radiation, Unit::Evaluation, evaluation * waves, Place::BeforeOnAll);
     amounts.count(Counter::ComplianceEvaluations, waves);
     if sound.bead.is_some() {
         let flows = SurfaceWaves::flank_bytes(&plan.decisions.tyre, cells / 2, lateral, 0.5 / plan.time_step);
@@ -58,7 +60,7 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
         let tangential = TractionWaves::bytes(cells / 2, lateral, 0.5 / plan.time_step, turns);
         amounts.hold("answers to tangential forces", tangential);
         let ways = if turns { 2.0 } else { 1.0 };
-        amounts.add(Stage::Radiation, Unit::Evaluation, ways * TRACTION_WAVE * waves, Place::BeforeOnAll);
+        amounts.add(Stage::Radiation, Unit::Evaluation, ways * TRACTION_WAVE * evaluation * waves, Place::BeforeOnAll);
     }
     let layout = SegmentLayout { columns: columns as usize, ..sound.layout };
     add_stream(amounts, plan, sound, &layout, sound.integrals());

@@ -193,7 +193,8 @@ pub(super) fn add_amounts(amounts: &mut Amounts, plan: &Plan) {
 fn add_models(amounts: &mut Amounts, plan: &Plan, numbers: usize) -> f64 {
     let waves = wavenumbers(&plan.scene) * numbers as f64;
     let terms = lateral_terms(plan.scene.numerics.wavenumber_aliases) as f64 / lateral_terms(Some(1)) as f64;
-    amounts.add(Stage::Fit, Unit::Fit, WAVE_FIT * terms * waves / 257.0, Place::BeforeOnAll);
+    let growth = expected_fit::growth(plan.fit.tolerance, &plan.decisions.tyre);
+    amounts.add(Stage::Fit, Unit::Fit, WAVE_FIT * growth * terms * waves / 257.0, Place::BeforeOnAll);
     amounts.fit_memory_per_thread = amounts.fit_memory_per_thread.max(expected_fit::BYTES);
     let poles = plan.expected_poles_of_wave() * waves;
     amounts.hold("models of the lateral numbers", 24.0 * poles);

@@ -46,15 +46,16 @@ pub(crate) fn poles(elements: f64, tolerance: f64) -> f64 {
 
 /// Returns the time relative to that of the default tyre with 512 elements to 1e-5.
 pub(crate) fn share(elements: f64, tolerance: f64, tyre: &Tyre) -> f64 {
+    of_elements(elements).1 * growth(tolerance, tyre)
+}
+
+/// Returns how many times as long a fit takes for a tyre to a tolerance as for two flat layers at rest to 1e-5.
+pub(crate) fn growth(tolerance: f64, tyre: &Tyre) -> f64 {
     let shape = if tyre.curvature { CURVED } else { 1.0 } * if tyre.turns() { TURNING } else { 1.0 };
     let place = (-tolerance.log10() - 3.0).clamp(0.0, BY_TOLERANCE.len() as f64 - 1.0);
     let low = (place as usize).min(BY_TOLERANCE.len() - 2);
     let (a, b) = (BY_TOLERANCE[low], BY_TOLERANCE[low + 1]);
-    of_elements(elements).1
-        * a
-        * (b / a).powf(place - low as f64)
-        * (0.5 * tyre.layers.len() as f64).powf(BY_LAYERS)
-        * shape
+    a * (b / a).powf(place - low as f64) * (0.5 * tyre.layers.len() as f64).powf(BY_LAYERS) * shape
 }
 
 /// Interpolates between the lines of the table by its first column, linear in the logarithms; beyond its ends by the

@@ -7,7 +7,7 @@ use super::lattice::Lattice;
 use super::report::{RoadNote, RoadReport};
 use super::sources::Source;
 use super::surface::{Limits, RoadSurface};
-use super::texture::{OverallLevel, ProfileDepth, ProfileSpectrum, TextureLevel, rms};
+use super::texture::{HeightOrigin, OverallLevel, ProfileDepth, ProfileSpectrum, TextureLevel, rms};
 use crate::scene::Road;
 
 /// Length of a made road that is measured \[m\].
@@ -126,8 +126,8 @@ struct Profiles {
     shortest: f64,
     longest: f64,
     profiles: Vec<Vec<f64>>,
-    /// Which of their points are missing and were interpolated, for each profile; empty for a whole one.
-    missing: Vec<Vec<bool>>,
+    /// What their points rest on, for each profile; empty for one that was measured whole.
+    origins: Vec<Vec<HeightOrigin>>,
 }
 
 impl Profiles {
@@ -143,10 +143,10 @@ impl Profiles {
                 };
                 let columns = || (0..map.columns).filter(inside);
                 let profiles = columns().map(|column| map.column(column)).collect();
-                let missing = columns().map(|column| map.missing_of(column)).collect();
+                let origins = columns().map(|column| map.origins_of(column)).collect();
                 // Fewer than four periods of a wave say little about it.
                 let (spacing, longest) = (map.dx, 0.25 * map.end());
-                return Ok(Self { spacing, shortest: 2.0 * spacing, longest, profiles, missing });
+                return Ok(Self { spacing, shortest: 2.0 * spacing, longest, profiles, origins });
             }
         };
         // Neighbouring columns at the road's own spacing: further apart they would be low-passed across like the run's
@@ -158,8 +158,8 @@ impl Profiles {
         RoadSurface::on(own, source, limits, RoadReport::default())?.heights(0, rows, &mut heights)?;
         let column = |column: usize| heights.iter().skip(column).step_by(own.columns).copied().collect();
         let profiles: Vec<Vec<f64>> = (0..own.columns).map(column).collect();
-        let missing = vec![Vec::new(); profiles.len()];
-        Ok(Self { spacing, shortest, longest: 0.5, profiles, missing })
+        let origins = vec![Vec::new(); profiles.len()];
+        Ok(Self { spacing, shortest, longest: 0.5, profiles, origins })
     }
 
     fn levels(&self) -> Vec<TextureLevel> {
@@ -184,7 +184,7 @@ impl Profiles {
     }
 
     fn depth(&self) -> Option<ProfileDepth> {
-        let profiles = self.profiles.iter().map(Vec::as_slice).zip(self.missing.iter().map(Vec::as_slice));
+        let profiles = self.profiles.iter().map(Vec::as_slice).zip(self.origins.iter().map(Vec::as_slice));
         (!self.profiles.is_empty()).then(|| ProfileDepth::of(profiles, self.spacing))
     }
 }

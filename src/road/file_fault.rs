@@ -88,12 +88,28 @@ pub(crate) enum FileFault {
         allowed * 100.0
     )]
     TooManyMissing { missing: usize, total: usize, allowed: f64 },
+    /// A height, in the file's unit, that most likely stands for none.
+    #[error(
+        "the height {value} recurs exactly {count} times, each time far from its neighbours: if it stands for a height \
+         that was not measured, write road.missing = {value} (--set road.missing={value}); if it was measured, \
+         road.missing = []"
+    )]
+    StandsForNone { value: f64, count: usize },
+    /// Heights that differ from their neighbours by at least three times the distance.
+    #[error(
+        "{spikes} of {total} heights are spikes, steeper than 3 : 1 (ISO 13473-1), more than the {} % that are \
+         interpolated: are the units of heights and distances right?", allowed * 100.0
+    )]
+    TooManySpikes { spikes: usize, total: usize, allowed: f64 },
     #[error("it is flat: it has no texture to make a surface like it")]
     Flat,
     #[error("row {row}, column {column} is {value}")]
     Infinite { row: usize, column: usize, value: f64 },
     /// Heights that can hardly be metres.
-    #[error("the heights span {span:.4} m, more than {allowed} m: are they in another unit (millimetres)?")]
+    #[error(
+        "the heights span {span:.4} m, more than {allowed} m: are they in another unit (millimetres)? Hills are \
+         removed with road.longest_wavelength"
+    )]
     ImplausibleHeights { span: f64, allowed: f64 },
     /// Points so near each other, or so far, that they can hardly be measured.
     #[error(

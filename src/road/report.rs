@@ -1,5 +1,7 @@
 //! Findings and actions of opening a road.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 use thiserror::Error;
 
@@ -12,9 +14,32 @@ pub(crate) enum RoadNote {
     /// Missing heights were interpolated: so many of all.
     #[error("{missing} of {total} heights ({:.1} %) are missing and were interpolated", percent(*missing, *total))]
     Filled { missing: usize, total: usize },
+    /// Words that stand for missing heights, and how often.
+    #[error("words stand for missing heights: {}", in_words(words))]
+    WordsForMissing { words: BTreeMap<String, usize> },
+    /// Heights that are exactly a number, in the file's unit, that the scene calls missing.
+    #[error("{count} heights are {value}, which stands for a missing height (road.missing)")]
+    NamedMissing { value: f64, count: usize },
+    /// Heights that are exactly one number, in the file's unit, far from all others, were taken for missing.
+    #[error(
+        "{count} heights are exactly {value} and far from all others: they were taken for missing (road.missing = \
+         {value} says so without this warning, road.missing = [] that they are heights)"
+    )]
+    TakenForMissing { value: f64, count: usize },
+    /// The same, of numbers that the scene does not call missing.
+    #[error(
+        "{count} heights are exactly {value}, far from their neighbours, and road.missing does not name this value"
+    )]
+    NotNamedMissing { value: f64, count: usize },
     /// Points of a profile farther than `limit` from the median were taken for dropouts.
     #[error("{count} points more than {:.1} mm from the median were taken for dropouts", 1e3 * limit)]
-    Spikes { count: usize, limit: f64 },
+    Outliers { count: usize, limit: f64 },
+    /// Heights that differ from their neighbours by at least three times the distance were interpolated.
+    #[error(
+        "{count} of {total} heights ({:.1} %) are spikes by ISO 13473-1, steeper than 3 : 1, and were interpolated",
+        percent(*count, *total)
+    )]
+    Spikes { count: usize, total: usize },
     /// Columns that were read, with their titles and units.
     #[error("read: {columns}")]
     FileColumns { columns: String },
@@ -50,9 +75,15 @@ pub(crate) enum RoadNote {
         "points {:.4} to {:.4} mm apart were interpolated to {:.4} mm", 1e3 * smallest, 1e3 * largest, 1e3 * spacing
     )]
     Resampled { smallest: f64, largest: f64, spacing: f64 },
-    /// Mean and linear slope of the profile, or the plane of the strip, were removed.
-    #[error("mean and linear slope were removed")]
-    Levelled,
+    /// Mean \[m\] and slopes of all heights were removed; no slope across of a road that is level there.
+    #[error("removed: a mean of {:.4} mm, a slope of {:.4} % along{}", 1e3 * mean, 1e2 * along, in_percent(*across))]
+    Levelled { mean: f64, along: f64, across: Option<f64> },
+    /// The mean \[m\] alone was removed.
+    #[error("removed: a mean of {:.4} mm; slopes were kept (road.level)", 1e3 * mean)]
+    MeanRemoved { mean: f64 },
+    /// Nothing was removed.
+    #[error("mean and slopes were kept (road.level)")]
+    NotLevelled,
     /// Longer wavelengths than this were removed.
     #[error("wavelengths longer than {longest_wavelength} m were removed")]
     Detrended { longest_wavelength: f64 },
@@ -115,6 +146,9 @@ impl RoadNote {
         matches!(
             self,
             Self::Filled { .. }
+                | Self::TakenForMissing { .. }
+                | Self::NotNamedMissing { .. }
+                | Self::Outliers { .. }
                 | Self::Spikes { .. }
                 | Self::AlmostFlat { .. }
                 | Self::Narrow { .. }
@@ -127,6 +161,14 @@ impl RoadNote {
                 | Self::MissingByModifier { .. }
         )
     }
+}
+
+fn in_words(words: &BTreeMap<String, usize>) -> String {
+    words.iter().map(|(word, count)| format!("{word:?} ({count})")).collect::<Vec<_>>().join(", ")
+}
+
+fn in_percent(across: Option<f64>) -> String {
+    across.map_or(String::new(), |slope| format!(", of {:.4} % across", 1e2 * slope))
 }
 
 fn percent(part: usize, whole: usize) -> f64 {

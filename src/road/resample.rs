@@ -201,7 +201,7 @@ mod tests {
         let first_y = -0.5 * (columns as f64 - 1.0) * dy;
         let heights =
             (0..rows * columns).map(|i| height((i / columns) as f64 * dx, first_y + (i % columns) as f64 * dy));
-        HeightMap { path: PathBuf::new(), dx, dy, first_y, columns, heights: heights.collect(), missing: Vec::new() }
+        HeightMap { path: PathBuf::new(), dx, dy, first_y, columns, heights: heights.collect(), origins: Vec::new() }
     }
 
     fn all(road: &Resampled, first: i64, rows: usize) -> Vec<f64> {

@@ -1,10 +1,12 @@
 //! Columns of tables: which of them are distance and height, their titles and units.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::missing::is_word_for_none;
 use crate::road::error::RoadError;
 use crate::road::file_fault::FileFault;
-use crate::scene::LengthUnit;
+use crate::scene::{LengthUnit, MissingHeight};
 use crate::storage::input::excerpt;
 use crate::storage::separated::{self, Record, Table};
 
@@ -273,6 +275,10 @@ pub(super) struct Columns<const N: usize> {
     units: [LengthUnit; N],
     /// True for those that a length is named for, or that the scene chooses: they may count.
     named: [bool; N],
+    /// What stands for no height, as the scene says.
+    pub(super) missing: Option<Vec<MissingHeight>>,
+    /// Words that stood for no height, and how often.
+    pub(super) words: BTreeMap<String, usize>,
 }
 
 impl<const N: usize> Columns<N> {
@@ -308,11 +314,19 @@ impl<const N: usize> Columns<N> {
             let titled_so = name_of(numbers[role]).is_some_and(|name| is_of(name, &roles[role]));
             chosen || titled_so || titled[role].is_some()
         });
-        Ok(Self { roles, numbers, titles: numbers.map(|number| name_of(number).cloned()), units, named })
+        Ok(Self {
+            roles,
+            numbers,
+            titles: numbers.map(|number| name_of(number).cloned()),
+            units,
+            named,
+            missing: None,
+            words: BTreeMap::new(),
+        })
     }
 
     /// Returns the value \[m\] of a role in a record; that of the last role may be missing, NaN then.
-    pub(super) fn value(&self, table: &Table<'_>, record: &Record<'_>, role: usize) -> Result<f64, FileFault> {
+    pub(super) fn value(&mut self, table: &Table<'_>, record: &Record<'_>, role: usize) -> Result<f64, FileFault> {
         let (line, column, may_lack) = (record.line, self.numbers[role], role + 1 == N);
         let cell = match record.cells.get(column) {
             Some(cell) => *cell,
@@ -321,12 +335,22 @@ impl<const N: usize> Columns<N> {
         };
         match table.number(cell) {
             Some(value) => Ok(value * self.units[role].metres()),
-            None if may_lack && is_missing(cell) => Ok(f64::NAN),
+            None if may_lack && is_word_for_none(cell, self.missing.as_deref()) => {
+                if !cell.is_empty() {
+                    *self.words.entry(cell.to_owned()).or_default() += 1;
+                }
+                Ok(f64::NAN)
+            }
             None => {
                 let role = self.roles[role].name;
                 Err(FileFault::NotANumber { line, column: column + 1, role, found: excerpt(cell) })
             }
         }
+    }
+
+    /// Returns the unit of the last role \[m\].
+    pub(super) fn unit(&self) -> f64 {
+        self.units[N - 1].metres()
     }
 
     /// Refuses a column that merely counts, 0, 1, 2, 3, and that nothing calls a length. `values` are those of a role
@@ -361,25 +385,4 @@ impl<const N: usize> Columns<N> {
         };
         (0..N).map(column).collect::<Vec<_>>().join(", ")
     }
-}
-
-/// Tells whether a cell stands for no value.
-pub(super) fn is_missing(cell: &str) -> bool {
-    const WORDS: [&str; 14] = [
-        "",
-        "nan",
-        "-nan",
-        "-nan(ind)",
-        "nan(ind)",
-        "1.#qnan",
-        "-1.#ind",
-        "n/a",
-        "#n/a",
-        "na",
-        "null",
-        "none",
-        "bad",
-        "-",
-    ];
-    WORDS.contains(&cell.to_lowercase().as_str())
 }

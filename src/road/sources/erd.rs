@@ -10,7 +10,7 @@ use std::path::Path;
 use super::columns::{self, Columns, Fault, Point, Titles};
 use crate::road::error::RoadError;
 use crate::road::file_fault::FileFault;
-use crate::scene::LengthUnit;
+use crate::scene::{LengthUnit, MissingHeight};
 use crate::storage::input::excerpt;
 use crate::storage::separated::{self, Record, Table};
 
@@ -46,8 +46,9 @@ pub(super) fn points(
     bytes: &[u8],
     [distance_unit, height_unit]: [Option<LengthUnit>; 2],
     chosen: Option<&[String]>,
+    missing: Option<&[MissingHeight]>,
 ) -> Result<(Vec<Point>, Columns<1>), RoadError> {
-    read(bytes, distance_unit, height_unit, chosen).map_err(|fault| fault.at(path))
+    read(bytes, distance_unit, height_unit, chosen, missing).map_err(|fault| fault.at(path))
 }
 
 fn read(
@@ -55,6 +56,7 @@ fn read(
     distance_unit: Option<LengthUnit>,
     height_unit: Option<LengthUnit>,
     chosen: Option<&[String]>,
+    missing: Option<&[MissingHeight]>,
 ) -> Result<(Vec<Point>, Columns<1>), Fault> {
     let text = separated::decoded(bytes);
     let header = header(&text)?;
@@ -77,7 +79,8 @@ fn read(
     let titles = Titles::new(header.lines, names);
     let roles = [columns::HEIGHT];
     let channel = columns::choose(roles, Some(&titles), header.channels, chosen, String::new)?;
-    let columns = Columns::with_units(roles, channel, Some(&titles), [height_unit], true)?;
+    let mut columns = Columns::with_units(roles, channel, Some(&titles), [height_unit], true)?;
+    columns.missing = missing.map(<[_]>::to_vec);
     let table = Table::of(b"");
     let step = header.step * unit.metres();
     let rest = (1..).zip(text.lines()).skip(header.lines as usize);

@@ -1,8 +1,10 @@
 //! Height maps given as a two-dimensional `.npy` array, or as text.
 
-use super::height_map::{HeightMap, LARGE_SPAN, fill_missing, missing, plausible_spacing};
+use std::collections::BTreeMap;
+
+use super::height_map::{HeightMap, fill_missing, origins, plausible_spacing};
 use super::raster::{self, Raster};
-use super::table;
+use super::{missing, table};
 use crate::road::error::{RoadError, positive};
 use crate::road::file_fault::FileFault;
 use crate::road::report::{RoadNote, RoadReport};
@@ -69,7 +71,7 @@ fn array(spec: &GridRoad, limit: u64) -> Result<Raster, RoadError> {
         return Err(RoadError::file(path, FileFault::Infinite { row, column, value: heights[place] }));
     }
     heights.iter_mut().for_each(|height| *height *= unit);
-    Ok(Raster { dx, dy, columns, heights, described: None })
+    Ok(Raster { dx, dy, columns, heights, unit, described: None, words: BTreeMap::new() })
 }
 
 /// Reads text, within a limit of bytes.
@@ -81,8 +83,8 @@ fn text(spec: &GridRoad, limit: u64) -> Result<Raster, RoadError> {
 /// Reads a grid, its columns centred on the tyre. `limit` bounds the bytes of the heights in memory.
 ///
 /// # Errors
-/// Not a complete two-dimensional array of floating-point numbers, no text of a grid; infinite heights, too many
-/// missing, or an implausible span; too large.
+/// Not a complete two-dimensional array of floating-point numbers, no text of a grid; infinite heights or too many
+/// missing; too large.
 pub(super) fn read(
     spec: &GridRoad,
     contact_width: f64,
@@ -103,13 +105,12 @@ pub(super) fn read(
     }
     report.notes.extend(raster.described.map(|columns| RoadNote::FileColumns { columns }));
     report.points = heights.len();
-    let missing = missing(&heights);
+    let given = spec.missing.as_deref();
+    missing::tell_words(raster.words, &mut report.notes);
+    missing::mark(&mut heights, columns, |row| row as f64 * dx, raster.unit, given, &mut report.notes)
+        .map_err(fault)?;
+    let origins = origins(&heights);
     report.missing = fill_missing(path, &mut heights, columns, MISSING_ALLOWED, &mut report.notes)?;
     let first_y = -0.5 * (columns as f64 - 1.0) * dy;
-    let map = HeightMap { path: path.clone(), dx, dy, first_y, columns, heights, missing };
-    let span = map.plausible_span()?;
-    if span > LARGE_SPAN {
-        report.notes.push(RoadNote::LargeSpan { span });
-    }
-    Ok(map)
+    Ok(HeightMap { path: path.clone(), dx, dy, first_y, columns, heights, origins })
 }

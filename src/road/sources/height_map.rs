@@ -6,7 +6,7 @@ use crate::numeric::windowed_sinc::WindowedSinc;
 use crate::road::error::RoadError;
 use crate::road::file_fault::FileFault;
 use crate::road::report::RoadNote;
-use crate::road::texture::line_of;
+use crate::road::texture::{HeightOrigin, line_of};
 
 /// Heights that span more than this are no texture alone \[m\].
 pub(crate) const LARGE_SPAN: f64 = 0.1;
@@ -42,8 +42,8 @@ pub struct HeightMap {
     pub columns: usize,
     /// Row-major heights \[m\], rows x columns, finite.
     pub heights: Vec<f64>,
-    /// Which of them are missing in the file and were interpolated; empty where none is.
-    pub missing: Vec<bool>,
+    /// What each of them rests on; empty where all were measured.
+    pub origins: Vec<HeightOrigin>,
 }
 
 impl HeightMap {
@@ -62,9 +62,9 @@ impl HeightMap {
         self.heights.iter().skip(column).step_by(self.columns).copied().collect()
     }
 
-    /// Tells which heights of a column are missing in the file; empty where none of the map is.
-    pub fn missing_of(&self, column: usize) -> Vec<bool> {
-        self.missing.iter().skip(column).step_by(self.columns).copied().collect()
+    /// Tells what the heights of a column rest on; empty where all of the map were measured.
+    pub fn origins_of(&self, column: usize) -> Vec<HeightOrigin> {
+        self.origins.iter().skip(column).step_by(self.columns).copied().collect()
     }
 
     /// Returns the highest minus lowest \[m\].
@@ -146,8 +146,9 @@ pub(crate) fn plausible_spacing(spacing: f64) -> Result<(), FileFault> {
     if (least..=most).contains(&spacing) { Ok(()) } else { Err(FileFault::ImplausibleSpacing { spacing, least, most }) }
 }
 
-/// Subtracts the least-squares plane from a row-major map.
-pub(crate) fn remove_plane(heights: &mut [f64], columns: usize) {
+/// Subtracts the least-squares plane from a row-major map; returns its mean and its slopes along and across, per row
+/// and column.
+pub(crate) fn remove_plane(heights: &mut [f64], columns: usize) -> [f64; 3] {
     let means: Vec<f64> = heights.chunks_exact(columns).map(|row| row.iter().sum::<f64>() / columns as f64).collect();
     let mut across = vec![0.0; columns];
     for row in heights.chunks_exact(columns) {
@@ -163,6 +164,7 @@ pub(crate) fn remove_plane(heights: &mut [f64], columns: usize) {
             *height -= mean + along * (r as f64 - middle.0) + slope * (c as f64 - middle.1);
         }
     }
+    [mean, along, slope]
 }
 
 /// Returns an index reflected at the ends of 0..count, the end samples not doubled.
@@ -179,9 +181,12 @@ pub(crate) fn reflected(index: i64, count: i64) -> usize {
 }
 
 /// Tells which heights are missing (NaN); empty where none is.
-pub(crate) fn missing(heights: &[f64]) -> Vec<bool> {
-    let all = || heights.iter().map(|height| height.is_nan());
-    if all().any(|hole| hole) { all().collect() } else { Vec::new() }
+pub(crate) fn origins(heights: &[f64]) -> Vec<HeightOrigin> {
+    if !heights.iter().any(|height| height.is_nan()) {
+        return Vec::new();
+    }
+    let origin = |height: &f64| if height.is_nan() { HeightOrigin::Missing } else { HeightOrigin::Measured };
+    heights.iter().map(origin).collect()
 }
 
 /// Fills missing (NaN) heights of a row-major map by linear interpolation across, then along; at a border the nearest
@@ -204,7 +209,14 @@ pub(crate) fn fill_missing(
     if missing as f64 > allowed * total as f64 {
         return Err(RoadError::file(path, FileFault::TooManyMissing { missing, total, allowed }));
     }
-    let rows = total / columns;
+    fill(heights, columns);
+    notes.push(RoadNote::Filled { missing, total });
+    Ok(missing)
+}
+
+/// Fills missing (NaN) heights as [`fill_missing`] does, however many there are.
+pub(crate) fn fill(heights: &mut [f64], columns: usize) {
+    let rows = heights.len() / columns;
     let mut line = vec![0.0; columns.max(rows)];
     for row in heights.chunks_exact_mut(columns) {
         // Across only between valid neighbours: towards a border the road goes on along, not level across.
@@ -223,8 +235,6 @@ pub(crate) fn fill_missing(
         // A column without a single valid height is left: hold its neighbour.
         fill_line(row, true);
     }
-    notes.push(RoadNote::Filled { missing, total });
-    Ok(missing)
 }
 
 /// Interpolates NaN runs linearly; runs at the ends take the nearest valid value if `hold`. A line of NaN alone stays.
@@ -302,7 +312,7 @@ mod tests {
             first_y: 0.0,
             columns: 1,
             heights: (0..2001).map(|r| wave(r, 4.0) + wave(r, 0.2)).collect(),
-            missing: Vec::new(),
+            origins: Vec::new(),
         };
         map.remove_trend(1.0).unwrap();
         assert!(matches!(map.remove_trend(1e6), Err(RoadError::Trend { .. })), "50 000 times the road's length");

@@ -1,13 +1,16 @@
 //! Where roads come from, and the lattice that they want.
 //!
-//! Files are read within a bound of memory. A `profile`, a `grid` and an `opencrg` road become a
-//! [`height_map`]; a [`made`] one, or an isotropic one with a profile's levels, is a design, drawn as it is needed.
+//! Files are read within a bound of memory, [`missing`] heights told from measured ones. A `profile`, a `grid` and an
+//! `opencrg` road become a [`height_map`], which [`conditioning`] rids of spikes and levels, whatever the kind; a
+//! [`made`] one, or an isotropic one with a profile's levels, is a design, drawn as it is needed.
 
 mod columns;
+pub(super) mod conditioning;
 mod erd;
 mod grid;
 pub(crate) mod height_map;
 pub(crate) mod made;
+mod missing;
 pub(super) mod opencrg;
 pub(super) mod profile;
 mod raster;
@@ -57,7 +60,7 @@ impl Source {
     /// Errors of the road's file and of the spectrum asked for.
     pub(super) fn read(spec: &Road, lattice: Lattice, bytes: u64, report: &mut RoadReport) -> Result<Self, RoadError> {
         lattice.check()?;
-        let (map, at_end) = match spec {
+        let (mut map, at_end, level, longest) = match spec {
             Road::Smooth => return Ok(Self::Smooth),
             Road::Made(made) => {
                 let shape = Shape::new(made.skewness, made.kurtosis)?;
@@ -71,10 +74,18 @@ impl Source {
             Road::Profile(profile) if profile.lateral == Lateral::Isotropic => {
                 return isotropic(profile, bytes, report).map(Self::Made);
             }
-            Road::Profile(profile) => (profile::read(profile, bytes, report)?, profile.at_end),
-            Road::OpenCrg(road) => (opencrg::read(road, lattice.width(), bytes, report)?, road.at_end),
-            Road::Grid(road) => (grid::read(road, lattice.width(), bytes, report)?, road.at_end),
+            Road::Profile(road) => {
+                (profile::read(road, bytes, report)?, road.at_end, road.level, road.longest_wavelength)
+            }
+            Road::OpenCrg(road) => {
+                let map = opencrg::read(road, lattice.width(), bytes, report)?;
+                (map, road.at_end, road.level, road.longest_wavelength)
+            }
+            Road::Grid(road) => {
+                (grid::read(road, lattice.width(), bytes, report)?, road.at_end, road.level, road.longest_wavelength)
+            }
         };
+        conditioning::condition(&mut map, level, longest, report)?;
         map.check_smoothness(matches!(spec, Road::OpenCrg(_)), &mut report.notes)?;
         Ok(Self::Measured(map, at_end))
     }
@@ -82,7 +93,8 @@ impl Source {
 
 /// Returns a surface with the levels of a profile.
 fn isotropic(spec: &ProfileRoad, bytes: u64, report: &mut RoadReport) -> Result<Design, RoadError> {
-    let map = profile::read(spec, bytes, report)?;
+    let mut map = profile::read(spec, bytes, report)?;
+    conditioning::condition(&mut map, spec.level, spec.longest_wavelength, report)?;
     map.check_smoothness(false, &mut report.notes)?;
     let spacing = ISOTROPIC_SPACING.max(map.dx);
     let longest = (map.end() * ISOTROPIC_LONGEST.1).min(ISOTROPIC_LONGEST.0);

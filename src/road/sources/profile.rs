@@ -5,22 +5,23 @@
 //! 2. Sort by distance, average points at one distance, cut to `range` (CAPTIF: between the reference plates).
 //! 3. CAPTIF only: points outlandishly far from the median count as dropouts (the laser sensor gives such values).
 //! 4. Interpolate linearly to a uniform spacing, the mean of the file's, across dropouts as well.
-//! 5. Remove mean and linear slope. Road coordinate 0 is the first point used.
+//!    Road coordinate 0 is the first point used.
 
 use super::columns::Point;
 use super::height_map::{HeightMap, plausible_spacing};
+use super::missing;
 use super::signature::refuse_other_kinds;
 use super::table;
 use crate::road::error::RoadError;
 use crate::road::file_fault::FileFault;
 use crate::road::report::{RoadNote, RoadReport};
-use crate::road::texture::remove_line;
+use crate::road::texture::HeightOrigin;
 use crate::scene::ProfileRoad;
 
 /// Part between the reference plates of a CAPTIF track \[m\].
 const CAPTIF_RANGE: [f64; 2] = [0.0623, 1.8704];
-/// A CAPTIF height this many times the scaled median deviation away from the median is no texture.
-const SPIKE_FACTOR: f64 = 8.0;
+/// Heights of up to 47 mm are left at CAPTIF's station 1 after its spikes were removed: a height this many times the scaled median deviation away from the median is no texture.
+const OUTLIER_FACTOR: f64 = 8.0;
 /// Largest share of missing heights.
 const MISSING_ALLOWED: f64 = 0.25;
 /// A valid point of the file this many spacings away stands for a point of the lattice: where distances are uneven,
@@ -38,10 +39,16 @@ pub(crate) fn read(spec: &ProfileRoad, limit: u64, report: &mut RoadReport) -> R
     let fault = |fault| RoadError::file(path, fault);
     let bytes = table::bytes(path, limit)?;
     refuse_other_kinds(&bytes, "profile").map_err(fault)?;
-    let points = table::points(spec, &bytes, &mut report.notes)?;
+    let (mut points, unit) = table::points(spec, &bytes, &mut report.notes)?;
     let captif = table::is_captif(&bytes);
     let total = points.len();
-    let mut points = sorted(points, &mut report.notes).map_err(fault)?;
+    sort(&mut points, &mut report.notes);
+    let places: Vec<f64> = points.iter().map(|point| point.distance).collect();
+    let mut heights: Vec<f64> = points.iter().map(|point| point.height).collect();
+    missing::mark(&mut heights, 1, |index| places[index], unit, spec.missing.as_deref(), &mut report.notes)
+        .map_err(fault)?;
+    points.iter_mut().zip(heights).for_each(|(point, height)| point.height = height);
+    let mut points = merged(points, &mut report.notes).map_err(fault)?;
     let whole = (points[0].distance, points[points.len() - 1].distance);
     let range = spec.range.or(captif.then_some(CAPTIF_RANGE));
     if let Some([from, to]) = range {
@@ -56,8 +63,8 @@ pub(crate) fn read(spec: &ProfileRoad, limit: u64, report: &mut RoadReport) -> R
     }
     report.points = points.len().min(total);
     report.missing = points.iter().filter(|point| point.height.is_nan()).count();
-    let spikes = if captif { drop_spikes(&mut points, &mut report.notes) } else { 0 };
-    let missing = report.missing + spikes;
+    let outliers = if captif { drop_outliers(&mut points, &mut report.notes) } else { 0 };
+    let missing = report.missing + outliers;
     if points.len() < FEWEST_POINTS + missing {
         return Err(fault(FileFault::TooFewPoints { found: points.len() - missing, needed: FEWEST_POINTS }));
     }
@@ -68,22 +75,22 @@ pub(crate) fn read(spec: &ProfileRoad, limit: u64, report: &mut RoadReport) -> R
     if missing > 0 {
         report.notes.push(RoadNote::Filled { missing, total: points.len() });
     }
-    let Uniform { dx, mut heights, missing } = uniform(&points, &mut report.notes).map_err(fault)?;
+    let Uniform { dx, heights, origins } = uniform(&points, &mut report.notes).map_err(fault)?;
     plausible_spacing(dx).map_err(fault)?;
-    remove_line(&mut heights);
-    report.notes.push(RoadNote::Levelled);
-    let map = HeightMap { path: path.clone(), dx, dy: 0.0, first_y: 0.0, columns: 1, heights, missing };
-    map.plausible_span()?;
-    Ok(map)
+    Ok(HeightMap { path: path.clone(), dx, dy: 0.0, first_y: 0.0, columns: 1, heights, origins })
 }
 
-/// Returns the sorted by distance, points at one distance averaged.
-fn sorted(mut points: Vec<Point>, notes: &mut Vec<RoadNote>) -> Result<Vec<Point>, FileFault> {
+/// Sorts points by distance.
+fn sort(points: &mut [Point], notes: &mut Vec<RoadNote>) {
     let steps = points.windows(2).filter(|pair| pair[1].distance < pair[0].distance).count();
     if steps > 0 {
         notes.push(RoadNote::Unsorted { steps });
         points.sort_by(|a, b| a.distance.total_cmp(&b.distance));
     }
+}
+
+/// Returns sorted points, those at one distance averaged.
+fn merged(points: Vec<Point>, notes: &mut Vec<RoadNote>) -> Result<Vec<Point>, FileFault> {
     let before = points.len();
     let mut merged: Vec<Point> = Vec::with_capacity(points.len());
     let mut valid = 0.0;
@@ -111,13 +118,13 @@ fn sorted(mut points: Vec<Point>, notes: &mut Vec<RoadNote>) -> Result<Vec<Point
     Ok(merged)
 }
 
-/// Turns spikes into dropouts; returns how many.
-fn drop_spikes(points: &mut [Point], notes: &mut Vec<RoadNote>) -> usize {
+/// Turns points that no road has into dropouts; returns how many.
+fn drop_outliers(points: &mut [Point], notes: &mut Vec<RoadNote>) -> usize {
     let mut heights: Vec<f64> = points.iter().map(|point| point.height).filter(|height| !height.is_nan()).collect();
     let Some(centre) = median(&mut heights) else { return 0 };
     let mut deviations: Vec<f64> = heights.iter().map(|height| (height - centre).abs()).collect();
     // 1.4826: the standard deviation of a Gaussian in terms of its median absolute deviation.
-    let limit = SPIKE_FACTOR * 1.4826 * median(&mut deviations).unwrap_or(0.0);
+    let limit = OUTLIER_FACTOR * 1.4826 * median(&mut deviations).unwrap_or(0.0);
     if limit <= 0.0 {
         return 0;
     }
@@ -127,7 +134,7 @@ fn drop_spikes(points: &mut [Point], notes: &mut Vec<RoadNote>) -> usize {
         count += 1;
     }
     if count > 0 {
-        notes.push(RoadNote::Spikes { count, limit });
+        notes.push(RoadNote::Outliers { count, limit });
     }
     count
 }
@@ -144,8 +151,8 @@ fn median(values: &mut [f64]) -> Option<f64> {
 struct Uniform {
     dx: f64,
     heights: Vec<f64>,
-    /// Which of them have no valid point of the file nearby; empty where all have.
-    missing: Vec<bool>,
+    /// Missing are those that have no valid point of the file nearby; empty where all have.
+    origins: Vec<HeightOrigin>,
 }
 
 /// Returns the spacing and heights on a uniform lattice from the first point to the last: linear interpolation between
@@ -173,7 +180,7 @@ fn uniform(points: &[Point], notes: &mut Vec<RoadNote>) -> Result<Uniform, FileF
     }
     let valid: Vec<Point> = points.iter().filter(|point| !point.height.is_nan()).copied().collect();
     let mut after = 0;
-    let mut missing = vec![false; intervals as usize + 1];
+    let mut origins = vec![HeightOrigin::Measured; intervals as usize + 1];
     let heights = (0..=intervals as usize).map(|index| {
         let distance = first + index as f64 * dx;
         while after < valid.len() && valid[after].distance < distance {
@@ -182,7 +189,9 @@ fn uniform(points: &[Point], notes: &mut Vec<RoadNote>) -> Result<Uniform, FileF
         let neighbours = (after.checked_sub(1).and_then(|before| valid.get(before)), valid.get(after));
         let off = |point: &Point| (point.distance - distance).abs();
         let nearest = neighbours.0.map_or(f64::INFINITY, off).min(neighbours.1.map_or(f64::INFINITY, off));
-        missing[index] = nearest > NEARBY * dx;
+        if nearest > NEARBY * dx {
+            origins[index] = HeightOrigin::Missing;
+        }
         match neighbours {
             (Some(a), Some(b)) => {
                 a.height + (b.height - a.height) * (distance - a.distance) / (b.distance - a.distance)
@@ -192,6 +201,6 @@ fn uniform(points: &[Point], notes: &mut Vec<RoadNote>) -> Result<Uniform, FileF
         }
     });
     let heights = heights.collect();
-    missing = if missing.contains(&true) { missing } else { Vec::new() };
-    Ok(Uniform { dx, heights, missing })
+    let origins = if origins.contains(&HeightOrigin::Missing) { origins } else { Vec::new() };
+    Ok(Uniform { dx, heights, origins })
 }

@@ -3,9 +3,11 @@
 //! Both have x along the road and y across; what is not on their grid is refused, what is missing is NaN. A cloud's
 //! points may stand in any order; its spacings are the usual steps between its different x and y.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::columns::{self, Fault, Role};
+use super::missing::is_word_for_none;
 use super::signature::refuse_unreadable;
 use super::table::Layout;
 use crate::road::error::RoadError;
@@ -29,6 +31,10 @@ pub(super) struct Raster {
     pub(super) columns: usize,
     /// Row-major \[m\]; NaN where there is none.
     pub(super) heights: Vec<f64>,
+    /// The file's unit of heights \[m\].
+    pub(super) unit: f64,
+    /// Words that stood for no height, and how often.
+    pub(super) words: BTreeMap<String, usize>,
     /// What was read, in words.
     pub(super) described: Option<String>,
 }
@@ -52,8 +58,9 @@ fn cloud(bytes: &[u8], spec: &GridRoad) -> Result<Raster, Fault> {
     let layout = Layout::of(&table, 3)?;
     let roles: [Role; 3] = [columns::DISTANCE, columns::ACROSS, columns::HEIGHT];
     let units = [spec.distance_unit, spec.distance_unit, spec.height_unit];
-    let used = layout.columns(&table, roles, units, spec.columns.as_deref())?;
-    let points: Vec<(u64, [f64; 3])> = layout.values(&table, &used).collect::<Result<_, _>>()?;
+    let mut used = layout.columns(&table, roles, units, spec.columns.as_deref())?;
+    used.missing = spec.missing.clone();
+    let points: Vec<(u64, [f64; 3])> = layout.values(&table, &mut used).collect::<Result<_, _>>()?;
     let axis = |axis: usize| Axis::of(points.iter().map(|(_, point)| point[axis]).collect(), roles[axis].name);
     let (along, across) = (axis(0)?, axis(1)?);
     let places = along.count * across.count;
@@ -71,7 +78,8 @@ fn cloud(bytes: &[u8], spec: &GridRoad) -> Result<Raster, Fault> {
         }
         (heights[place], lines[place]) = (height, line);
     }
-    Ok(Raster { dx: along.step, dy: across.step, columns, heights, described: Some(used.described()) })
+    let (dx, dy, described) = (along.step, across.step, Some(used.described()));
+    Ok(Raster { dx, dy, columns, heights, unit: used.unit(), words: used.words, described })
 }
 
 /// Places on a line, evenly spaced \[m\].
@@ -113,12 +121,12 @@ impl Axis {
 /// Reads an ESRI grid: a header of keys and values, then rows from the highest y down.
 fn esri(text: &str, spec: &GridRoad) -> Result<Raster, Fault> {
     let unit = |unit: Option<LengthUnit>, key| unit.map(LengthUnit::metres).ok_or(Fault::Unit(key));
-    let mut header = std::collections::BTreeMap::new();
+    let mut header = BTreeMap::new();
     let mut lines = (1_u64..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty()).peekable();
     while let Some((line, text)) = lines.next_if(|(_, line)| line.trim_start().starts_with(char::is_alphabetic)) {
         let mut words = text.split_whitespace();
         let (key, value) = (words.next().unwrap_or_default().to_lowercase(), words.next().unwrap_or_default());
-        let number = separated::any_number(value).or(columns::is_missing(value).then_some(f64::NAN));
+        let number = separated::any_number(value).or(is_word_for_none(value, None).then_some(f64::NAN));
         let Some(number) = number else {
             return Err(FileFault::HeaderNumber { line: line as usize, key, found: excerpt(value) }.into());
         };
@@ -143,12 +151,15 @@ fn esri(text: &str, spec: &GridRoad) -> Result<Raster, Fault> {
     }
     let (rows, columns) = (rows as usize, columns as usize);
     let mut heights = vec![f64::NAN; rows * columns];
-    let mut found = 0;
+    let (mut found, mut words_for_none) = (0, BTreeMap::new());
     for (line, text) in lines {
         for (column, word) in (1..).zip(text.split_whitespace()) {
             let number = separated::any_number(word);
-            if number.is_none() && !columns::is_missing(word) {
-                return Err(FileFault::NotANumber { line, column, role: "height", found: excerpt(word) }.into());
+            if number.is_none() {
+                if !is_word_for_none(word, spec.missing.as_deref()) {
+                    return Err(FileFault::NotANumber { line, column, role: "height", found: excerpt(word) }.into());
+                }
+                *words_for_none.entry(word.to_owned()).or_default() += 1;
             }
             if found < heights.len() {
                 let (y, x) = (columns - 1 - found / rows, found % rows);
@@ -161,5 +172,5 @@ fn esri(text: &str, spec: &GridRoad) -> Result<Raster, Fault> {
         return Err(FileFault::Rows { expected: columns as u64, found: (found / rows) as u64 }.into());
     }
     let described = Some(format!("an ESRI grid, its {rows} columns along the road, its {columns} rows across"));
-    Ok(Raster { dx, dy, columns, heights, described })
+    Ok(Raster { dx, dy, columns, heights, unit, words: words_for_none, described })
 }

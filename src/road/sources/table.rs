@@ -10,6 +10,7 @@ use std::path::Path;
 
 use super::columns::{self, Columns, Point, Role, Titles};
 use super::erd;
+use super::missing::tell_words;
 use super::signature::refuse_unreadable;
 use crate::road::error::RoadError;
 use crate::road::file_fault::FileFault;
@@ -48,34 +49,42 @@ pub(super) fn bytes(path: &Path, limit: u64) -> Result<Vec<u8>, RoadError> {
     })
 }
 
-/// Returns the points of a profile's file, in its order.
+/// Returns the points of a profile's file, in its order, and the file's unit of heights \[m\].
 ///
 /// # Errors
 /// No numbers where they should be (with line and column), no units, columns that are not known.
-pub(super) fn points(spec: &ProfileRoad, bytes: &[u8], notes: &mut Vec<RoadNote>) -> Result<Vec<Point>, RoadError> {
+pub(super) fn points(
+    spec: &ProfileRoad,
+    bytes: &[u8],
+    notes: &mut Vec<RoadNote>,
+) -> Result<(Vec<Point>, f64), RoadError> {
+    let missing = spec.missing.as_deref();
     let fault = |fault| RoadError::file(&spec.file, fault);
     refuse_unreadable(bytes).map_err(fault)?;
     let units = [spec.distance_unit, spec.height_unit];
-    let (points, columns) = if erd::is_erd(bytes) {
-        let (points, used) = erd::points(&spec.file, bytes, units, spec.columns.as_deref())?;
+    let (points, columns, unit, words) = if erd::is_erd(bytes) {
+        let (points, used) = erd::points(&spec.file, bytes, units, spec.columns.as_deref(), missing)?;
         let step = points.get(1).map_or(0.0, |point| 1e3 * point.distance);
-        (points, format!("{}, a sample every {step:.4} mm", used.described()))
+        let columns = format!("{}, a sample every {step:.4} mm", used.described());
+        (points, columns, used.unit(), used.words)
     } else {
         let table = Table::of(bytes);
         let layout = Layout::of(&table, 2).map_err(fault)?;
         let roles = [columns::DISTANCE, columns::HEIGHT];
-        let used =
+        let mut used =
             layout.columns(&table, roles, units, spec.columns.as_deref()).map_err(|error| error.at(&spec.file))?;
+        used.missing = missing.map(<[_]>::to_vec);
         let point = |(line, [distance, height]): (u64, [f64; 2])| Point { distance, height, line };
-        let points = layout.values(&table, &used).map(|values| values.map(point));
+        let points = layout.values(&table, &mut used).map(|values| values.map(point));
         let points: Vec<Point> = points.collect::<Result<_, _>>().map_err(fault)?;
         used.refuse_counters(|column| points.iter().map(move |point| [point.distance, point.height][column]))
             .map_err(fault)?;
-        (points, used.described())
+        (points, used.described(), used.unit(), used.words)
     };
     refuse_passes(&points).map_err(fault)?;
     notes.push(RoadNote::FileColumns { columns });
-    Ok(points)
+    tell_words(words, notes);
+    Ok((points, unit))
 }
 
 /// Where the parts of a table are.
@@ -160,7 +169,7 @@ impl Layout {
     pub(super) fn values<'a, const N: usize>(
         &self,
         table: &'a Table<'_>,
-        columns: &'a Columns<N>,
+        columns: &'a mut Columns<N>,
     ) -> impl Iterator<Item = Result<(u64, [f64; N]), FileFault>> {
         let first = self.first;
         table.records().skip_while(move |record| record.line < first).map(move |record| {

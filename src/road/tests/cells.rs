@@ -8,7 +8,7 @@ fn grid(folder: &tempfile::TempDir, rows: usize, columns: usize, dx: f64, dy: f6
     let heights: Vec<f64> = (0..rows * columns).map(|i| 1e-3 * (i as f64 * 1.7).sin()).collect();
     let bytes = npy(&[rows as u64, columns as u64], npyz::Order::C, heights.iter().copied());
     let file = write(folder, "grid.npy", &bytes);
-    (Road::Grid(GridRoad { file, dx, dy, at_end }), heights)
+    (Road::Grid(GridRoad { at_end, ..super::measured::grid(file, dx, dy) }), heights)
 }
 
 #[test]

@@ -1,14 +1,22 @@
 use super::*;
 use crate::road::sources::opencrg::Crg;
-use crate::scene::{AtEnd, OpenCrgRoad, Widen};
+use crate::scene::{AtEnd, Levelling, OpenCrgRoad, Widen};
 use crate::test_models::replaced;
 
 fn spec(file: PathBuf) -> OpenCrgRoad {
-    OpenCrgRoad { file, lateral_position: None, widen: Widen::Refuse, longest_wavelength: None, at_end: AtEnd::Refuse }
+    OpenCrgRoad {
+        file,
+        lateral_position: None,
+        widen: Widen::Refuse,
+        missing: None,
+        level: Levelling::Slope,
+        longest_wavelength: None,
+        at_end: AtEnd::Refuse,
+    }
 }
 
 fn read(path: &std::path::Path) -> Crg {
-    Crg::read(path, 1 << 30).unwrap()
+    Crg::read(path, 1 << 30, None).unwrap()
 }
 
 /// Returns one of the small roads that come with OpenCRG.
@@ -17,7 +25,7 @@ fn handmade(name: &str) -> PathBuf {
 }
 
 fn fault(path: &std::path::Path) -> FileFault {
-    match Crg::read(path, 1 << 30) {
+    match Crg::read(path, 1 << 30, None) {
         Err(RoadError::File { fault, .. }) => fault.0,
         other => panic!("{other:?}"),
     }

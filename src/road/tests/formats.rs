@@ -1,7 +1,9 @@
 //! Tables as people have them: columns, units, encodings, and what is no road.
 
 use super::*;
+use crate::road::sources::conditioning::condition;
 use crate::road::sources::height_map::HeightMap;
+use crate::road::texture::HeightOrigin;
 use crate::scene::{LengthUnit, ProfileRoad};
 
 const MILLIMETRES: [Option<LengthUnit>; 2] = [Some(LengthUnit::Millimetre); 2];
@@ -12,7 +14,8 @@ fn profile(file: PathBuf, [distance_unit, height_unit]: [Option<LengthUnit>; 2])
 
 fn read(spec: &ProfileRoad) -> Result<(HeightMap, Vec<RoadNote>), RoadError> {
     let mut report = RoadReport::default();
-    let map = crate::road::sources::profile::read(spec, u64::MAX, &mut report)?;
+    let mut map = crate::road::sources::profile::read(spec, u64::MAX, &mut report)?;
+    condition(&mut map, spec.level, spec.longest_wavelength, &mut report)?;
     map.check_smoothness(false, &mut report.notes)?;
     Ok((map, report.notes))
 }
@@ -59,11 +62,14 @@ fn tables_of_all_shapes_hold_the_same_heights() {
     ] {
         let (map, _) = read(&profile(measured(name), units)).unwrap();
         assert!(map.heights.iter().zip(&wanted.heights).all(|(a, b)| (a - b).abs() < 1e-12), "{name}");
-        assert!((map.dx - wanted.dx).abs() < 1e-12 && map.rows() == 40 && map.missing.is_empty(), "{name}");
+        assert!((map.dx - wanted.dx).abs() < 1e-12 && map.rows() == 40 && map.origins.is_empty(), "{name}");
     }
     let (words, notes) = read(&profile(measured("bad_word.csv"), [None; 2])).unwrap();
     let text = std::fs::read_to_string(measured("bad_word.csv")).unwrap();
-    assert!(words.missing.iter().filter(|hole| **hole).count() == text.matches("Bad").count(), "{notes:?}");
+    assert!(
+        words.origins.iter().filter(|origin| **origin == HeightOrigin::Missing).count() == text.matches("Bad").count(),
+        "{notes:?}"
+    );
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Height maps as text, and roads narrower than the contact.
 
 use super::*;
-use crate::scene::{AtEnd, GridRoad, LengthUnit, OpenCrgRoad, Widen};
+use crate::scene::{AtEnd, GridRoad, LengthUnit, Levelling, OpenCrgRoad, Widen};
 
 fn text(file: PathBuf, unit: Option<LengthUnit>) -> GridRoad {
     GridRoad { dx: None, dy: None, distance_unit: unit, height_unit: unit, ..super::measured::grid(file, 1.0, 1.0) }
@@ -80,7 +80,16 @@ fn text_that_is_no_grid_is_refused_with_its_line() {
 fn a_road_narrower_than_the_contact_is_described_and_rolled_on_with_its_mirror_images() {
     let crg = |widen| {
         let (file, at_end) = (reference("measured/width/narrow_100mm.crg"), AtEnd::Refuse);
-        Road::OpenCrg(OpenCrgRoad { file, lateral_position: None, widen, longest_wavelength: None, at_end })
+        let (missing, level) = (None, Levelling::Slope);
+        Road::OpenCrg(OpenCrgRoad {
+            file,
+            lateral_position: None,
+            widen,
+            missing,
+            level,
+            longest_wavelength: None,
+            at_end,
+        })
     };
     let scan = |widen| {
         let millimetres = Some(LengthUnit::Millimetre);

@@ -1,6 +1,7 @@
 //! Tests of whole roads, from a scene's table to heights.
 
 mod cells;
+mod conditioning;
 mod crg;
 mod drawn;
 mod formats;

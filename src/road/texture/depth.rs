@@ -3,8 +3,9 @@
 //! 1. A Butterworth low-pass of second order at 2.40 mm goes over the profile there and back, where its spacing is fine
 //!    enough for the standard; a finer one stays as it is and is not resampled.
 //! 2. Segments of 100 mm: slope suppressed, the mean of the two halves' highest points above the segment's mean.
-//! 3. A segment with more than 10 % of its points missing is not valid, nor one whose missing points reach more than
-//!    5 mm into the profile from its end: there is nothing to interpolate to.
+//! 3. A segment with more than 10 % of its points missing (7.3) or more than 5 % of them spikes (7.5) is not valid, nor
+//!    one whose points that are either reach more than 5 mm into the profile from its end: there is nothing to
+//!    interpolate to.
 
 use std::f64::consts::{PI, SQRT_2};
 
@@ -20,11 +21,25 @@ const COARSEST: f64 = 1e-3;
 const CUT_OFF: f64 = 2.4e-3;
 /// Largest share of a segment's points that may be missing.
 const MISSING_ALLOWED: f64 = 0.1;
+/// Largest share of a segment's points that may be spikes.
+const SPIKES_ALLOWED: f64 = 0.05;
 /// Longest part at a profile's end that may be held in place of measured \[m\].
 const LONGEST_HELD: f64 = 5e-3;
 
 /// Mean profile depth of the reference surface for pass-by tests (ISO 10844:2014) and how far off it may be \[m\].
 const REFERENCE_SURFACE: [f64; 2] = [0.5e-3, 0.2e-3];
+
+/// What a height rests on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum HeightOrigin {
+    /// A measurement.
+    #[default]
+    Measured,
+    /// Interpolation, for one that is missing in the file.
+    Missing,
+    /// Interpolation, for a spike.
+    Spike,
+}
 
 /// The mean profile depth of one or more profiles, with what it rests on.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -45,12 +60,12 @@ pub struct ProfileDepth {
 }
 
 impl ProfileDepth {
-    /// Finds the depth of profiles with points `spacing` \[m\] apart, missing ones interpolated and marked; without
-    /// marks none is missing.
-    pub fn of<'a>(profiles: impl IntoIterator<Item = (&'a [f64], &'a [bool])>, spacing: f64) -> Self {
+    /// Finds the depth of profiles with points `spacing` \[m\] apart, each with its origin; without origins all were
+    /// measured.
+    pub(crate) fn of<'a>(profiles: impl IntoIterator<Item = (&'a [f64], &'a [HeightOrigin])>, spacing: f64) -> Self {
         let (mut segments, mut depths) = (0, Vec::new());
-        for (heights, missing) in profiles {
-            let found = segment_depths(heights, missing, spacing);
+        for (heights, origins) in profiles {
+            let found = segment_depths(heights, origins, spacing);
             segments += found.len();
             depths.extend(found.into_iter().flatten());
         }
@@ -74,7 +89,7 @@ fn is_too_coarse(spacing: f64) -> bool {
 
 /// Returns the depth of each segment of a profile \[m\]; `None` where it is not valid. No segments for a profile
 /// shorter than one, or so coarse that half a segment has fewer than two points.
-fn segment_depths(heights: &[f64], missing: &[bool], spacing: f64) -> Vec<Option<f64>> {
+fn segment_depths(heights: &[f64], origins: &[HeightOrigin], spacing: f64) -> Vec<Option<f64>> {
     let per_segment = (SEGMENT_LENGTH / spacing).round() as usize;
     if per_segment < 4 {
         return Vec::new();
@@ -84,14 +99,18 @@ fn segment_depths(heights: &[f64], missing: &[bool], spacing: f64) -> Vec<Option
         low_pass(&mut profile, spacing);
     }
     // From both ends: how many points come before the first that was measured.
-    let held = [missing.iter().position(|hole| !hole), missing.iter().rev().position(|hole| !hole)];
-    let held = held.map(|points| points.unwrap_or(missing.len()));
+    let is_measured = |origin: &HeightOrigin| *origin == HeightOrigin::Measured;
+    let held = [origins.iter().position(is_measured), origins.iter().rev().position(is_measured)];
+    let held = held.map(|points| points.unwrap_or(origins.len()));
     let valid = |number: usize| {
         let (from, to) = (number * per_segment, (number + 1) * per_segment);
-        let holes = missing.get(from..to).map_or(0, |part| part.iter().filter(|hole| **hole).count());
+        let part = origins.get(from..to).unwrap_or_default();
+        let few = |sought, allowed: f64| {
+            part.iter().filter(|origin| **origin == sought).count() as f64 <= allowed * per_segment as f64
+        };
         let reaches = [from < held[0], to > heights.len() - held[1]];
         let unknown = (0..2).any(|end| reaches[end] && held[end] as f64 * spacing > LONGEST_HELD * (1.0 + 1e-9));
-        holes as f64 <= MISSING_ALLOWED * per_segment as f64 && !unknown
+        few(HeightOrigin::Missing, MISSING_ALLOWED) && few(HeightOrigin::Spike, SPIKES_ALLOWED) && !unknown
     };
     let segments = profile.chunks_exact_mut(per_segment).enumerate();
     segments.map(|(number, segment)| valid(number).then(|| depth(segment))).collect()
@@ -135,8 +154,8 @@ mod tests {
         (0..points).map(|i| amplitude * phase(i).cos()).collect()
     }
 
-    fn of(heights: &[f64], missing: &[bool], spacing: f64) -> ProfileDepth {
-        ProfileDepth::of([(heights, missing)], spacing)
+    fn of(heights: &[f64], origins: &[HeightOrigin], spacing: f64) -> ProfileDepth {
+        ProfileDepth::of([(heights, origins)], spacing)
     }
 
     #[test]
@@ -170,13 +189,17 @@ mod tests {
     #[test]
     fn segments_with_holes_or_without_an_end_are_not_valid() {
         let heights = cosine(1e-3, 0.02, 0.5e-3, 2000);
-        let valid = |holes: &[std::ops::Range<usize>]| {
-            let mut missing = vec![false; heights.len()];
-            holes.iter().for_each(|hole| missing[hole.clone()].fill(true));
-            let told = of(&heights, &missing, 0.5e-3);
+        let valid_with = |origin: HeightOrigin, holes: &[std::ops::Range<usize>]| {
+            let mut origins = vec![HeightOrigin::Measured; heights.len()];
+            holes.iter().for_each(|hole| origins[hole.clone()].fill(origin));
+            let told = of(&heights, &origins, 0.5e-3);
             assert_eq!(told.segments, 10);
             told.valid
         };
+        let valid = |holes: &[std::ops::Range<usize>]| valid_with(HeightOrigin::Missing, holes);
+        // 10 of 200 points are 5 %.
+        assert_eq!(valid_with(HeightOrigin::Spike, &[300..310, 0..0]), 10);
+        assert_eq!(valid_with(HeightOrigin::Spike, &[300..311, 0..0]), 9);
         // 20 of 200 points are a tenth.
         assert_eq!(valid(&[300..320, 0..0]), 10);
         assert_eq!(valid(&[300..321, 0..0]), 9);

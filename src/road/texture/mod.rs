@@ -6,7 +6,7 @@ pub(crate) mod levels;
 pub(crate) mod profile;
 pub(crate) mod wavenumber;
 
-pub(crate) use depth::ProfileDepth;
+pub(crate) use depth::{HeightOrigin, ProfileDepth};
 pub(crate) use levels::{BandFit, OverallLevel, ProfileSpectrum, TextureLevel, band_edges, bands_between};
 pub(crate) use levels::{LOWEST_LEVEL, level, line_inside, mean_square, mid_wavelength, nearest_band};
 pub(crate) use profile::{line_of, remove_line, rms};

@@ -5,6 +5,7 @@
 
 mod air_pumping;
 mod axle;
+mod conditioning;
 mod contact;
 mod cords;
 mod effects;
@@ -27,6 +28,7 @@ pub use crate::time_rule::TimeRule;
 
 pub use air_pumping::*;
 pub use axle::Axle;
+pub use conditioning::{Levelling, MissingHeight};
 pub use contact::*;
 pub use cords::*;
 pub use effects::*;

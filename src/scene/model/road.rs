@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use serde_json::Value as Json;
 
+use super::conditioning::{Levelling, MissingHeight, MissingHeights};
 use super::made_road::{MadeRoad, made};
 use super::named_texture::NamedTexture;
 use crate::scene::Problem;
@@ -198,6 +199,16 @@ keys! {
         /// Part of the profile to use \[m\]; default: all of it (CAPTIF: between the reference plates).
         #[serde(skip_serializing_if = "Option::is_none")]
         range: Option<[f64; 2]> = None => Optional(RANGE),
+        /// Heights that stand for none, beside empty cells and NaN: numbers in the file's unit, words; [] if none does.
+        /// Default: values that recur exactly and lie far from all others are looked for.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        missing: Option<Vec<MissingHeight>> = None => Optional(MissingHeights),
+        /// What is subtracted from the heights: mean and slope along and across, the mean alone, or nothing.
+        #[serde(skip_serializing_if = "is_default")]
+        level: Levelling = Levelling::default() => OneOf::new(),
+        /// Waves longer than this are removed \[m\]; default: none.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        longest_wavelength: Option<f64> = None => Optional(LENGTH),
         /// How a line becomes a surface.
         lateral: Lateral = Lateral::default() => OneOf::new(),
         /// Seed of the random phases (`lateral = "isotropic"`).
@@ -221,7 +232,14 @@ keys! {
         /// What lies beside a road that is narrower than the contact strip.
         #[serde(skip_serializing_if = "is_default")]
         widen: Widen = Widen::default() => OneOf::new(),
-        /// True if the slow trend (longer than `longest_wavelength`) is removed, as for texture.
+        /// Heights that stand for none, beside empty cells and NaN: numbers in the file's unit, words; [] if none does.
+        /// Default: values that recur exactly and lie far from all others are looked for.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        missing: Option<Vec<MissingHeight>> = None => Optional(MissingHeights),
+        /// What is subtracted from the heights: mean and slope along and across, the mean alone, or nothing.
+        #[serde(skip_serializing_if = "is_default")]
+        level: Levelling = Levelling::default() => OneOf::new(),
+        /// Waves longer than this are removed \[m\]; default: none.
         #[serde(skip_serializing_if = "Option::is_none")]
         longest_wavelength: Option<f64> = None => Optional(LENGTH),
         /// Continuation past the end.
@@ -254,6 +272,16 @@ keys! {
         /// What lies beside a road that is narrower than the contact strip.
         #[serde(skip_serializing_if = "is_default")]
         widen: Widen = Widen::default() => OneOf::new(),
+        /// Heights that stand for none, beside empty cells and NaN: numbers in the file's unit, words; [] if none does.
+        /// Default: values that recur exactly and lie far from all others are looked for.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        missing: Option<Vec<MissingHeight>> = None => Optional(MissingHeights),
+        /// What is subtracted from the heights: mean and slope along and across, the mean alone, or nothing.
+        #[serde(skip_serializing_if = "is_default")]
+        level: Levelling = Levelling::default() => OneOf::new(),
+        /// Waves longer than this are removed \[m\]; default: none.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        longest_wavelength: Option<f64> = None => Optional(LENGTH),
         /// Continuation past the end.
         at_end: AtEnd = AtEnd::default() => OneOf::new(),
     }

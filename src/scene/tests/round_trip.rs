@@ -87,19 +87,37 @@ fn made() -> impl Strategy<Value = MadeRoad> {
     ]
 }
 
+fn conditioning() -> impl Strategy<Value = (Option<Vec<MissingHeight>>, Levelling, Option<f64>)> {
+    let missing =
+        prop_oneof![(-9e4..9e4_f64).prop_map(MissingHeight::Number), "[a-z]{1,5}".prop_map(MissingHeight::Word)];
+    let level = prop_oneof![Just(Levelling::Slope), Just(Levelling::Mean), Just(Levelling::Off)];
+    (prop::option::of(prop::collection::vec(missing, 0..3)), level, prop::option::of(positive()))
+}
+
 fn profile() -> impl Strategy<Value = ProfileRoad> {
     let unit = prop_oneof![Just(LengthUnit::Metre), Just(LengthUnit::Millimetre), Just(LengthUnit::Micrometre)];
     let units = (prop::option::of(unit.clone()), prop::option::of(unit));
     let columns = prop::option::of(("[a-z]{1,5}", "[1-9]").prop_map(|(first, second)| vec![first, second]));
     let range = prop::option::of((-9.0..9.0_f64, positive()).prop_map(|(begin, length)| [begin, begin + length]));
     let lateral = prop_oneof![Just(Lateral::Extruded), Just(Lateral::Isotropic)];
-    (file(), units, columns, range, lateral, 0..99_u64, at_end()).prop_map(
-        |(file, (distance_unit, height_unit), columns, range, lateral, seed, at_end)| ProfileRoad {
+    let continued = (lateral, 0..99_u64, at_end());
+    (file(), units, columns, range, conditioning(), continued).prop_map(
+        |(
+            file,
+            (distance_unit, height_unit),
+            columns,
+            range,
+            (missing, level, longest_wavelength),
+            (lateral, seed, at_end),
+        )| ProfileRoad {
             file,
             distance_unit,
             height_unit,
             columns,
             range,
+            missing,
+            level,
+            longest_wavelength,
             lateral,
             seed,
             at_end,
@@ -110,18 +128,30 @@ fn profile() -> impl Strategy<Value = ProfileRoad> {
 fn empty_grid() -> GridRoad {
     let (distance_unit, height_unit, columns) = (None, None, None);
     let (file, at_end, widen) = (PathBuf::new(), AtEnd::Refuse, Widen::Refuse);
-    GridRoad { file, dx: None, dy: None, distance_unit, height_unit, columns, widen, at_end }
+    let (dx, dy, missing, level, longest_wavelength) = (None, None, None, Levelling::Slope, None);
+    GridRoad { file, dx, dy, distance_unit, height_unit, columns, widen, missing, level, longest_wavelength, at_end }
 }
 
 fn road() -> impl Strategy<Value = Road> {
-    let position = (prop::option::of(-9.0..9.0_f64), prop::option::of(positive()));
-    let opencrg = (file(), position, at_end()).prop_map(|(file, (lateral_position, longest_wavelength), at_end)| {
-        Road::OpenCrg(OpenCrgRoad { file, lateral_position, widen: Widen::Mirror, longest_wavelength, at_end })
-    });
-    let grid = (file(), positive(), positive(), at_end()).prop_map(|(file, dx, dy, at_end)| {
-        let (file, [dx, dy]) = (file.with_extension("npy"), [dx, dy].map(Some));
-        Road::Grid(GridRoad { file, dx, dy, at_end, ..empty_grid() })
-    });
+    let opencrg = (file(), prop::option::of(-9.0..9.0_f64), conditioning(), at_end()).prop_map(
+        |(file, lateral_position, (missing, level, longest_wavelength), at_end)| {
+            Road::OpenCrg(OpenCrgRoad {
+                file,
+                lateral_position,
+                widen: Widen::Mirror,
+                missing,
+                level,
+                longest_wavelength,
+                at_end,
+            })
+        },
+    );
+    let grid = (file(), positive(), positive(), conditioning(), at_end()).prop_map(
+        |(file, dx, dy, (missing, level, longest_wavelength), at_end)| {
+            let (file, [dx, dy]) = (file.with_extension("npy"), [dx, dy].map(Some));
+            Road::Grid(GridRoad { file, dx, dy, missing, level, longest_wavelength, at_end, ..empty_grid() })
+        },
+    );
     prop_oneof![Just(Road::Smooth), made().prop_map(Road::Made), profile().prop_map(Road::Profile), opencrg, grid]
 }
 

@@ -15,7 +15,7 @@ use tempfile::TempDir;
 use tyrewave::radiation;
 use tyrewave::road::{Lattice, Limits, describe};
 use tyrewave::scene::{
-    AtEnd, DEFAULT, GridRoad, Lateral, LengthUnit, OpenCrgRoad, PLATE, ProfileRoad, Road, Scene, Widen,
+    AtEnd, DEFAULT, GridRoad, Lateral, LengthUnit, Levelling, OpenCrgRoad, PLATE, ProfileRoad, Road, Scene, Widen,
 };
 use tyrewave::storage::{Cache, Cached};
 use tyrewave::study::fit_tyre::measured;
@@ -99,7 +99,20 @@ fn profile(folder: &Path, bytes: &[u8]) {
             let (columns, range) = (None, None);
             let at_end = AtEnd::Repeat;
             let (distance_unit, height_unit, seed) = (unit, unit, 1);
-            Road::Profile(ProfileRoad { file, distance_unit, height_unit, columns, range, lateral, seed, at_end })
+            let (missing, level, longest_wavelength) = (None, Levelling::Slope, None);
+            Road::Profile(ProfileRoad {
+                file,
+                distance_unit,
+                height_unit,
+                columns,
+                range,
+                missing,
+                level,
+                longest_wavelength,
+                lateral,
+                seed,
+                at_end,
+            })
         };
         road(folder, bytes, of);
     }
@@ -107,16 +120,17 @@ fn profile(folder: &Path, bytes: &[u8]) {
 
 fn crg(folder: &Path, bytes: &[u8]) {
     road(folder, bytes, |file| {
-        let (lateral_position, longest_wavelength) = (None, Some(1.0));
-        let (widen, at_end) = (Widen::Mirror, AtEnd::Mirror);
-        Road::OpenCrg(OpenCrgRoad { file, lateral_position, widen, longest_wavelength, at_end })
+        let (lateral_position, missing, longest_wavelength) = (None, None, Some(1.0));
+        let (widen, level, at_end) = (Widen::Mirror, Levelling::Slope, AtEnd::Mirror);
+        Road::OpenCrg(OpenCrgRoad { file, lateral_position, widen, missing, level, longest_wavelength, at_end })
     });
 }
 
 fn grid_road(file: PathBuf) -> GridRoad {
     let (distance_unit, height_unit, columns) = (None, None, None);
     let (dx, dy, widen, at_end) = (Some(0.01), Some(0.025), Widen::Mirror, AtEnd::Repeat);
-    GridRoad { file, dx, dy, distance_unit, height_unit, columns, widen, at_end }
+    let (missing, level, longest_wavelength) = (None, Levelling::Mean, None);
+    GridRoad { file, dx, dy, distance_unit, height_unit, columns, widen, missing, level, longest_wavelength, at_end }
 }
 
 fn grid(folder: &Path, bytes: &[u8]) {

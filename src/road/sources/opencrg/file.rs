@@ -15,7 +15,9 @@ use crate::road::error::RoadError;
 use crate::road::file_fault::{FileFault, LikelyCause};
 use crate::road::report::RoadNote;
 use crate::road::sources::height_map::plausible_spacing;
+use crate::road::sources::missing;
 use crate::road::sources::signature::refuse_other_kinds;
+use crate::scene::MissingHeight;
 use crate::storage::input;
 
 /// Longest chain of includes.
@@ -85,19 +87,26 @@ pub(in crate::road) fn included(path: &Path, limit: u64) -> Vec<PathBuf> {
 }
 
 impl Crg {
-    /// Reads a file and what it includes. `limit` bounds the bytes of one file.
+    /// Reads a file and what it includes. `limit` bounds the bytes of one file; `missing`: grid elevations as the file
+    /// has them that stand for none.
     ///
     /// # Errors
     /// A file that cannot be read, includes from outside the file's folder, and every [`FileFault`] of OpenCRG.
-    pub(crate) fn read(path: &Path, limit: u64) -> Result<Self, RoadError> {
+    pub(crate) fn read(path: &Path, limit: u64, missing: Option<&[MissingHeight]>) -> Result<Self, RoadError> {
         let mut modifiers = None;
         let last = follow(path, limit, |_, header| modifiers = modifiers.take().or_else(|| header.modifiers.clone()))?;
         let Last { path, header, bytes } = last;
-        Self::assemble(&header, &bytes, modifiers.unwrap_or_default()).map_err(|fault| RoadError::file(&path, fault))
+        Self::assemble(&header, &bytes, modifiers.unwrap_or_default(), missing)
+            .map_err(|fault| RoadError::file(&path, fault))
     }
 
     /// Builds the road from a header and the whole file's bytes.
-    fn assemble(header: &Header, bytes: &[u8], modifiers: BTreeMap<String, f64>) -> Result<Self, FileFault> {
+    fn assemble(
+        header: &Header,
+        bytes: &[u8],
+        modifiers: BTreeMap<String, f64>,
+        missing: Option<&[MissingHeight]>,
+    ) -> Result<Self, FileFault> {
         let (offset, first_line) = header.data.ok_or(FileFault::NoData)?;
         if header.channels.is_empty() {
             return Err(FileFault::Missing { what: "data channels (D: lines in $KD_DEFINITION)" });
@@ -147,6 +156,8 @@ impl Crg {
             banking: banking.iter().map(|banking| banking * scale("scale_banking")).collect(),
             notes: Vec::new(),
         };
+        let columns = road.v.len();
+        missing::mark(&mut road.grid, columns, |row| row as f64 * increment, 1.0, missing, &mut road.notes)?;
         road.apply(&modifiers);
         road.check()?;
         for (unknown, name) in &header.channels {

@@ -5,14 +5,14 @@
 //! 2. The tyre's middle is at `lateral_position`, by default in the middle of the widest run of usable columns.
 //! 3. Columns within the strip, and some beside it for the interpolation, become a height map; uneven columns are first
 //!    interpolated linearly to their smallest spacing.
-//! 4. The plane through the strip is removed, and with `longest_wavelength` everything slower.
 
 use super::file::Crg;
 use crate::numeric::windowed_sinc::WindowedSinc;
-use crate::road::error::{RoadError, positive};
+use crate::road::error::RoadError;
 use crate::road::lattice::same;
 use crate::road::report::{RoadNote, RoadReport};
-use crate::road::sources::height_map::{self, HeightMap, LARGE_SPAN, fill_missing, remove_plane};
+use crate::road::sources::height_map::{self, HeightMap, fill_missing};
+use crate::road::texture::HeightOrigin;
 use crate::scene::{OpenCrgRoad, Widen};
 
 /// Largest share of a column's heights that is interpolated.
@@ -28,7 +28,7 @@ pub(crate) fn read(
     limit: u64,
     report: &mut RoadReport,
 ) -> Result<HeightMap, RoadError> {
-    let crg = Crg::read(&spec.file, limit)?;
+    let crg = Crg::read(&spec.file, limit, spec.missing.as_deref())?;
     report.notes.extend(crg.notes.iter().cloned());
     cut(&crg, spec, contact_width, report)
 }
@@ -93,7 +93,7 @@ fn cut(crg: &Crg, spec: &OpenCrgRoad, contact_width: f64, report: &mut RoadRepor
         .flat_map(|row| (from..=to).map(move |column| (row, column)))
         .map(|(row, column)| crg.elevation(row, column))
         .collect();
-    let holes = height_map::missing(&heights);
+    let origins = height_map::origins(&heights);
     fill_missing(path, &mut heights, v.len(), MISSING_ALLOWED, &mut report.notes)?;
     report.points = crg.grid.len();
     report.missing = missing.iter().sum();
@@ -113,21 +113,11 @@ fn cut(crg: &Crg, spec: &OpenCrgRoad, contact_width: f64, report: &mut RoadRepor
         first_y: v[0] - middle,
         columns: v.len(),
         heights,
-        missing: holes,
+        origins,
     };
     if uneven {
         map = even(&map, v, middle);
         report.notes.push(RoadNote::UnevenColumns { spacing });
-    }
-    remove_plane(&mut map.heights, map.columns);
-    report.notes.push(RoadNote::Levelled);
-    if let Some(longest) = spec.longest_wavelength {
-        positive("road.longest_wavelength", longest)?;
-        map.remove_trend(longest)?;
-        report.notes.push(RoadNote::Detrended { longest_wavelength: longest });
-    }
-    if map.span() > LARGE_SPAN {
-        report.notes.push(RoadNote::LargeSpan { span: map.span() });
     }
     Ok(map)
 }
@@ -159,8 +149,11 @@ fn even(map: &HeightMap, v: &[f64], middle: f64) -> HeightMap {
     let rows = map.heights.chunks_exact(map.columns);
     let heights = rows.flat_map(|row| (0..columns).map(move |column| between(row, place(column)))).collect();
     // What lies between a height that is there and one that is not was not measured.
-    let lacks = |row: &[bool], (above, _)| row[above - 1] || row[above];
-    let holes = map.missing.chunks_exact(map.columns);
-    let missing = holes.flat_map(|row| (0..columns).map(move |column| lacks(row, place(column)))).collect();
-    HeightMap { path: map.path.clone(), dx: map.dx, dy, first_y: v[0] - middle, columns, heights, missing }
+    let worse = |row: &[HeightOrigin], (above, _): (usize, f64)| match row[above - 1] {
+        HeightOrigin::Measured => row[above],
+        other => other,
+    };
+    let rows = map.origins.chunks_exact(map.columns);
+    let origins = rows.flat_map(|row| (0..columns).map(move |column| worse(row, place(column)))).collect();
+    HeightMap { path: map.path.clone(), dx: map.dx, dy, first_y: v[0] - middle, columns, heights, origins }
 }

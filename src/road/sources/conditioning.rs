@@ -1,0 +1,149 @@
+//! What happens to measured heights of every kind of road once they are on a lattice.
+//!
+//! 1. Spikes (ISO 13473-1:2019, 7.5): neighbours that differ by at least three times their distance are interpolated,
+//!    both; of a map along and across. On a lattice finer than the standard's (7.4) means over its spacing are compared.
+//!    The standard looks once; here it is looked again until nothing more is found: a spike of several points hides
+//!    those in its middle.
+//! 2. Mean and slope, along and across, are subtracted as the scene says, then waves longer than it wants.
+//! 3. What still spans more than a texture can is refused.
+
+use super::height_map::{HeightMap, LARGE_SPAN, fill, remove_plane};
+use crate::road::error::{RoadError, positive};
+use crate::road::file_fault::FileFault;
+use crate::road::report::{RoadNote, RoadReport};
+use crate::road::texture::HeightOrigin;
+use crate::scene::Levelling;
+
+/// Slope from which on neighbours are no road.
+pub(super) const STEEPEST: f64 = 3.0;
+/// Finest spacing on which the standard compares neighbours \[m\].
+const FINEST: f64 = 0.5e-3;
+/// Most times that spikes are looked for: what is still there then is wider than a spike.
+const MOST_PASSES: usize = 16;
+/// Largest share of heights that may be spikes.
+const SPIKES_ALLOWED: f64 = 0.25;
+
+/// Rids a map of spikes, levels it, and removes long waves.
+///
+/// # Errors
+/// Spikes nearly everywhere, a trend that cannot be removed, or an implausible span.
+pub(crate) fn condition(
+    map: &mut HeightMap,
+    level: Levelling,
+    longest: Option<f64>,
+    report: &mut RoadReport,
+) -> Result<(), RoadError> {
+    let notes = &mut report.notes;
+    let as_read = map.plausible_span();
+    let (spikes, total) = (drop_spikes(map), map.heights.len());
+    if spikes as f64 > SPIKES_ALLOWED * total as f64 {
+        // Heights in another unit are steep everywhere.
+        as_read?;
+        let fault = FileFault::TooManySpikes { spikes, total, allowed: SPIKES_ALLOWED };
+        return Err(RoadError::file(&map.path, fault));
+    }
+    if spikes > 0 {
+        notes.push(RoadNote::Spikes { count: spikes, total });
+    }
+    match level {
+        Levelling::Slope => {
+            let [mean, along, across] = remove_plane(&mut map.heights, map.columns);
+            let across = (map.dy > 0.0).then(|| across / map.dy);
+            notes.push(RoadNote::Levelled { mean, along: along / map.dx, across });
+        }
+        Levelling::Mean => {
+            let mean = map.heights.iter().sum::<f64>() / total as f64;
+            map.heights.iter_mut().for_each(|height| *height -= mean);
+            notes.push(RoadNote::MeanRemoved { mean });
+        }
+        Levelling::Off => notes.push(RoadNote::NotLevelled),
+    }
+    if let Some(longest) = longest {
+        positive("road.longest_wavelength", longest)?;
+        map.remove_trend(longest)?;
+        notes.push(RoadNote::Detrended { longest_wavelength: longest });
+    }
+    let span = map.plausible_span()?;
+    if span > LARGE_SPAN {
+        notes.push(RoadNote::LargeSpan { span });
+    }
+    Ok(())
+}
+
+/// Interpolates spikes and marks them; returns how many there are.
+fn drop_spikes(map: &mut HeightMap) -> usize {
+    let (rows, columns) = (map.rows(), map.columns);
+    let mut is_spike = vec![false; map.heights.len()];
+    for _ in 0..MOST_PASSES {
+        let mut found = false;
+        let mut line = Vec::new();
+        let mut look = |first: usize, step: usize, count: usize, spacing: f64| {
+            line.clear();
+            line.extend((0..count).map(|index| map.heights[first + index * step]));
+            steep(&line, spacing, |index| {
+                let spike = &mut is_spike[first + index * step];
+                found |= !*spike;
+                *spike = true;
+            });
+        };
+        (0..columns).for_each(|column| look(column, columns, rows, map.dx));
+        if map.dy > 0.0 {
+            (0..rows).for_each(|row| look(row * columns, 1, columns, map.dy));
+        }
+        if !found {
+            break;
+        }
+        // A height that was interpolated from a spike is interpolated again.
+        let missing =
+            map.origins.iter().map(|origin| *origin != HeightOrigin::Measured).chain(std::iter::repeat(false));
+        for ((height, spike), missing) in map.heights.iter_mut().zip(&is_spike).zip(missing) {
+            if *spike || missing {
+                *height = f64::NAN;
+            }
+        }
+        fill(&mut map.heights, columns);
+    }
+    let count = is_spike.iter().filter(|spike| **spike).count();
+    if count > 0 {
+        map.origins.resize(is_spike.len(), HeightOrigin::Measured);
+        for (origin, _) in map.origins.iter_mut().zip(&is_spike).filter(|(_, spike)| **spike) {
+            if *origin == HeightOrigin::Measured {
+                *origin = HeightOrigin::Spike;
+            }
+        }
+    }
+    count
+}
+
+/// Calls with every point of a line whose height, or whose mean over the standard's spacing, differs from a neighbour's
+/// by at least three times the distance.
+fn steep(line: &[f64], spacing: f64, mut call: impl FnMut(usize)) {
+    let slack = 1.0 - 1e-9;
+    if spacing >= FINEST * slack {
+        for index in 1..line.len() {
+            if (line[index] - line[index - 1]).abs() >= STEEPEST * slack * spacing {
+                call(index - 1);
+                call(index);
+            }
+        }
+        return;
+    }
+    let mean = |from: usize, to: usize| {
+        let part = &line[from..to];
+        (part.iter().sum::<f64>() / part.len() as f64, 0.5 * (from + to) as f64 * spacing)
+    };
+    let end = |bin: usize| (((bin + 1) as f64 * FINEST / spacing * slack).ceil() as usize).min(line.len());
+    let mut before: Option<(usize, f64, f64)> = None;
+    let (mut from, mut bin) = (0, 0);
+    while from < line.len() {
+        let to = end(bin).max(from + 1);
+        let (height, place) = mean(from, to);
+        if let Some((first, last_height, last_place)) = before
+            && (height - last_height).abs() >= STEEPEST * slack * (place - last_place)
+        {
+            (first..to).for_each(&mut call);
+        }
+        before = Some((from, height, place));
+        (from, bin) = (to, bin + 1);
+    }
+}

@@ -9,4 +9,4 @@ pub(crate) mod wavenumber;
 pub(crate) use depth::{HeightOrigin, ProfileDepth};
 pub(crate) use levels::{BandFit, OverallLevel, ProfileSpectrum, TextureLevel, band_edges, bands_between};
 pub(crate) use levels::{LOWEST_LEVEL, level, line_inside, mean_square, mid_wavelength, nearest_band};
-pub(crate) use profile::{line_of, remove_line, rms};
+pub(crate) use profile::{line_of, rms};

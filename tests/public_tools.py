@@ -6,7 +6,8 @@
     venv/bin/pip install --no-deps captif-slp pyrsona
     venv/bin/python tests/public_tools.py target/release/tyrewave [RESULTS]
 
-captif-slp asks for a pandas of 2023, which it does not need. RESULTS, for dB(A), is the folder of a run with the sound at a receiver that goes with the tyre (`cpx`).
+captif-slp asks for a pandas of 2023, which it does not need. RESULTS, for dB(A), is the folder of a run with the
+sound at a receiver that goes with the tyre (`cpx`).
 """
 
 import csv

@@ -43,7 +43,7 @@ pub struct HeightMap {
     /// Row-major heights \[m\], rows x columns, finite.
     pub heights: Vec<f64>,
     /// What each of them rests on; empty where all were measured.
-    pub origins: Vec<HeightOrigin>,
+    pub(crate) origins: Vec<HeightOrigin>,
 }
 
 impl HeightMap {
@@ -63,7 +63,7 @@ impl HeightMap {
     }
 
     /// Tells what the heights of a column rest on; empty where all of the map were measured.
-    pub fn origins_of(&self, column: usize) -> Vec<HeightOrigin> {
+    pub(crate) fn origins_of(&self, column: usize) -> Vec<HeightOrigin> {
         self.origins.iter().skip(column).step_by(self.columns).copied().collect()
     }
 

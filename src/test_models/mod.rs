@@ -100,7 +100,7 @@ fn tyre_tables() -> String {
 #[cfg(test)]
 pub(crate) fn grid_road(path: &Path, elements: usize, columns: usize) -> String {
     format!(
-        "kind = \"grid\"\nfile = '{}'\ndx = {:?}\ndy = {:?}",
+        "kind = \"grid\"\nfile = '{}'\ndx = {:?}\ndy = {:?}\nlevel = \"off\"",
         path.display(),
         CIRCUMFERENCE / elements as f64,
         CONTACT_WIDTH / columns as f64

@@ -24,7 +24,7 @@ use super::file_fault::FileFault;
 use super::lattice::{Lattice, same};
 use super::report::{RoadNote, RoadReport};
 use super::texture::{ProfileSpectrum, bands_between};
-use crate::scene::{AtEnd, Lateral, ProfileRoad, Road};
+use crate::scene::{AtEnd, Lateral, Levelling, ProfileRoad, Road};
 use height_map::HeightMap;
 use made::{Design, Shape, TargetSpectrum};
 
@@ -86,7 +86,8 @@ impl Source {
             }
         };
         conditioning::condition(&mut map, level, longest, report)?;
-        map.check_smoothness(matches!(spec, Road::OpenCrg(_)), &mut report.notes)?;
+        let may_be_plane = level == Levelling::Off || matches!(spec, Road::OpenCrg(_));
+        map.check_smoothness(may_be_plane, &mut report.notes)?;
         Ok(Self::Measured(map, at_end))
     }
 }

@@ -1,7 +1,7 @@
 //! What happens to measured heights of every kind of road once they are on a lattice.
 //!
 //! 1. Spikes (ISO 13473-1:2019, 7.5): neighbours that differ by at least three times their distance are interpolated,
-//!    both; of a map along and across. On a lattice finer than the standard's (7.4) means over its spacing are compared.
+//!    both; of a map along and across. On a lattice finer than the standard's (7.4), means over its spacing count.
 //!    The standard looks once; here it is looked again until nothing more is found: a spike of several points hides
 //!    those in its middle.
 //! 2. Mean and slope, along and across, are subtracted as the scene says, then waves longer than it wants.

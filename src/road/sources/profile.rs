@@ -20,7 +20,8 @@ use crate::scene::ProfileRoad;
 
 /// Part between the reference plates of a CAPTIF track \[m\].
 const CAPTIF_RANGE: [f64; 2] = [0.0623, 1.8704];
-/// Heights of up to 47 mm are left at CAPTIF's station 1 after its spikes were removed: a height this many times the scaled median deviation away from the median is no texture.
+/// A height this many times the scaled median deviation away from the median is no texture: at CAPTIF's station 1,
+/// heights of 47 mm are left when spikes are gone.
 const OUTLIER_FACTOR: f64 = 8.0;
 /// Largest share of missing heights.
 const MISSING_ALLOWED: f64 = 0.25;

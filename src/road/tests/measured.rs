@@ -353,7 +353,7 @@ fn faulty_grids_are_refused() {
     let mut road = open(&holes, Lattice { dx: 0.004, along: 1, dy: 0.05, columns: 4 });
     assert_eq!(road.report().missing, 1);
     assert!((rows(&mut road, 5, 1)[2] - 22e-4).abs() < 1e-15, "a plane is filled exactly");
-    let bad = Road::Grid(GridRoad { dx: -1.0, ..grid(folder.path().join("h.npy"), 0.004, 0.05) });
+    let bad = Road::Grid(GridRoad { dx: Some(-1.0), ..grid(folder.path().join("h.npy"), 0.004, 0.05) });
     assert!(matches!(
         refused(&bad, Lattice { dx: 0.004, along: 1, dy: 0.05, columns: 4 }),
         RoadError::NotPositive { .. }

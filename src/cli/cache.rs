@@ -15,9 +15,9 @@ use super::error::CliError;
 const EXAMPLES: &str = "\
 A fitted tyre serves every time step and road at its speed, the waves that are heard of it every road, its transfers \
 to a receiver every road and speed whose patch is as long, a block of pressed road every run with that tread and those \
-cells; all are kept in TYREWAVE_CACHE_DIR, or the platform's cache folder, up to an eighth of the room on its disk (2 GiB \
-at least, 32 at most); the least recently used go first. An entry that is damaged or of \
-another version is rebuilt when it is needed.
+cells; all are kept in TYREWAVE_CACHE_DIR, or the platform's cache folder, up to an eighth of the room on its disk \
+(2 GiB at least, 32 at most); the least recently used go first. An entry that is damaged or of another version is \
+rebuilt when it is needed.
 
 Examples:
   tyrewave cache list

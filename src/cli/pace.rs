@@ -1,7 +1,7 @@
 //! Pace of the steps of a run, and the time that the rest of them takes by it.
 //!
-//! A pace that changes foretells nothing: the rest is told only while the later half of the time has gone on as all of it
-//! has, and by the slower of both.
+//! A pace that changes foretells nothing: the rest is told only while the later half of the time has gone on as all of
+//! it has, and by the slower of both.
 
 /// Time between two marks at least \[s\].
 const APART: f64 = 0.25;
@@ -23,7 +23,7 @@ impl Pace {
         Self { marks: vec![(0.0, done)] }
     }
 
-    /// Marks that so many steps are done, at a time since the beginning \[s\].
+    /// Notes that so many steps are done, at a time since the beginning \[s\].
     pub(super) fn mark(&mut self, time: f64, done: u64) {
         if self.marks.last().is_none_or(|last| time >= last.0 + APART) {
             self.marks.push((time, done));

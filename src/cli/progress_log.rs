@@ -12,7 +12,7 @@ use super::pace::Pace;
 /// Time between two lines.
 const INTERVAL: Duration = Duration::from_secs(10);
 
-/// What is being done, for the next line.
+/// Work under way, for the next line.
 #[derive(Debug, Default)]
 pub(super) enum Doing {
     /// Reading and planning.

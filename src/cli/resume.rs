@@ -18,8 +18,9 @@ one more and keep everything as RESULTS.partial; a killed process, a power cut o
 results are the same bytes as if the run had never stopped, on any number of threads.
 
 RESULTS is the folder that the run would have written to, or the unfinished one itself where there are several. The \
-scene is kept with it: its file is not needed, but those of a measured road and of a tread's map are. Refused are a checkpoint of another version \
-of tyrewave or another scene, a damaged one, arrays that do not hold what was written to them, a road or a map \
+scene is kept with it: its file is not needed, but those of a measured road and of a tread's map are. Refused are a \
+checkpoint of another version of tyrewave or another scene, a damaged one, arrays that do not hold what was written to \
+them, a road or a map \
 that has changed, and a run that is still going on.
 
 Examples:

@@ -281,8 +281,8 @@ impl Amounts {
         }
         self.poles = poles;
         self.count(Counter::Poles, poles);
-        // A fit of 512 elements is one of 257 sums; a single wave takes a quarter of that (measured, flat and at rest; it
-        // is taken to grow with the tyre's shape, turning and layers and with the tolerance as sums do).
+        // A fit of 512 elements is one of 257 sums; a single wave takes a quarter of that (measured, flat and at rest;
+        // it is taken to grow with the tyre's shape, turning and layers and with the tolerance as sums do).
         let fit = if has_tractions { FRICTION_FIT } else { 1.0 };
         let growth = expected_fit::growth(plan.fit.tolerance, &plan.decisions.tyre);
         self.add(Stage::Fit, Unit::Fit, 0.25 * fit * growth * waves / 257.0, Place::BeforeOnAll);

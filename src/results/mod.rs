@@ -4,8 +4,8 @@
 //! the state of an unfinished run beside it, `unfinished` finds it again; `npy` streams arrays while the run
 //! goes on, `arrays` checks them when it goes on again; `summary`, `spectra`, `vibration` and `plots` are
 //! written at its end, into the folder or, by `files`, into memory; `profile_table` is for the terminal,
-//! `inputs` are the files that a scene reads, `table` says how tables look, `read_table` reads those of a folder again, `trace` is the timeline of a
-//! run, `tread_pattern` shows a tread. `cost` says what it took.
+//! `inputs` are the files that a scene reads, `table` says how tables look, `read_table` reads those of a folder
+//! again, `trace` is the timeline of a run, `tread_pattern` shows a tread. `cost` says what it took.
 
 pub(crate) mod arrays;
 pub(crate) mod checkpoint;

@@ -1,8 +1,8 @@
 //! All that an unfinished run is: who it belongs to, and the state that its next steps depend on.
 //!
 //! A checkpoint is used only by the version that wrote it, with the scene and the input files that it was written
-//! for, beside arrays that hold the bytes that were written to them, and where the tyre's influence functions come out with
-//! the same bits: then the run goes on as if it had never stopped.
+//! for, beside arrays that hold the bytes that were written to them, and where the tyre's influence functions come out
+//! with the same bits: then the run goes on as if it had never stopped.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -177,8 +177,8 @@ pub(crate) struct Checkpoints {
 }
 
 impl Checkpoints {
-    /// Makes the checkpoints of the run of a scene with its inputs, as often as it wants; the run began at `begin`, by when the process had
-    /// taken so much processor time, and had taken `earlier` (wall, processor) before.
+    /// Makes the checkpoints of the run of a scene with its inputs, as often as it wants; the run began at `begin`, by
+    /// when the process had taken so much processor time, and had taken `earlier` (wall, processor) before.
     ///
     /// # Errors
     /// A scene that TOML cannot hold.

@@ -146,8 +146,8 @@ impl<'a> PlannedRun<'a> {
     ) -> Result<RunReport, RunError> {
         let Self { loaded, plan, .. } = *self;
         let Begin { wall, cpu, meter, .. } = begin;
-        // Before they are read: a file that is changed meanwhile is not taken for that of the results. One that cannot be
-        // read is told by what it is for.
+        // Before they are read: a file that is changed meanwhile is not taken for that of the results. One that cannot
+        // be read is told by what it is for.
         let inputs = checkpoint.as_ref().map_or_else(|| inputs_of(loaded), |checkpoint| Ok(checkpoint.inputs.clone()));
         let setup = Setup { stop, meter, progress: &mut *progress, in_memory: false, without: &[] };
         let mut run = Simulation::prepare(loaded, plan, setup)?;

@@ -106,7 +106,7 @@ pub(crate) struct Comparison {
     pub doubts: Vec<(String, Trial)>,
 }
 
-/// Forecasts the time of runs one after the other.
+/// Forecasts of runs one after the other.
 struct Forecasts<'a> {
     costs: &'a UnitCosts,
     threads: usize,

@@ -33,8 +33,8 @@ const ISOTROPIC_SPACING: f64 = 0.001;
 /// Longest wavelength taken from a profile \[m\], and as a share of its length: fewer lines in a band say little.
 const ISOTROPIC_LONGEST: (f64, f64) = (0.2819, 1.0 / 6.0);
 
-/// Returns the files that a road's own file includes, as far as they can be followed within `limit` bytes a file: why no
-/// further is told where the road is read.
+/// Returns the files that a road's own file includes, as far as they can be followed within `limit` bytes a file: why
+/// no further is told where the road is read.
 pub(crate) fn included(road: &Road, limit: u64) -> Vec<PathBuf> {
     match road {
         Road::OpenCrg(road) => opencrg::included(&road.file, limit),

@@ -69,8 +69,8 @@ impl Scene {
         self.tread_pattern.as_ref().filter(|_| self.effects.tread_pattern != Switch::Off)
     }
 
-    /// Returns the files that are read when the scene is run, by their keys. Tyres and microphones are none of them: those
-    /// of a loaded scene are tables.
+    /// Returns the files that are read when the scene is run, by their keys. Tyres and microphones are none of
+    /// them: those of a loaded scene are tables.
     pub(crate) fn files(&self) -> impl Iterator<Item = (&'static str, &Path)> {
         let pattern = self.pattern().and_then(|pattern| pattern.file.as_deref());
         let all = [("road.file", self.road.file()), ("tread_pattern.file", pattern)];

@@ -67,7 +67,7 @@ impl TaskFolder {
     /// Does tasks, several at a time; how each ended that was come to, in their order.
     ///
     /// # Errors
-    /// [`TaskError::Number`], and the first task that is refused: a file that it reads has changed, its own cannot be used.
+    /// [`TaskError::Number`], and the first task that is refused: an input has changed, its file cannot be used.
     pub(crate) fn work(
         &self,
         numbers: &RangeInclusive<u64>,

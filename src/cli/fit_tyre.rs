@@ -7,7 +7,8 @@ use crate::results::plots::{Axis, ComparisonPanel, ComparisonPlot};
 use crate::results::table::{Report, aligned, csv, row};
 use crate::scene::{LoadedScene, SceneError, Tyre};
 use crate::storage::input::{self, TABLE_BYTES};
-use crate::study::fit_tyre::measured::{Point, read};
+use crate::study::fit_tyre::measured::{Point, SMALLEST_PATCH, read, sides};
+use crate::study::fit_tyre::universal_file::{self, UniversalFile};
 use crate::study::fit_tyre::{BOUND, Estimate, Fit, FitTyreError, PIECES, Parameter, Uncertainty, fit};
 use crate::tyre::influence::mobility::{level, phase};
 use clap::Args;
@@ -20,7 +21,7 @@ use super::options::{by_name, positive};
 use super::side::Place;
 
 const EXAMPLES: &str = "\
-MOBILITY.csv has a header and one line for each measured value, several patches in one file; columns in any order:
+A CSV file has a header and one line for each measured value, several patches in one file; columns in any order:
   frequency_hz  frequency
   patch_m       side of the square patch that is driven and whose mean velocity is observed
   re, im        mobility in m/(N s), time factor exp(+i w t); or
@@ -28,6 +29,14 @@ MOBILITY.csv has a header and one line for each measured value, several patches 
   phase_deg     its phase
 Or, without patch_m, the columns re_20mm and im_20mm for a patch of 20 mm, and so on, as `tyrewave mobility` and \
 `tyrewave tyre` write them. Other columns and lines that begin with # are ignored.
+
+A universal file (UFF, UNV) is read, too: the frequency responses at driving points of its datasets 58, text or \
+binary, with the units of dataset 164 or of the axes' labels; accelerance, receptance and their inverses become \
+mobilities, and everything else in the file is left out and counted. The file does not tell the side of the patch: \
+--patch does.
+
+What is no driving-point mobility is refused, with what it is instead: a phase beyond +-90 degrees by more than three \
+times --phase-error, or a level that no fit from this tyre could reach.
 
 The fit starts from the scene's tyre, and takes from it all parameters that are not fitted. Names of parameters: \
 tread-modulus, tread-loss, tread-thickness, tread-density, belt-modulus, belt-loss, cord-stiffness, cord-angle, \
@@ -44,7 +53,8 @@ are right; they are wider by sqrt(chi^2/N) if this is above 1.
 Examples:
   tyrewave fit-tyre mobility.csv scenes/default.toml
   tyrewave fit-tyre mobility.csv scenes/default.toml --free foundation-loss --fix tension-across --out fitted
-  tyrewave fit-tyre mobility.csv scenes/default.toml --level-error 1 --phase-error 5 --json";
+  tyrewave fit-tyre mobility.csv scenes/default.toml --level-error 1 --phase-error 5 --json
+  tyrewave fit-tyre tread.unv scenes/default.toml --patch 0.02 --lowest 40 --highest 2000";
 
 /// chi^2/N that chance does not explain.
 const LARGE: f64 = 2.0;
@@ -54,8 +64,8 @@ const WORST: f64 = 10.0;
 #[derive(Clone, Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct FitTyreArguments {
-    /// File of measured mobilities, see below.
-    #[arg(value_name = "MOBILITY.csv")]
+    /// File of measured mobilities, CSV or universal (dataset 58), see below.
+    #[arg(value_name = "MOBILITY")]
     mobility: PathBuf,
     #[command(flatten)]
     place: Place,
@@ -71,18 +81,29 @@ pub(crate) struct FitTyreArguments {
     /// Standard deviation of the measured phases, in degrees.
     #[arg(long, value_name = "DEGREES", default_value = "3", value_parser = positive)]
     phase_error: f64,
+    /// Side of the square patch of a universal file, in m; or one for each of its driving points, in the file's order.
+    #[arg(long, value_name = "METRES", value_delimiter = ',', value_parser = positive)]
+    patch: Vec<f64>,
+    /// Lowest frequency that is fitted, in Hz; below it a shaker or a hammer gives nothing.
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    lowest: Option<f64>,
+    /// Highest frequency that is fitted, in Hz.
+    #[arg(long, value_name = "HZ", value_parser = positive)]
+    highest: Option<f64>,
 }
 
 impl FitTyreArguments {
     /// Fits, writes the tyre with all that tells how good it is, and prints tables or JSON.
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
-        let Self { mobility: path, place, fix, free, level_error, phase_error } = self;
+        let Self { mobility: path, place, fix, free, level_error, phase_error, patch, lowest, highest } = self;
         let mut side = place.open_tyre("fit-tyre", context)?;
         let free = free_parameters(&side.loaded, &fix, &free)?;
         let start = &side.loaded.scene.tyre;
         let bytes = input::read(&path, TABLE_BYTES).map_err(CliError::reading(&path))?;
         let in_file = |error: &dyn std::fmt::Display| CliError::Usage(format!("{}: {error}", path.display()));
-        let points = read(&bytes, start.width).map_err(|error| in_file(&error))?;
+        let range = [lowest.unwrap_or(0.0), highest.unwrap_or(f64::INFINITY)];
+        let UniversalFile { points, notes } =
+            measured(&bytes, start.width, &patch, range).map_err(|told| in_file(&told))?;
         let uncertainty = Uncertainty { level: level_error, phase: phase_error };
         let bar = context.bar("fitting the tyre", PIECES);
         let mut watch = |done: u64, text: &str| {
@@ -97,7 +118,8 @@ impl FitTyreArguments {
         bar.finish_and_clear();
 
         let title = side.loaded.title();
-        let tables = tables(&fitted, &points);
+        let mut tables = tables(&fitted, &points);
+        notes.iter().for_each(|note| tables.text(format!("note: {note}\n")));
         let heading = format!(
             "# Fitted by `tyrewave fit-tyre` to {} mobilities, from the tyre of: {}\n",
             points.len(),
@@ -120,8 +142,36 @@ impl FitTyreArguments {
             "free": free.iter().map(|parameter| parameter.name()).collect::<Vec<_>>(),
             "level_error_db": level_error,
             "phase_error_deg": phase_error,
+            "patch": patch,
+            "lowest": lowest,
+            "highest": highest,
         });
         side.finish(context, &tables)
+    }
+}
+
+/// Reads measured values between two frequencies \[Hz\], and what is to be told of them.
+fn measured(bytes: &[u8], width: f64, patches: &[f64], range: [f64; 2]) -> Result<UniversalFile, String> {
+    if universal_file::is_universal(bytes) {
+        let is_side = |side: &f64| (SMALLEST_PATCH..=width).contains(side);
+        return match patches.iter().find(|side| !is_side(side)) {
+            Some(side) => Err(format!("--patch {side} is not {}", sides(width))),
+            None if patches.is_empty() => {
+                Err("a universal file does not tell the side of the patch: give --patch, in m".to_owned())
+            }
+            None => universal_file::read(bytes, patches, range).map_err(|error| error.to_string()),
+        };
+    }
+    if !patches.is_empty() {
+        return Err("--patch is for universal files: here the column patch_m has the side".to_owned());
+    }
+    let mut points = read(bytes, width).map_err(|error| error.to_string())?;
+    let [lowest, highest] = range;
+    points.retain(|point| (lowest..=highest).contains(&point.frequency));
+    if points.is_empty() {
+        Err(format!("no values from {lowest} to {highest} Hz"))
+    } else {
+        Ok(UniversalFile { points, notes: Vec::new() })
     }
 }
 

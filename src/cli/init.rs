@@ -10,14 +10,17 @@ use clap::Args;
 
 use super::context::{Context, print};
 use super::error::CliError;
+use super::tyre_size::TyreSize;
 
 const EXAMPLES: &str = "\
 Writes scene.toml, the default scene with comments; tyre.toml, a car tyre; and scene.schema.json, a JSON Schema by \
 which editors (taplo, Even Better TOML) complete and check the scene. If one of these files exists already, nothing is \
-written.
+written. With --size the tyre is one of that size, made by the rules of docs/tyres.md; its file tells at each value \
+what is published and what is inferred.
 
 Examples:
   tyrewave init
+  tyrewave init trial --size 235/45R18 --load-index 98
   tyrewave init trial && tyrewave run trial/scene.toml";
 
 /// The tyre that the scene names.
@@ -33,13 +36,24 @@ pub(crate) struct InitArguments {
     /// The folder; it is made if it does not exist.
     #[arg(default_value = ".")]
     folder: PathBuf,
+    /// Size of the tyre, such as 235/45R18, or "235/45R18 98Y"; without it the default car tyre is written.
+    #[arg(long, value_name = "SIZE", value_parser = str::parse::<TyreSize>)]
+    size: Option<TyreSize>,
+    /// Load index of the tyre, if the size does not state it.
+    #[arg(long, value_name = "INDEX", requires = "size")]
+    load_index: Option<u16>,
 }
 
 impl InitArguments {
     /// Writes the files, none where one of them is there already, and says what to do next.
     pub(crate) fn execute(self, context: &Context) -> Result<(), CliError> {
+        let size = match (self.size, self.load_index) {
+            (Some(size), Some(index)) => Some(size.with_index(index).map_err(CliError::Usage)?),
+            (size, _) => size,
+        };
+        let tyre = size.map_or_else(|| TYRE.to_owned(), |size| size.file());
         let schema = format!("{:#}\n", Scene::json_schema());
-        let files = [("scene.toml", scene()), ("tyre.toml", TYRE.to_owned()), ("scene.schema.json", schema)];
+        let files = [("scene.toml", scene()), ("tyre.toml", tyre), ("scene.schema.json", schema)];
         let place = |name: &str| self.folder.join(name);
         if let Some((name, _)) = files.iter().find(|(name, _)| place(name).exists()) {
             let place = place(name);
@@ -50,7 +64,7 @@ impl InitArguments {
             let path = place(name);
             PendingFile::create(&path).and_then(|file| file.complete(text)).map_err(ResultsError::writing(&path))?;
         }
-        if context.options.quiet { Ok(()) } else { print(&next(&place("scene.toml"))) }
+        if context.options.quiet { Ok(()) } else { print(&next(&place("scene.toml"), size)) }
     }
 }
 
@@ -65,10 +79,14 @@ fn scene() -> String {
     )
 }
 
-fn next(scene: &Path) -> String {
+fn next(scene: &Path, size: Option<TyreSize>) -> String {
     let scene = scene.display();
+    let tyre = size.map_or_else(
+        || ", with its tyre beside it".to_owned(),
+        |size| format!(", with a tyre {size} beside it (tyre.toml):\n{}", size.origins().trim_end()),
+    );
     format!(
-        "{scene} is written, with its tyre beside it. Next:\n\n  \
+        "{scene} is written{tyre}. Next:\n\n  \
          tyrewave check {scene}\n  \
          tyrewave run {scene} --report\n"
     )

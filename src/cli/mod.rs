@@ -48,6 +48,7 @@ mod sweep_tasks;
 mod tyre;
 mod tyre_pattern;
 mod tyre_rolling;
+mod tyre_size;
 mod tyre_views;
 mod validate;
 

@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::report::{Comparison, PAGE_HEAD, ReportError, Stored, page};
+use crate::report::{Comparison, MeasuredLevels, PAGE_HEAD, ReportError, Stored, page};
+use crate::storage::input::{self, TABLE_BYTES};
 use crate::study::sweep::StoredSweep;
 use clap::Args;
 
@@ -44,17 +45,21 @@ impl ReportArguments {
 
 const COMPARE_EXAMPLES: &str = "\
 Settings that differ; figures with their differences from the first results; third octaves of forces, velocities and \
-sound. Levels that not every run vouches for stand in brackets.
+sound. Levels that not every run vouches for stand in brackets. In place of a folder a file may be named: measured \
+third octaves of the sound pressure level, a table with a column of frequencies (frequency_hz) and one of levels \
+(level_db, or level_db_a where A-weighted; with several receivers one each, titled after it).
 
 Examples:
   tyrewave compare results/before results/after
-  tyrewave compare results/80 results/110 results/130 --csv > speeds.csv";
+  tyrewave compare results/80 results/110 results/130 --csv > speeds.csv
+  tyrewave compare measured.csv results/80";
 
 /// Arguments of `tyrewave compare`.
 #[derive(Clone, Debug, Args)]
 #[command(after_help = COMPARE_EXAMPLES)]
 pub(crate) struct CompareArguments {
-    /// Results folders of `tyrewave run`, two or more; the others are held against the first.
+    /// Results folders of `tyrewave run`, or files of measured levels, two or more; the others are held against the
+    /// first.
     #[arg(required = true, num_args = 2.., value_name = "RESULTS")]
     results: Vec<PathBuf>,
     /// Print CSV instead of tables: a row for each figure and third octave.
@@ -68,7 +73,20 @@ impl CompareArguments {
         if self.csv && context.options.json {
             return Err(CliError::Usage("--csv and --json exclude each other".to_owned()));
         }
-        let comparison = Comparison::of(&stored(&self.results)?);
+        let (files, folders): (Vec<_>, Vec<_>) =
+            self.results.iter().cloned().enumerate().partition(|(_, path)| path.is_file());
+        if folders.is_empty() {
+            return Err(CliError::Usage("measured levels are held against a results folder: name one, too".to_owned()));
+        }
+        let folders: Vec<PathBuf> = folders.into_iter().map(|(_, folder)| folder).collect();
+        let mut comparison = Comparison::of(&stored(&folders)?);
+        for (number, path) in files {
+            let bytes = input::read(&path, TABLE_BYTES).map_err(CliError::reading(&path))?;
+            let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+            MeasuredLevels::read(&bytes, name)
+                .and_then(|measured| measured.put_into(&mut comparison, number))
+                .map_err(|wrong| CliError::Usage(format!("{}: {wrong}", path.display())))?;
+        }
         if context.options.json {
             print(&format!("{:#}\n", serde_json::json!(comparison)))
         } else if self.csv {

@@ -12,7 +12,8 @@ pub(crate) struct SceneFile {
     /// The scene, a TOML file.
     pub scene: PathBuf,
     /// A setting in place of the scene's, such as rolling.speed_kmh=110, numerics.preset=draft or
-    /// receiver[0].height=1.5; may be given again. Paths are relative to the scene, as in it.
+    /// receiver[0].height=1.5; KEY= takes the key
+    /// out; may be given again. Paths are relative to the scene, as in it.
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
     pub settings: Vec<Setting>,
 }

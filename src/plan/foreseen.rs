@@ -7,9 +7,10 @@ use crate::tyre::slowest_wave::{SlowestWave, slowest_wave_below};
 
 impl Plan {
     /// Lists what the user should act on before the run: a speed at which the tyre rolls into its own waves, a load
-    /// beyond what its model holds well, a warm-up that takes most of the run.
+    /// beyond what its model holds well, a warm-up that takes most of the run, keys that stand in place of a preset's.
     pub fn warnings(&self) -> Vec<String> {
-        [self.outrun_waves(), self.doubtful_load(), self.long_warm_up()].into_iter().flatten().collect()
+        let told = [self.outrun_waves(), self.doubtful_load(), self.long_warm_up()].into_iter().flatten();
+        told.chain(self.overridden.iter().cloned()).collect()
     }
 
     /// Tells of a warm-up that is longer than what counts, and than a car's tyre needs.
@@ -93,6 +94,28 @@ mod tests {
         for speed in ["rolling.speed_kmh=250", "rolling.speed_kmh=400"] {
             assert!(warnings(&[speed]).is_empty(), "{:?}", warnings(&[speed]));
         }
+    }
+
+    #[test]
+    fn keys_that_override_a_preset_are_told_until_they_are_unset() {
+        let told = |settings: &[&str]| {
+            let settings: Vec<Setting> = settings.iter().map(|text| Setting::parse(text).unwrap()).collect();
+            Plan::of(&Scene::from_str_with(DEFAULT, "default", &settings).unwrap()).unwrap().warnings()
+        };
+        let draft = ["numerics.preset=draft", "numerics.fmax=1000"];
+        let own = told(&[&draft[..], &["numerics.elements=600", "numerics.substeps="]].concat());
+        let elements = own.iter().find(|warning| warning.starts_with("numerics.elements = 600 of the scene")).unwrap();
+        assert!(
+            elements.contains("preset = \"draft\" takes") && elements.contains("--set numerics.elements="),
+            "{own:?}"
+        );
+        assert!(!own.iter().any(|warning| warning.contains("substeps")), "{own:?}");
+        let unset: Vec<String> =
+            own.iter().filter_map(|warning| Some(format!("{}=", warning.split_once(" = ")?.0))).collect();
+        let settings: Vec<&str> =
+            draft.into_iter().chain(["numerics.substeps="]).chain(unset.iter().map(String::as_str)).collect();
+        assert!(told(&settings).is_empty(), "{:?}", told(&settings));
+        assert!(told(&["numerics.elements=600"]).is_empty(), "no preset, nothing to override");
     }
 
     #[test]

@@ -72,6 +72,8 @@ pub struct Plan {
     pub(crate) decisions: Decisions,
     /// Settings that the scene left open, and what the sidewalls of its tyre give beside what is used.
     pub(crate) choices: Vec<Choice>,
+    /// Keys that the scene gives other values than its preset or accuracy would take, in words.
+    pub(crate) overridden: Vec<String>,
     /// Speed V \[m/s\].
     pub speed: f64,
     /// Rolling radius R = L/(2 pi) \[m\].
@@ -144,6 +146,7 @@ impl Plan {
             scene: scene.clone(),
             decisions,
             choices: Vec::new(),
+            overridden: Vec::new(),
             speed,
             radius: tyre.radius(),
             element,

@@ -25,7 +25,39 @@ pub(crate) struct Choice {
 /// # Errors
 /// [`SceneError::Invalid`] where wishes contradict each other, or given numbers cannot reach them.
 pub(crate) fn decide(loaded: &LoadedScene) -> Result<(Scene, Vec<Choice>), SceneError> {
-    let mut settling = Settling { loaded, scene: loaded.scene.clone(), choices: Vec::new() };
+    settle(Settling { loaded, scene: loaded.scene.clone(), choices: Vec::new(), row_alone: false })
+}
+
+/// Lists the keys that a scene gives other values than its preset or accuracy would take, in words.
+pub(crate) fn overridden(loaded: &LoadedScene, scene: &Scene) -> Vec<String> {
+    let Numerics { preset, accuracy, .. } = loaded.scene.numerics;
+    let wish = match (preset, accuracy) {
+        (Some(preset), _) => format!("preset = \"{}\"", preset.name()),
+        (None, Some(accuracy)) => format!("accuracy = \"{} dB\"", short(accuracy)),
+        (None, None) => return Vec::new(),
+    };
+    let mut alone = loaded.scene.clone();
+    (alone.contact.cells_across, alone.contact.cells_along) = (None, None);
+    let alone = settle(Settling { loaded, scene: alone, choices: Vec::new(), row_alone: true });
+    let Ok((alone, choices)) = alone else { return Vec::new() };
+    let (Ok(taken), Ok(used)) = (alone.to_json(), scene.to_json()) else { return Vec::new() };
+    let told = |choice: &Choice| {
+        let (table, key) = choice.key.split_once('.')?;
+        let [given, taken] = [&used, &taken].map(|scene| &scene[table][key]);
+        let stands = loaded.gives(choice.key) && given != taken && !taken.is_null();
+        stands.then(|| {
+            let key = choice.key;
+            format!(
+                "{key} = {given} of the scene stands in place of {taken}, which {wish} takes: the accuracy that it \
+                 states is that of its own values; --set {key}= leaves the key out"
+            )
+        })
+    };
+    choices.iter().filter_map(told).collect()
+}
+
+fn settle(mut settling: Settling<'_>) -> Result<(Scene, Vec<Choice>), SceneError> {
+    let loaded = settling.loaded;
     let Numerics { fmax, preset, accuracy, .. } = loaded.scene.numerics;
     if preset.is_some() || accuracy.is_some() {
         settling.take_zone();
@@ -80,6 +112,8 @@ struct Settling<'a> {
     loaded: &'a LoadedScene,
     scene: Scene,
     choices: Vec<Choice>,
+    /// True if the row of the table decides what the scene gives, too.
+    row_alone: bool,
 }
 
 impl Settling<'_> {
@@ -117,7 +151,8 @@ impl Settling<'_> {
             let reason = format!("{why} of a sound: slices drive no waves that are odd across, and end below fmax");
             self.choose("contact.zone", "cells".to_owned(), reason);
         }
-        let open = |key: &str| !self.loaded.gives(key);
+        let (loaded, row_alone) = (self.loaded, self.row_alone);
+        let open = |key: &str| row_alone || !loaded.gives(key);
         let (rule, history, poles) =
             (open("numerics.time_rule"), open("numerics.history"), open("numerics.pole_tolerance"));
         // A row that keeps the default chooses nothing.
@@ -163,11 +198,11 @@ impl Settling<'_> {
 
     /// Returns the elements and substeps for a need, refused where given ones do not reach it.
     fn take_resolution(&mut self, need: Need) -> Result<(), SceneError> {
+        let given = |key: &str, value: usize| (!self.row_alone && self.loaded.gives(key)).then_some(value);
+        let elements = given("numerics.elements", self.scene.numerics.elements);
+        let substeps = given("numerics.substeps", self.scene.numerics.substeps);
         let Scene { tyre, rolling, numerics, .. } = &mut self.scene;
         let (length, speed, rule) = (tyre.circumference, rolling.speed(), numerics.time_rule);
-        let given = |key: &str, value: usize| self.loaded.gives(key).then_some(value);
-        let elements = given("numerics.elements", numerics.elements);
-        let substeps = given("numerics.substeps", numerics.substeps);
         let found = Resolution::new(need, length, speed, rule, elements, substeps);
         (numerics.elements, numerics.substeps) = (found.elements, found.substeps);
         let (texture, highest) = (found.texture_limit(length, speed), need.highest);

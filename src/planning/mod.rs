@@ -53,6 +53,7 @@ impl Plan {
         let notes: Vec<String> = EFFECTS.iter().flat_map(|effect| effect.notes(&plan)).collect();
         plan.decisions.notes.extend(notes);
         plan.choices = choices;
+        plan.overridden = settle::overridden(loaded, &scene);
         if !scene.tyre.curvature && (scene.numerics.accuracy.is_some() || scene.numerics.preset.is_some()) {
             let note = format!(
                 "the stated accuracy is that of the numerical solution: the flat plate's absolute levels are \

@@ -64,6 +64,8 @@ pub(crate) struct Comparison {
     pub figures: Vec<FigureComparison>,
     /// Third octaves.
     pub spectra: Vec<SpectrumComparison>,
+    /// What of measured results was taken as what.
+    pub notes: Vec<String>,
 }
 
 impl Comparison {
@@ -74,6 +76,7 @@ impl Comparison {
             settings: settings(all),
             figures: figures(all),
             spectra: spectra(all),
+            notes: Vec::new(),
         }
     }
 
@@ -91,6 +94,7 @@ impl Comparison {
             report.text("\n");
             report.table(self.spectrum_table(spectrum));
         }
+        self.notes.iter().for_each(|note| report.text(format!("\nnote: {note}\n")));
         report
     }
 
@@ -292,6 +296,7 @@ mod tests {
                 name: String::new(),
                 bands: vec![band(100.0, [Some(10.0), Some(9.0)], true), band(125.0, [Some(5.0), None], false)],
             }],
+            notes: Vec::new(),
         }
     }
 

@@ -7,6 +7,7 @@
 pub(crate) mod compare;
 pub(crate) mod export;
 pub(crate) mod html;
+mod measured_levels;
 pub(crate) mod mobility;
 pub(crate) mod page;
 mod picture;
@@ -23,6 +24,7 @@ pub(crate) mod validation;
 pub use crate::effects::section::ReportError;
 pub use crate::effects::stored::{Stored, StoredError};
 pub(crate) use compare::Comparison;
+pub(crate) use measured_levels::MeasuredLevels;
 pub(crate) use page::PAGE_HEAD;
 pub use page::page;
 pub(crate) use plan::plan_record;

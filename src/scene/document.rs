@@ -73,6 +73,12 @@ impl Document {
         self.places = places.filter_map(|(path, place)| Some((renamed(path)?, place))).collect();
     }
 
+    /// Forgets a key, and all within it.
+    pub(super) fn remove(&mut self, path: &str) {
+        self.forget(path);
+        self.places.remove(path);
+    }
+
     /// Forgets all keys within a table or array.
     pub(super) fn forget(&mut self, path: &str) {
         let within =

@@ -11,6 +11,7 @@ mod error;
 mod keys;
 mod kind;
 mod load;
+mod microphone_array;
 pub(crate) mod model;
 mod plausible;
 mod problem;

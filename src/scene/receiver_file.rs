@@ -1,8 +1,8 @@
-//! `[[receiver]]` with a file of microphones: each row of the file is a receiver.
+//! `[[receiver]]` with a file of microphones: each of them is a receiver.
 //!
-//! The rows take the table's place before the scene is read. All that comes after, the recorded settings of a run and
-//! their hash among it, has positions and no file; a file with other rows makes another scene. Complaints about a row
-//! point into the file.
+//! They take the table's place before the scene is read, turned and shifted as the table says. All that comes after,
+//! the recorded settings of a run and their hash among it, has positions and no file; a file with other rows makes
+//! another scene. Complaints about a microphone point into the file.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -11,33 +11,24 @@ use toml::de::{DeArray, DeTable, DeValue};
 use toml::{Spanned, Value};
 
 use super::diagnostic::Source;
-use super::document::Document;
+use super::document::{Complaints, Document};
+use super::microphone_array::{Microphone, microphones};
+use super::model::array_placement;
+use super::table::Table;
 use super::{Diagnostic, Problem, SceneError};
 
-/// Key of the array of tables, and of a file in one of them.
+/// Key of the array of tables, of a file in one of them, and of the keys that place it.
 const RECEIVER: &str = "receiver";
 const FILE: &str = "file";
-/// First line of a file.
-const HEADER: [&str; 4] = ["name", "x", "y", "z"];
-/// Most rows of a file.
-const MOST: usize = 1000;
-const AS_HEADER: &str = "begin the file with the line name,x,y,z";
-const AS_ROW: &str = "write name,x,y,z: a name without commas and quotes, and metres with a decimal point";
-
-/// A row: where it, its name and its coordinates stand in the file.
-struct Row {
-    line: Range<usize>,
-    name: Range<usize>,
-    position: [Range<usize>; 3],
-}
+const PLACING: [&str; 2] = ["offset", "rotation_deg"];
 
 /// A file of microphones.
 struct ReceiverFile {
     /// Number of the table that names it.
     item: usize,
     source: Arc<Source>,
-    rows: Vec<Row>,
-    /// The rows as tables `[[receiver]]`.
+    microphones: Vec<Microphone>,
+    /// The microphones as tables `[[receiver]]`.
     tables: String,
 }
 
@@ -60,13 +51,27 @@ impl ReceiverFiles {
             let Some(table) = receiver.get_ref().as_table() else { continue };
             let Some(path) = table.get(FILE).and_then(|file| file.get_ref().as_str()) else { continue };
             let key = |key: &str| format!("{RECEIVER}[{item}].{key}");
-            for other in table.keys().map(|key| key.get_ref().as_ref()).filter(|other| *other != FILE) {
+            let belongs = |key: &&str| *key == FILE || PLACING.contains(key);
+            for other in table.keys().map(|key| key.get_ref().as_ref()).filter(|key| !belongs(key)) {
                 wrong.push(document.diagnose(&key(other), Problem::does_not_belong(FILE, "leave this out")));
             }
+            let complaints = Complaints::new(document, 1.0);
+            let placement =
+                array_placement(&mut Table::new(&complaints, format!("{RECEIVER}[{item}]"), "a file", table));
+            wrong.extend(complaints.finish().0);
             match open(path) {
                 Err(problem) => wrong.push(document.diagnose(&key(FILE), problem)),
-                Ok(source) => match rows(&source) {
-                    Ok((rows, tables)) => files.push(ReceiverFile { item, source, rows, tables }),
+                Ok(source) => match microphones(&source) {
+                    Ok(microphones) => {
+                        let [offset, rotation] = placement.unwrap_or_default();
+                        let tables = microphones.iter().map(|microphone| {
+                            let position = placed(microphone.position, rotation, offset);
+                            let position: Value = position.map(Value::from).to_vec().into();
+                            let name = Value::from(microphone.name.as_str());
+                            format!("[[{RECEIVER}]]\nname = {name}\nposition = {position}\n")
+                        });
+                        files.push(ReceiverFile { item, source, tables: tables.collect(), microphones });
+                    }
                     Err(mistakes) => wrong.extend(mistakes.into_iter().map(|(span, problem)| {
                         let source = Arc::clone(&source);
                         Diagnostic { source, key: key(FILE), span, problem }
@@ -77,7 +82,8 @@ impl ReceiverFiles {
         if wrong.is_empty() { Ok(Self(files)) } else { Err(SceneError::invalid(wrong, 0)) }
     }
 
-    /// Puts a table for each row in place of the tables that name the files, in the scene's tree and in its document.
+    /// Puts a table for each microphone in place of the tables that name the files, in the scene's tree and in its
+    /// document.
     pub(super) fn put_into<'a>(&'a self, root: &mut DeTable<'a>, document: &mut Document) {
         let Some(DeValue::Array(receivers)) = root.get_mut(RECEIVER).map(Spanned::get_mut) else { return };
         if self.0.is_empty() {
@@ -101,97 +107,38 @@ impl ReceiverFiles {
         *receivers = all;
         document.renumber(RECEIVER, |item| file_of(item).is_none().then(|| numbers.get(item).copied())?);
         for (first, file) in placed {
-            for (row, number) in file.rows.iter().zip(first..) {
+            for (microphone, number) in file.microphones.iter().zip(first..) {
                 let key = format!("{RECEIVER}[{number}]");
-                let [x, _, z] = &row.position;
+                let [x, y, z] = &microphone.position_at;
+                let all: Range<usize> = x.start.min(y.start).min(z.start)..x.end.max(y.end).max(z.end);
                 let mut add = |key: String, span: &Range<usize>| document.add(&file.source, key, span.clone());
-                add(format!("{key}.name"), &row.name);
-                add(format!("{key}.position"), &(x.start..z.end));
-                for (part, span) in row.position.iter().enumerate() {
+                add(format!("{key}.name"), &microphone.name_at);
+                add(format!("{key}.position"), &all);
+                for (part, span) in microphone.position_at.iter().enumerate() {
                     add(format!("{key}.position[{part}]"), span);
                 }
-                add(key, &row.line);
+                add(key, &microphone.whole);
             }
         }
     }
 }
 
-/// Mistakes in a file: where, and what.
-type Mistakes = Vec<(Range<usize>, Problem)>;
-
-/// Takes a file of microphones apart, and writes its rows as tables of a scene.
-fn rows(source: &Source) -> Result<(Vec<Row>, String), Mistakes> {
-    let (mut rows, mut tables, mut wrong) = (Vec::new(), String::new(), Mistakes::new());
-    let mut begin = 0;
-    let mut header = false;
-    for line in source.text.split_inclusive('\n') {
-        let whole = within(&source.text, begin..begin + line.len());
-        begin += line.len();
-        if whole.is_empty() || source.text[whole.clone()].starts_with('#') {
-            continue;
-        }
-        let fields = fields(&source.text, &whole);
-        let text = |field: &Range<usize>| &source.text[field.clone()];
-        if !header {
-            if !fields.iter().map(text).eq(HEADER) {
-                return Err(vec![(whole, Problem::new("this is not the line that names the columns", AS_HEADER))]);
-            }
-            header = true;
-            continue;
-        }
-        if rows.len() == MOST {
-            let problem = Problem::new(format!("the file has more than {MOST} rows"), "make several runs of it");
-            wrong.push((whole, problem));
-            break;
-        }
-        let Ok([name, position @ ..]) = <[Range<usize>; 4]>::try_from(fields) else {
-            wrong.push((whole, Problem::new("this row has no four values", AS_ROW)));
-            continue;
+/// Turns a place by angles \[degrees\] about x, then y, then z, the axes of the scene, and shifts it \[m\].
+fn placed(position: [f64; 3], rotation: [f64; 3], offset: [f64; 3]) -> [f64; 3] {
+    let mut at = position;
+    for (axis, degrees) in rotation.into_iter().enumerate() {
+        // Quarters of a turn have exact coordinates.
+        let (sine, cosine) = match degrees.rem_euclid(360.0) {
+            0.0 => continue,
+            90.0 => (1.0, 0.0),
+            180.0 => (0.0, -1.0),
+            270.0 => (-1.0, 0.0),
+            other => other.to_radians().sin_cos(),
         };
-        if text(&name).contains(['"', '\'']) {
-            wrong.push((name.clone(), Problem::new("a name with quotes", AS_ROW)));
-        }
-        let mut coordinates = [0.0; 3];
-        for (coordinate, field) in coordinates.iter_mut().zip(&position) {
-            match text(field).parse() {
-                Ok(number) => *coordinate = number,
-                Err(_) => wrong.push((field.clone(), Problem::new(not_a_number(text(field)), AS_ROW))),
-            }
-        }
-        let named = Value::from(text(&name));
-        let position_there: Value = coordinates.map(Value::from).to_vec().into();
-        tables.push_str(&format!("[[{RECEIVER}]]\nname = {named}\nposition = {position_there}\n"));
-        rows.push(Row { line: whole, name, position });
+        let [next, last] = [(axis + 1) % 3, (axis + 2) % 3];
+        (at[next], at[last]) = (cosine * at[next] - sine * at[last], sine * at[next] + cosine * at[last]);
     }
-    if rows.is_empty() && wrong.is_empty() {
-        let problem = if header { "the file names no microphone" } else { "the file is empty" };
-        wrong.push((0..0, Problem::new(problem, AS_ROW)));
-    }
-    if wrong.is_empty() { Ok((rows, tables)) } else { Err(wrong) }
-}
-
-fn not_a_number(text: &str) -> String {
-    if text.is_empty() { "a number is missing".to_owned() } else { format!("\"{text}\" is not a number") }
-}
-
-/// Returns a range of a text without the blanks at its ends, and without a mark of the byte order.
-fn within(text: &str, range: Range<usize>) -> Range<usize> {
-    let part = &text[range.clone()];
-    let blank = |sign: char| sign.is_whitespace() || sign == '\u{feff}';
-    let trimmed = part.trim_start_matches(blank);
-    let start = range.end - trimmed.len();
-    start..start + trimmed.trim_end_matches(blank).len()
-}
-
-/// Returns the fields of a line, between its commas.
-fn fields(text: &str, line: &Range<usize>) -> Vec<Range<usize>> {
-    let mut begin = line.start;
-    let field = |field: &str| {
-        let range = begin..begin + field.len();
-        begin = range.end + 1;
-        within(text, range)
-    };
-    text[line.clone()].split(',').map(field).collect()
+    std::array::from_fn(|axis| at[axis] + offset[axis])
 }
 
 #[cfg(test)]
@@ -199,6 +146,7 @@ mod tests {
     use std::fs;
     use std::path::Path;
 
+    use super::super::microphone_array::MOST;
     use super::super::tests::{BASE, Complaint, listed};
     use super::super::{LoadedScene, Reach, ReceiverPlace, Scene, Setting};
     use super::*;
@@ -269,16 +217,23 @@ mod tests {
         for (array, place, key, wrong, right) in [
             ("", (1, 1), "receiver[1].file", "the file is empty", "name,x,y,z"),
             ("name,x,y,z\n", (1, 1), "receiver[1].file", "names no microphone", "name,x,y,z"),
-            ("left,0,7.5,1.2\n", (1, 1), "receiver[1].file", "names the columns", "begin the file with the line"),
+            ("1,0,7.5,1.2\n", (1, 1), "receiver[1].file", "four numbers", "begin the file with the line"),
+            ("name,x (km),y,z\na,0,3,1\n", (1, 1), "receiver[1].file", "unit of \"x (km)\"", "one of m, mm"),
+            (
+                "<a><pos x='0' y='3' z='1'/>\n<pos x='0' y='3' z='-1'/></a>",
+                (2, 9),
+                "receiver[2].position",
+                "below",
+                "0",
+            ),
             ("name,x,y\n", (1, 1), "receiver[1].file", "names the columns", "begin the file with the line"),
-            ("name,x,y,z\na,0,3\n", (2, 1), "receiver[1].file", "no four values", "metres"),
-            ("name,x,y,z\na,0,3,1\nb,0,3,1,5\n", (3, 1), "receiver[1].file", "no four values", "metres"),
-            ("name,x,y,z\na,0,far,1\n", (2, 5), "receiver[1].file", "\"far\" is not a number", "decimal point"),
-            ("name,x,y,z\na,0,,1\n", (2, 5), "receiver[1].file", "a number is missing", "decimal point"),
-            ("name,x,y,z\n\"a\",0,3,1\n", (2, 1), "receiver[1].file", "a name with quotes", "without commas"),
+            ("name,x,y,z\na,0,3\n", (2, 1), "receiver[1].file", "3 values, and 4 are", "metres"),
+            ("name,x,y,z\na,0,3,1\nb,0,3,1,5\n", (3, 1), "receiver[1].file", "5 values, and 4 are", "metres"),
+            ("name,x,y,z\na,0,far,1\n", (2, 5), "receiver[1].file", "\"far\" is not a number", "metres"),
+            ("name,x,y,z\na,0,,1\n", (2, 5), "receiver[1].file", "a number is missing", "metres"),
             (&many, (MOST + 2, 1), "receiver[1].file", "more than 1000 rows", "several runs"),
-            ("name,x,y,z\na,0,3,1\nb,0,NaN,1\n", (3, 5), "receiver[2].position[1]", "NaN", "at least -10000"),
-            ("name,x,y,z\na,0,3,1\nb,0,3,-inf\n", (3, 7), "receiver[2].position[2]", "inf", "at least -10000"),
+            ("name,x,y,z\na,0,3,1\nb,0,NaN,1\n", (3, 5), "receiver[1].file", "\"NaN\" is not a number", "metres"),
+            ("name,x,y,z\na,0,3,1\nb,0,3,-1e5\n", (3, 7), "receiver[2].position[2]", "-1", "at least -10000"),
             ("name,x,y,z\na,0,7500,1\n", (2, 5), "receiver[1].position[1]", "hardly meant", "another unit"),
             ("name,x,y,z\na,0,3,1\nb,0,3,-0.1\n", (3, 3), "receiver[2].position", "below the road", "0 or more"),
             ("name,x,y,z\na,0.1,0,0.3\n", (2, 3), "receiver[1].position", "inside the tyre", "reaches 0.12 m"),
@@ -300,6 +255,40 @@ mod tests {
         );
         let found = complaints("name,x,y,z\na,0,3,b\nc,0\n");
         assert_eq!(found.iter().map(|found| found.line).collect::<Vec<_>>(), [2, 3], "all are told at once");
+    }
+
+    #[test]
+    fn an_array_is_turned_about_the_axes_of_the_scene_and_then_shifted() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = |keys: &str| {
+            let receivers = format!("[[receiver]]\nfile = \"array.csv\"\n{keys}\n");
+            let scene =
+                written(folder.path(), &receivers, "a,1,2,0.5\n").unwrap_or_else(|error| panic!("{error}")).scene;
+            let ReceiverPlace::Position { position } = scene.receivers[0].place else { panic!() };
+            position
+        };
+        assert_eq!(place(""), [1.0, 2.0, 0.5]);
+        assert_eq!(place("offset = [0.5, -4, 1]"), [1.5, -2.0, 1.5]);
+        // An array that stands upright beside the road: its y becomes the height.
+        assert_eq!(place("rotation_deg = [90, 0, 0]"), [1.0, -0.5, 2.0]);
+        assert_eq!(place("rotation_deg = [0, 90, 0]\noffset = [0, 0, 1]"), [0.5, 2.0, 0.0]);
+        assert_eq!(place("rotation_deg = 90"), [-2.0, 1.0, 0.5], "one angle is about the vertical");
+        assert_eq!(place("rotation_deg = [90, 0, -90]\noffset = [0, 1, 0]"), [-0.5, 0.0, 2.0], "x before z");
+        let turned = place("rotation_deg = 30");
+        let expected = [3.0_f64.sqrt() / 2.0 - 1.0, 0.5 + 3.0_f64.sqrt(), 0.5];
+        assert!(turned.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-15), "{turned:?}");
+        for (keys, key, wrong) in [
+            ("file = \"array.csv\"\noffset = [0, 1]", ".offset", "2 values"),
+            ("file = \"array.csv\"\noffset = 3", ".offset", "3 cannot stand here"),
+            ("file = \"array.csv\"\nrotation_deg = 1000", ".rotation_deg", "1000"),
+            ("file = \"array.csv\"\nrotation_deg = [0, 0, nan]", ".rotation_deg[2]", "NaN"),
+            ("position = [0, 3, 1]\noffset = [0, 0, 1]", ".offset", "means nothing with position"),
+            ("standard = \"cpx\"\nrotation_deg = 9", ".rotation_deg", "means nothing with standard"),
+        ] {
+            let error = written(folder.path(), &format!("[[receiver]]\n{keys}\n"), ARRAY).unwrap_err();
+            let first = &listed(&error)[0];
+            assert!(first.key == format!("receiver[0]{key}") && first.wrong.contains(wrong), "{keys}: {first:?}");
+        }
     }
 
     #[test]

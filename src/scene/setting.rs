@@ -18,14 +18,15 @@ const ZONE: (&str, &str) = ("contact.zone", "slices");
 const MOST_TOLD: usize = 200;
 /// Most parts of a key: a scene's tables are not as deep.
 const MOST_STEPS: usize = 16;
+const NOT_GIVEN: &str = "leave the setting out, or correct the key's name";
 const NO_PLACE: &str = "name a key of a table, or an item of an array that is there: receiver[0].height";
 
-/// A key of a scene and the value that it shall have.
+/// A key of a scene and the value that it shall have; without a value the key is taken out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setting {
     key: String,
     steps: Vec<Step>,
-    /// The value as TOML, named after its key.
+    /// The value as TOML, named after its key; empty where the key is unset.
     source: Arc<Source>,
     /// The value as given, where it is no TOML.
     plain: Option<String>,
@@ -40,7 +41,7 @@ enum Step {
 
 impl Setting {
     /// Parses a text such as `rolling.speed_kmh=110`, `receiver[0].height = 1.5` or `numerics.preset=draft`: items from
-    /// 0, values as in TOML; what is no TOML is taken as a text.
+    /// 0, values as in TOML; what is no TOML is taken as a text. `numerics.elements=` takes the key out of the scene.
     ///
     /// # Errors
     /// In words, for a text without `=` and for a path that is none.
@@ -56,7 +57,7 @@ impl Setting {
                 steps.len()
             ));
         }
-        let plain = DeValue::parse(value).is_err().then(|| value.to_owned());
+        let plain = (!value.is_empty() && DeValue::parse(value).is_err()).then(|| value.to_owned());
         let text = plain.as_deref().map_or_else(|| value.to_owned(), |text| toml::Value::from(text).to_string());
         Ok(Self { steps, source: Arc::new(Source { name: format!("--set {key}"), text }), key, plain })
     }
@@ -106,17 +107,25 @@ impl Setting {
         }
     }
 
-    /// Puts the value into a scene's tree and notes its place; tables on the way are made where they are missing.
+    /// Puts the value into a scene's tree and notes its place; tables on the way are made where they are missing. A key
+    /// without a value is taken out.
     ///
     /// # Errors
     /// [`SceneError::Invalid`] where the path leads through something that is no table, or to an item that is not
-    /// there.
+    /// there, or a key that is to be taken out is not there.
     pub(super) fn apply<'a>(&'a self, root: &mut DeTable<'a>, document: &mut Document) -> Result<(), SceneError> {
         let invalid = |problem| {
             let span = 0..self.source.text.len();
             let diagnostic = Diagnostic { source: Arc::clone(&self.source), key: self.key.clone(), span, problem };
             SceneError::invalid(vec![diagnostic], 0)
         };
+        if self.source.text.is_empty() {
+            if !remove(root, &self.steps) {
+                return Err(invalid(Problem::new("the scene does not give this key", NOT_GIVEN)));
+            }
+            document.remove(&self.key);
+            return Ok(());
+        }
         let no_toml = |error: toml::de::Error| invalid(Problem::new(error.message(), "write it as TOML"));
         let value = DeValue::parse(&self.source.text).map_err(no_toml)?;
         self.begin_anew(value.get_ref(), root, document);
@@ -157,6 +166,30 @@ fn place<'t, 'a>(root: &'t mut DeTable<'a>, steps: &'a [Step]) -> Option<&'t mut
         };
     }
     Some(at)
+}
+
+/// Takes the key at the end of a path out of its table; tells whether it was there.
+fn remove(root: &mut DeTable<'_>, steps: &[Step]) -> bool {
+    let Some((Step::Key(last), path)) = steps.split_last() else { return false };
+    let mut steps = path.iter();
+    let table = match steps.next() {
+        None => root,
+        Some(Step::Item(_)) => return false,
+        Some(Step::Key(first)) => {
+            let found = steps.try_fold(root.get_mut(first.as_str()), |at, step| {
+                Some(match (at?.get_mut(), step) {
+                    (DeValue::Table(table), Step::Key(name)) => table.get_mut(name.as_str()),
+                    (DeValue::Array(items), Step::Item(item)) => items.get_mut(*item),
+                    _ => None,
+                })
+            });
+            match found.flatten().map(Spanned::get_mut) {
+                Some(DeValue::Table(table)) => table,
+                _ => return false,
+            }
+        }
+    };
+    table.remove(last.as_str()).is_some()
 }
 
 #[cfg(test)]
@@ -216,6 +249,21 @@ mod tests {
         assert_eq!(slices.scene.contact.slices, Slices::None);
         let error = set(&["contact.zone=cells", "contact.slices=none"]).unwrap_err().render(false);
         assert!(error.contains("contact.slices"), "{error}");
+    }
+
+    #[test]
+    fn a_setting_without_a_value_takes_the_key_out() {
+        let loaded = set(&["numerics.elements=", "title= ", "numerics.preset=draft", "numerics.fmax=1000"]).unwrap();
+        assert!(!loaded.gives("numerics.elements") && loaded.gives("numerics.preset"));
+        assert!(loaded.scene.title.is_empty() && !loaded.gives("title"));
+        let layers = set(&["tyre.layers[1].cords="]).unwrap().scene.tyre.layers;
+        assert!(layers[1].cords.is_empty());
+        let error = set(&["rolling.speed_kmh="]).unwrap_err().render(false);
+        assert!(error.contains("rolling.speed_kmh: this key is missing"), "{error}");
+        for text in ["numerics.elemnts=", "tyre.layers[7].cords=", "tyre.layers[0]=", "no.such.table=", "title.x="] {
+            let error = set(&[text]).unwrap_err().render(false);
+            assert!(error.contains("does not give this key") && error.contains("leave the setting out"), "{error}");
+        }
     }
 
     #[test]

@@ -42,6 +42,7 @@ pub use road::*;
 pub use rolling::*;
 pub use scene::*;
 pub use sidewall::*;
+pub(in crate::scene) use sound::array_placement;
 pub use sound::{AirMotion, Radiation, RadiationQuality, Receiver, ReceiverPlace, StandardReceiver, Vehicle};
 pub use tread_pattern::*;
 pub use tyre::*;

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
+use serde_json::{Value as Json, json};
 
 use super::effects::Switch;
 use super::numerics::decibels;
@@ -10,7 +11,7 @@ use super::tyre::{Sides, Tyre};
 use crate::scene::Problem;
 use crate::scene::keys::keys;
 use crate::scene::kind::{Bounds, Decibels, Exactly, File, Flag, Name, OneOf, Optional, Whole};
-use crate::scene::table::{Each, Kind, Nested, Table};
+use crate::scene::table::{Each, Kind, Nested, Table, Value};
 
 /// A place, or places, at which the sound pressure is wanted. A scene without any computes none.
 ///
@@ -231,6 +232,8 @@ const LENGTH: Bounds = Bounds::inside(0.0, 1e4, "m");
 /// Distances of a microphone: the nearest of a standard stand 0.1 m above the road, the farthest 25 m beside a railway,
 /// and the 0.2 m of CPX, as 7.5 m, are out of the question in millimetres.
 const FROM_TYRE: Bounds = LENGTH.plausible(1e-3, FARTHEST);
+const SHIFT: Bounds = Bounds::between(-1e4, 1e4, "m");
+const ANGLE: Bounds = Bounds::between(-360.0, 360.0, "degrees");
 const COORDINATE: Bounds = Bounds::between(-1e4, 1e4, "m").plausible(1e-9, FARTHEST);
 const FARTHEST: f64 = 100.0;
 
@@ -255,9 +258,15 @@ keys! {
         /// A point that moves along with the tyre, from the road under the axle's centre x forward, y to the left, z up
         /// \[m\].
         position: Option<[f64; 3]> = None => Optional(Exactly(COORDINATE)),
-        /// File of microphones that move along: a CSV file with the line `name,x,y,z` and a row for each, in metres as
-        /// `position`; relative to the scene, and alone in its table. Each row is a receiver of its own.
+        /// File of microphones that move along, each a receiver of its own: a table with the line `name,x,y,z` and a
+        /// row for each, in metres as `position`, or XML of programs for microphone arrays; relative to the scene, and
+        /// in its table beside `offset` and `rotation_deg` alone.
         file: Option<PathBuf> = None => Optional(File),
+        /// Shift of the microphones of a `file`, after they are turned \[m\].
+        offset: [f64; 3] = [0.0; 3] => Exactly(SHIFT),
+        /// Angles by which the microphones of a `file` are turned about the origin of the file, counter-clockwise about
+        /// x, then y, then z, the axes of the scene; one number is about z, the vertical \[degrees\].
+        rotation_deg: [f64; 3] = [0.0; 3] => Rotation,
         /// Places beside the passing tyre (UN R117, ISO 362), close to it (ISO 11819-2), round it for its directivity
         /// or its sound power (ISO 3744), or at the edges of its patch for the intensity (AASHTO T 360).
         standard: Option<Standard> = None => Optional(OneOf::new()),
@@ -276,6 +285,34 @@ keys! {
     }
 }
 
+/// Returns the shift \[m\] and the angles \[degrees\] of a table that names a file of microphones.
+pub(in crate::scene) fn array_placement(table: &mut Table<'_>) -> Option<[[f64; 3]; 2]> {
+    let ReceiverKeys { offset, rotation_deg, .. } = ReceiverKeys::read(table)?;
+    Some([offset, rotation_deg])
+}
+
+/// Angles about the three axes, or one about the vertical, in degrees.
+struct Rotation;
+
+impl Kind for Rotation {
+    type Output = [f64; 3];
+
+    fn wanted(&self) -> String {
+        format!("{}, about the vertical, or three of them, [x, y, z], about x, y and z", ANGLE.wanted())
+    }
+
+    fn read(&self, value: &Value<'_>) -> Option<[f64; 3]> {
+        match value.items() {
+            Some(_) => Exactly(ANGLE).read(value),
+            None => ANGLE.read(value).map(|angle| [0.0, 0.0, angle]),
+        }
+    }
+
+    fn schema(&self) -> Json {
+        json!({ "anyOf": [ANGLE.schema(), Exactly::<3>(ANGLE).schema()] })
+    }
+}
+
 fn receiver(table: &mut Table<'_>) -> Option<Receiver> {
     let standard = table.peek("standard", &OneOf::<Standard>::new());
     let (owner, others): (_, &[_]) = match standard {
@@ -290,7 +327,10 @@ fn receiver(table: &mut Table<'_>) -> Option<Receiver> {
         _ => ("", &[]),
     };
     table.refuse(others, owner, "leave this out");
-    let ReceiverKeys { name, position, file, standard, distance, height, radius, vehicle, passage } =
+    if !table.has("file") {
+        table.refuse(&["offset", "rotation_deg"], owner, "leave this out");
+    }
+    let ReceiverKeys { name, position, file, standard, distance, height, radius, vehicle, passage, .. } =
         ReceiverKeys::read(table)?;
     if file.is_some() {
         // Its rows have taken the table's place in every other scene.

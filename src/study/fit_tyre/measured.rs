@@ -3,17 +3,18 @@
 //! Columns, in any order: `frequency_hz`, `patch_m` (side of the square patch), and either `re`, `im` \[m/(N s)\], or
 //! `level_db` (re 1 m/(N s)) and `phase_deg`; or, without `patch_m`, a pair of columns for each patch, `re_20mm` and
 //! `im_20mm`, as `tyrewave mobility` writes. Others are not looked at. The time factor is exp(+i w t). Columns are
-//! parted by commas, semicolons or tabs; lines that begin with # are left out. Lines and columns count from 1.
+//! parted by commas, semicolons, tabs or blanks, with decimal points or commas; lines that begin with # are left out.
+//! Lines and columns count from 1.
 
 use num_complex::Complex64;
 use thiserror::Error;
 
-use crate::storage::separated;
+use crate::storage::separated::{Record, Table};
 
 /// The smallest patch that is believed \[m\]: a smaller number is in another unit, and its sums would not end.
-const SMALLEST_PATCH: f64 = 1e-3;
+pub(crate) const SMALLEST_PATCH: f64 = 1e-3;
 /// Most lines that are fitted: more of them are no measurement of a mobility.
-const MOST_VALUES: usize = 100_000;
+pub(super) const MOST_VALUES: usize = 100_000;
 const FREQUENCY: &str = "frequency_hz";
 const PATCH: &str = "patch_m";
 const CARTESIAN: [&str; 2] = ["re", "im"];
@@ -33,9 +34,6 @@ pub(crate) struct Point {
 /// Faults of a file of mobilities.
 #[derive(Debug, Error)]
 pub(crate) enum MeasuredError {
-    /// No records, as the CSV reader says with the position.
-    #[error(transparent)]
-    Records(#[from] csv::Error),
     /// A column that must be there is not.
     #[error(
         "line {line}: no column {name:?}; the columns are: {}; needed: frequency_hz, patch_m, and either re, im or \
@@ -130,7 +128,7 @@ enum Patch {
 }
 
 /// Describes the valid sides of a patch on a tyre of a width \[m\].
-fn sides(width: f64) -> String {
+pub(crate) fn sides(width: f64) -> String {
     format!("a length from {SMALLEST_PATCH} m to the tyre's width, {width} m")
 }
 
@@ -139,20 +137,19 @@ fn sides(width: f64) -> String {
 /// # Errors
 /// [`MeasuredError`], with line and column.
 pub(crate) fn read(bytes: &[u8], width: f64) -> Result<Vec<Point>, MeasuredError> {
-    let mut reader = separated::reader(bytes);
-    let mut record = csv::ByteRecord::new();
+    let table = Table::of(bytes);
     let (mut columns, mut points) = (None, Vec::new());
-    while reader.read_byte_record(&mut record)? {
-        let line = separated::line_of(bytes, &record);
-        if record.iter().all(<[u8]>::is_empty) {
-            continue;
-        }
+    for record in table.records() {
         match &columns {
-            None => columns = Some(Columns::of(&record, line, width)?),
+            None => columns = Some(Columns::of(&record, width)?),
             Some(Columns { values, .. }) if points.len() + values.len() > MOST_VALUES => {
-                return Err(MeasuredError::TooMany { line });
+                return Err(MeasuredError::TooMany { line: record.line });
             }
-            Some(columns) => columns.read(&record, line, width, &mut points)?,
+            Some(columns) => {
+                for value in &columns.values {
+                    points.push(columns.point(value, &table, &record, width)?);
+                }
+            }
         }
     }
     if columns.is_none() {
@@ -162,9 +159,9 @@ pub(crate) fn read(bytes: &[u8], width: f64) -> Result<Vec<Point>, MeasuredError
 }
 
 impl Columns {
-    fn of(header: &csv::ByteRecord, line: u64, width: f64) -> Result<Self, MeasuredError> {
-        let found: Vec<String> =
-            header.iter().map(|name| String::from_utf8_lossy(name).trim().to_lowercase()).collect();
+    fn of(header: &Record<'_>, width: f64) -> Result<Self, MeasuredError> {
+        let line = header.line;
+        let found: Vec<String> = header.cells.iter().map(|name| name.to_lowercase()).collect();
         let number = |name: &str| found.iter().position(|title| title == name);
         let column = |name: &'static str| {
             let missing = || MeasuredError::NoColumn { line, name, found: found.clone() };
@@ -189,36 +186,22 @@ impl Columns {
         Ok(Self { frequency, values: vec![ValueColumns { patch: Patch::Column(column(PATCH)?), value, polar }] })
     }
 
-    fn read(
-        &self,
-        record: &csv::ByteRecord,
-        line: u64,
-        width: f64,
-        points: &mut Vec<Point>,
-    ) -> Result<(), MeasuredError> {
-        self.values.iter().try_for_each(|columns| {
-            points.push(self.point(columns, record, line, width)?);
-            Ok(())
-        })
-    }
-
     fn point(
         &self,
         ValueColumns { patch, value, polar }: &ValueColumns,
-        record: &csv::ByteRecord,
-        line: u64,
+        table: &Table<'_>,
+        record: &Record<'_>,
         width: f64,
     ) -> Result<Point, MeasuredError> {
-        let polar = *polar;
+        let (polar, line) = (*polar, record.line);
         let number = |Column { name, number }: Column, wanted: &str, fits: &dyn Fn(f64) -> bool| {
             let column = number + 1;
-            let Some(cell) = record.get(number) else {
-                return Err(MeasuredError::MissingCell { line, found: record.len(), needed: column, name });
+            let Some(cell) = record.cells.get(number) else {
+                return Err(MeasuredError::MissingCell { line, found: record.cells.len(), needed: column, name });
             };
-            let value = std::str::from_utf8(cell).ok().and_then(|text| text.parse::<f64>().ok());
-            value.filter(|&value| value.is_finite() && fits(value)).ok_or_else(|| {
-                let found = String::from_utf8_lossy(cell).into_owned();
-                MeasuredError::Cell { line, column, name, found, wanted: wanted.to_owned() }
+            table.number(cell).filter(|&value| fits(value)).ok_or_else(|| {
+                let (found, wanted) = ((*cell).to_owned(), wanted.to_owned());
+                MeasuredError::Cell { line, column, name, found, wanted }
             })
         };
         let frequency = number(self.frequency, "a frequency above 0 Hz", &|value| value > 0.0)?;
@@ -279,6 +262,8 @@ mod tests {
         assert!(a.len() == b.len() && (a[0].mobility - b[0].mobility).norm() < 1e-9, "{b:?}");
         let tabs = cartesian.replace(',', "\t");
         assert_eq!(read(tabs.as_bytes(), 0.2).unwrap(), a);
+        let commas = tabs.replace('.', ",").replace('\t', ";");
+        assert_eq!(read(commas.as_bytes(), 0.2).unwrap(), a);
     }
 
     #[test]

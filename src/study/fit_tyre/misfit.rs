@@ -9,7 +9,7 @@ use crate::scene::Tyre;
 use crate::tyre::influence::mobility::driving_point;
 
 /// Decibels of a factor e.
-const DECIBELS: f64 = 20.0 * std::f64::consts::LOG10_E;
+pub(super) const DECIBELS: f64 = 20.0 * std::f64::consts::LOG10_E;
 
 /// Uncertainties of the measured values, standard deviations.
 #[derive(Clone, Copy, Debug, PartialEq)]

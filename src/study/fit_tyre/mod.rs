@@ -8,12 +8,17 @@
 //! 2. bounded least squares from the best [`BEST`] of them on these frequencies, until one explains them;
 //! 3. the same from the best of these on all frequencies.
 //!
+//! What is no driving-point mobility is refused before any of it.
+//!
 //! With J at the end, (J^T J)^-1 holds the variances and correlations of the logarithms. Where the residuals are larger
 //! than their uncertainties explain, the model or the uncertainties are wrong, and intervals grow by sqrt(chi^2/N).
 
 pub(crate) mod measured;
 mod misfit;
 mod parameters;
+mod passivity;
+mod quantity;
+pub(crate) mod universal_file;
 
 pub(crate) use misfit::Uncertainty;
 pub(crate) use parameters::{BOUND, Parameter};
@@ -31,6 +36,7 @@ use crate::scene::Tyre;
 use measured::Point;
 use misfit::Misfit;
 use parameters::Space;
+use passivity::{NoMobility, judge};
 
 /// Up to here only the lowest modes show \[Hz\].
 pub(crate) const LOW: f64 = 260.0;
@@ -69,6 +75,9 @@ pub(crate) enum FitTyreError {
     /// The starting tyre has no mobility.
     #[error("the starting tyre has no finite mobility at the measured frequencies")]
     NotFinite,
+    /// Values that no driving-point mobility has.
+    #[error(transparent)]
+    NoMobility(#[from] NoMobility),
     /// The watcher broke off.
     #[error("interrupted")]
     Interrupted,
@@ -133,11 +142,13 @@ pub(crate) fn fit(
     let of_all = |point: &[f64]| misfit.residuals_unless(stop, &space.tyre(point));
     let freedom = (2 * points.len() - free.len()) as f64;
     let origin = vec![0.0; free.len()];
-    let at_start = squares(&of_all(&origin));
     asked(stop)?;
+    let computed = misfit.mobilities(&space.tyre(&origin));
+    let at_start = squares(&misfit.residuals(&computed));
     if at_start.is_infinite() {
         return Err(FitTyreError::NotFinite);
     }
+    judge(points, uncertainty, &computed)?;
     let from = low_point(&space, points, uncertainty, stop, watch)?;
     let mut tell = |steps: usize, squares: f64| {
         watch(PIECES - 1, &format!("all frequencies, step {steps}: chi^2/N = {:.3}", squares / freedom));

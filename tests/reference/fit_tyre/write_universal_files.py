@@ -8,7 +8,7 @@ import pyuff
 HERE = os.path.dirname(os.path.abspath(__file__))
 STEP = 25.0
 EVEN = STEP * np.arange(40)
-UNEVEN = np.geomspace(20.0, 1500.0, 40)
+UNEVEN = np.round(np.geomspace(20.0, 1500.0, 40), 2)
 
 
 def mobility(frequency):

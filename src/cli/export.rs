@@ -24,9 +24,10 @@ const COLLECTION: &str = "patch.pvd";
 fn examples() -> String {
     format!(
         "\
-mat    a MATLAB file, level 5: every array, every table as a struct of its columns, units in the struct `units`
+mat    a MATLAB file, level 5: every array, every table as a struct of its columns, sounds as pressures over time, \
+units in the struct `units`
 uff58  a universal file: total force over time, third octaves (mean squares of the bands that the run vouches for) and \
-narrow bands (densities) of force, velocities and sound, in SI units
+narrow bands (densities) of force, velocities and sound, sound pressure over time, in SI units
 vtk    a folder with the patch over time, patch.pvd for ParaView: force and pressure of every element, or of every \
 cell where the scene has outputs.cells_every; 400 instants at most
 

@@ -50,9 +50,12 @@ impl Place {
         Side::new(loaded, self.target(command))
     }
 
-    /// Opens a scene as [`Self::open`], but only its tyre counts, and the file may be that of a tyre.
+    /// Opens a scene as [`Self::open`], but only its tyre counts, and the file may be that of a tyre. The title is the
+    /// tyre's: that of a scene tells of its road and speed.
     pub(super) fn open_tyre(self, command: &str, context: &Context) -> Result<Side, CliError> {
-        let (loaded, _) = context.load_scene_or_tyre(&self.scene)?;
+        let (mut loaded, is_tyre) = context.load_scene_or_tyre(&self.scene)?;
+        let file = if is_tyre { loaded.title() } else { loaded.name() };
+        loaded.scene.title = format!("Tyre of {file}");
         Side::new(loaded, self.target(command))
     }
 

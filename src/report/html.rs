@@ -17,19 +17,38 @@ pub(crate) struct Chapter<'a> {
 
 /// Makes a whole page of sections, after a few words on it.
 pub(crate) fn chapters(title: &str, lead: &str, all: &[Chapter<'_>]) -> String {
-    let content = html! {
-        article {
-            header { h1 { (title) } p { (lead) } }
-            @for Chapter { heading, pictures, tables } in all {
-                section {
-                    h2 { (heading) }
-                    @for [svg, caption] in pictures { (figure(svg, caption)) }
-                    (report(tables))
-                }
-            }
-        }
+    let section = |Chapter { heading, pictures, tables }: &Chapter<'_>| {
+        let content = html! {
+            @for [svg, caption] in pictures { (figure(svg, caption)) }
+            (report(tables))
+        };
+        ((*heading).to_owned(), content)
     };
-    document(title, &content)
+    document(title, &article(0, title, &html! { p { (lead) } }, all.iter().map(section)))
+}
+
+/// Makes an article: its title, its contents, a few words, and its sections under their headings; those without content
+/// are left out. Its number tells its places from those of other articles of the page.
+pub(super) fn article(
+    number: usize,
+    title: &str,
+    lead: &Markup,
+    sections: impl IntoIterator<Item = (String, Markup)>,
+) -> Markup {
+    let sections: Vec<_> = sections.into_iter().filter(|(_, content)| !content.0.trim().is_empty()).collect();
+    let id = |heading: &str| format!("{}-{number}", heading.to_ascii_lowercase().replace(' ', "-"));
+    html! {
+        article id=(format!("article-{number}")) {
+            header {
+                h1 { (title) }
+                nav { ul {
+                    @for (heading, _) in &sections { li { a href=(format!("#{}", id(heading))) { (heading) } } }
+                } }
+                (lead)
+            }
+            @for (heading, content) in &sections { section id=(id(heading)) { h2 { (heading) } (content) } }
+        }
+    }
 }
 
 /// Makes a whole page: styles, what tells values to a pointer, and the content; nothing is fetched.

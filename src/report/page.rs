@@ -3,9 +3,9 @@
 use maud::{Markup, html};
 
 use super::compare::{Comparison, SpectrumComparison};
-use super::html::{document, figure, table};
+use super::html::{article, document, figure, table};
 use super::sections;
-use crate::effects::stored::Stored;
+use crate::effects::stored::{Spectrum, Stored};
 use crate::effects::{EFFECTS, GREY, ReportError, Section};
 use crate::response::{BandLevel, LevelErrors};
 use crate::results::PlotError;
@@ -32,16 +32,12 @@ pub fn page(all: &[Stored]) -> Result<String, ReportError> {
     Ok(document(&title, &content))
 }
 
-/// Returns a section with its heading; nothing where there is nothing in it.
-fn section(index: usize, heading: &str, content: &Markup) -> Markup {
-    let id = format!("{}-{index}", heading.to_ascii_lowercase().replace(' ', "-"));
-    html! { @if !content.0.is_empty() { section id=(id) { h2 { (heading) } (content) } } }
-}
-
 fn result(index: usize, stored: &Stored, all: &[Stored]) -> Result<Markup, ReportError> {
+    // What was asked for comes first, how it was computed last.
     let mut parts = vec![
         ("Warnings", sections::warnings(stored)),
-        ("Plan", sections::plan(stored)),
+        ("Sound", Markup::default()),
+        ("Force spectrum", Markup::default()),
         ("Road", sections::road(stored)?),
     ];
     let mut add = |heading: &'static str, content: Markup| match parts.iter_mut().find(|(other, _)| *other == heading) {
@@ -54,77 +50,104 @@ fn result(index: usize, stored: &Stored, all: &[Stored]) -> Result<Markup, Repor
         }
     }
     add("Contact", sections::residuals(stored));
+    add("Plan", sections::plan(stored));
     add("Cost", sections::cost(stored));
     add("To run it again", sections::repeat(stored)?);
-    Ok(html! {
-        article {
-            header {
-                h1 { (stored.summary.title) }
-                p { (sections::in_words(stored)) }
-                (sections::figures(stored))
-            }
-            @for (heading, content) in &parts { (section(index, heading, content)) }
-        }
-    })
+    let lead = html! {
+        p { (sections::in_words(stored)) }
+        (sections::figures(stored))
+    };
+    let parts = parts.into_iter().map(|(heading, content)| (heading.to_owned(), content));
+    Ok(article(index, &stored.summary.title, &lead, parts))
 }
 
-/// Shows results side by side.
+/// Shows results side by side, with the places of their own articles.
 fn comparison(all: &[Stored], of: &Comparison) -> Result<Markup, ReportError> {
-    let mut figures = Vec::new();
+    let first = (0..all.len()).map(|index| (index > 0).then_some(0));
+    let references: Vec<Option<usize>> = first.collect();
+    let overview = html! {
+        @if of.settings.is_empty() { p { "All settings are the same." } } @else { (table(&of.settings_table())) }
+        (table(&of.figures_table()))
+    };
+    let mut sections = vec![("Settings and figures".to_owned(), overview)];
     for spectrum in &of.spectra {
-        let curves = curves(all, of, spectrum)?;
-        figures.push(html! {
-            @for (svg, caption) in curves { (figure(&svg, &caption)) }
+        let content = html! {
+            @for (svg, caption) in curves(all, of, spectrum, &references)? { (figure(&svg, &caption)) }
             details { summary { "The levels as a table" } (table(&of.spectrum_table(spectrum))) }
-        });
+        };
+        sections.push((signal_of(spectrum), content));
     }
-    Ok(html! {
-        article {
-            h1 { "Comparison of " (of.names.join(", ")) }
-            @if of.settings.is_empty() { p { "All settings are the same." } } @else { (table(&of.settings_table())) }
-            (table(&of.figures_table()))
-            @for figure in figures { (figure) }
+    let lead = html! {
+        p {
+            "Each result by itself: "
+            @for (index, name) in of.names.iter().enumerate() {
+                @if index > 0 { ", " }
+                a href=(format!("#article-{index}")) { (name) }
+            }
+            "."
         }
-    })
+    };
+    let title = format!("Comparison of {}", of.names.join(", "));
+    Ok(article(all.len(), &title, &lead, sections))
 }
 
-/// Returns the levels of all results over each other, and their differences from the first; grey where a level is not
-/// vouched for.
+/// Returns the quantity and signal of a spectrum in words.
+fn signal_of(spectrum: &SpectrumComparison) -> String {
+    let signal = if spectrum.name.is_empty() { String::new() } else { format!(", {}", spectrum.name) };
+    format!("{}{signal}", spectrum.quantity.split(" [").next().unwrap_or_default())
+}
+
+/// Returns the levels of all results over each other, and their differences from the result of the number given for
+/// each; grey where a level is not vouched for. A result has one colour in all pictures.
 pub(super) fn curves(
     all: &[Stored],
     of: &Comparison,
     spectrum: &SpectrumComparison,
+    references: &[Option<usize>],
 ) -> Result<Vec<(String, String)>, PlotError> {
-    let levels = |stored: &'_ Stored| -> Option<Vec<BandLevel>> {
-        let found = stored.spectrum(spectrum.quantity, &spectrum.name)?;
-        (!found.levels.is_empty()).then(|| found.levels.clone())
-    };
-    let found: Vec<Option<Vec<BandLevel>>> = all.iter().map(levels).collect();
-    let named = || of.names.iter().zip(&found).filter_map(|(name, levels)| Some((name.as_str(), levels.as_deref()?)));
-    if named().next().is_none() {
+    let found: Vec<Option<&Spectrum>> = all
+        .iter()
+        .map(|stored| stored.spectrum(spectrum.quantity, &spectrum.name).filter(|found| !found.levels.is_empty()))
+        .collect();
+    if found.iter().all(Option::is_none) {
         return Ok(Vec::new());
     }
-    let signal = if spectrum.name.is_empty() { String::new() } else { format!(", {}", spectrum.name) };
-    let what = spectrum.quantity.split(" [").next().unwrap_or_default();
-    let title = format!("{what}{signal}, third octaves");
+    let signal = signal_of(spectrum);
+    let title = format!("{signal}, third octaves");
+    // A result without the signal keeps its place, so that the others keep their colours.
+    let levels = |(name, found): (&'_ String, &Option<&'_ Spectrum>)| match found {
+        Some(found) => (name.clone(), found.levels.clone(), found.errors.clone()),
+        None => (String::new(), Vec::new(), LevelErrors::default()),
+    };
+    let shown: Vec<(String, Vec<BandLevel>, LevelErrors)> = of.names.iter().zip(&found).map(levels).collect();
     let plot = ThirdOctavePlot {
         title: &title,
         quantity: spectrum.quantity,
-        spectra: named().collect(),
+        spectra: shown.iter().map(|(name, levels, _)| (name.as_str(), levels.as_slice())).collect(),
         errors: LevelErrors::default(),
     };
-    let mut pictures = vec![(plot.to_svg()?, format!("{title}. {GREY}"))];
-    let Some(first) = found.first().and_then(Option::as_deref) else { return Ok(pictures) };
-    let changes = named().skip(1).map(|(name, levels)| {
-        let points =
-            level_changes(levels, first).map(|(band, change)| ((band.band.mid_frequency(), change), band.valid));
+    let errors: Vec<&LevelErrors> = shown.iter().map(|(_, _, errors)| errors).collect();
+    let mut pictures = vec![(plot.to_svg_with(&errors)?, format!("{title}. {GREY} {BARS}"))];
+    let changes = (0..all.len()).map(|index| {
+        let reference = references.get(index).copied().flatten().and_then(|reference| found[reference]);
+        let Some((own, reference)) = found[index].zip(reference) else {
+            return (Series { name: "", points: Vec::new() }, Vec::new());
+        };
+        let points = level_changes(&own.levels, &reference.levels)
+            .map(|(band, change)| ((band.band.mid_frequency(), change), band.valid));
         let (points, vouched): (Vec<(f64, f64)>, Vec<bool>) = points.unzip();
-        (Series { name, points }, vouched)
+        (Series { name: &of.names[index], points }, vouched)
     });
     let (series, vouched): (Vec<Series<'_>>, Vec<Vec<bool>>) = changes.unzip();
     let points = || series.iter().flat_map(|series| &series.points).filter(|(_, change)| change.is_finite());
     if points().next().is_some() {
-        let title = format!("{what}{signal}, difference from {}", of.names[0]);
+        let mut compared: Vec<usize> = references.iter().flatten().copied().collect();
+        compared.dedup();
+        let from = match compared[..] {
+            [one] => of.names[one].clone(),
+            _ => "the first run of the same speed".to_owned(),
+        };
+        let title = format!("{signal}, difference from {from}");
         let plot = LinePlot {
             title: &title,
             x: Axis::logarithmic_around("Frequency [Hz]", points().map(|point| point.0), [0.9, 1.1]),
@@ -135,3 +158,6 @@ pub(super) fn curves(
     }
     Ok(pictures)
 }
+
+/// Meaning of bars on levels that are compared.
+const BARS: &str = "Bars: errors of the levels, as far as they are known.";

@@ -4,7 +4,7 @@ use maud::{Markup, html};
 use serde_json::json;
 
 use super::compare::Comparison;
-use super::html::{document, figure, report, table};
+use super::html::{article, document, figure, report, table};
 use super::page::curves;
 use super::sections::player;
 use crate::effects::stored::Stored;
@@ -45,35 +45,29 @@ impl StoredSweep {
         let third_octaves = third_octaves(&names, &shown)?;
         let sounds = sounds(&names, &shown)?;
         let missing = runs.iter().filter(|(_, done)| done.is_none()).count();
-        let content = html! {
-            article {
-                header {
-                    h1 { (self.title) }
-                    p { "A sweep of " (runs.len()) " runs: " (self.varied()) "." }
-                    @if missing > 0 { p.warning { "Not finished and not shown: " (missing) " of them." } }
-                }
-                section {
-                    h2 { "Levels" }
-                    @for svg in &against {
-                        (figure(svg, LEVELS))
-                    }
-                }
-                @if !third_octaves.0.is_empty() {
-                    section { h2 { "Third octaves" } p { (of_all) } (third_octaves) }
-                }
-                @if !sounds.0.is_empty() {
-                    section { h2 { "Sound" } p { (of_all) " All players have one scale: louder is louder." } (sounds) }
-                }
-                @if let Some(svg) = growth {
-                    section {
-                        h2 { "Growth with the speed" }
-                        (figure(&svg, "Growth of each third octave of the contact force in dB per decade of speed, by \
-                            least squares. Grey: from bands that a run does not vouch for."))
-                    }
-                }
-                section { h2 { "Tables" } (report(&tables)) }
+        let lead = html! {
+            p { "A sweep of " (runs.len()) " runs: " (self.varied()) "." }
+            @if missing > 0 { p.warning { "Not finished and not shown: " (missing) " of them." } }
+        };
+        let caption = "Growth of each third octave of the contact force in dB per decade of speed, by least squares. \
+                       Grey: from bands that a run does not vouch for.";
+        let words = |more: &str| html! { p { (of_all) (more) } };
+        let below = |lead: Markup, content: Markup| {
+            if content.0.is_empty() {
+                content
+            } else {
+                html! { (lead) (content) }
             }
         };
+        let sections = [
+            ("Levels", html! { @for svg in &against { (figure(svg, LEVELS)) } }),
+            ("Third octaves", below(words(""), third_octaves)),
+            ("Sound", below(words(" All players of a receiver have one scale: louder is louder."), sounds)),
+            ("Growth with the speed", html! { @if let Some(svg) = growth { (figure(&svg, caption)) } }),
+            ("Tables", report(&tables)),
+        ];
+        let sections = sections.map(|(heading, content)| (heading.to_owned(), content));
+        let content = article(0, &self.title, &lead, sections);
         Ok(document(&self.title, &content))
     }
 
@@ -122,12 +116,17 @@ impl StoredSweep {
     }
 }
 
-/// Returns the third octaves of sound and force over each other, with their differences from the first run.
+/// Returns the third octaves of sound and force over each other, with their differences from the first run of the same
+/// speed: those of speeds are the growth.
 fn third_octaves(names: &[String], shown: &[Stored]) -> Result<Markup, ReportError> {
     let of = Comparison { names: names.to_vec(), ..Comparison::of(shown) };
+    let speed = |stored: &Stored| stored.plan.scene.rolling.speed_kmh;
+    let first = |stored: &Stored| shown.iter().position(|other| speed(other).total_cmp(&speed(stored)).is_eq());
+    let references = shown.iter().enumerate().map(|(index, stored)| first(stored).filter(|first| *first != index));
+    let references: Vec<Option<usize>> = references.collect();
     let mut parts = Vec::new();
     for spectrum in of.spectra.iter().filter(|spectrum| [SOUND_LEVEL, FORCE_LEVEL].contains(&spectrum.quantity)) {
-        parts.push((curves(shown, &of, spectrum)?, of.spectrum_table(spectrum)));
+        parts.push((curves(shown, &of, spectrum, &references)?, of.spectrum_table(spectrum)));
     }
     Ok(html! {
         @for (curves, levels) in &parts {

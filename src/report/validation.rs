@@ -3,7 +3,7 @@
 use maud::html;
 use serde_json::{Value, json};
 
-use super::html::{document, figure, table};
+use super::html::{article, document, figure, table};
 use crate::response::ThirdOctaveBand;
 use crate::results::PlotError;
 use crate::results::plots::{Axis, LinePlot, Series, four_digits};
@@ -73,7 +73,8 @@ fn inside(summary: &Summary) -> String {
     }
     let unknown = summary.rows - summary.known;
     let unknown = if unknown > 0 { format!(", {unknown} not computed") } else { String::new() };
-    format!("{} of {}{unknown}", summary.inside, summary.known)
+    let met = if summary.group == Group::Targets { " met" } else { "" };
+    format!("{} of {}{met}{unknown}", summary.inside, summary.known)
 }
 
 fn worst(summary: &Summary, rows: &[Row]) -> String {
@@ -177,19 +178,17 @@ fn bands(rows: &[Row], group: Group, title: &str, quantity: &str) -> Result<Opti
     let rows: Vec<&Row> = rows.iter().filter(|row| row.group == group).collect();
     // The bands of a group follow each other from 200 Hz on.
     let at = |place: usize| ThirdOctaveBand(place as i32 - 7).mid_frequency();
-    let points = |of: &dyn Fn(&Row) -> Option<f64>| -> Vec<(f64, f64)> {
-        rows.iter().enumerate().filter_map(|(place, row)| Some((at(place), of(row)?))).collect()
-    };
-    let found = points(&|row| row.computed);
+    let found: Vec<(f64, f64)> =
+        rows.iter().enumerate().filter_map(|(place, row)| Some((at(place), row.computed?))).collect();
     if found.is_empty() {
         return Ok(None);
     }
-    let series = vec![
-        Series { name: "computed", points: found },
-        Series { name: "published, lowest", points: points(&|row| Some(row.range[0])) },
-        Series { name: "published, highest", points: points(&|row| Some(row.range[1])) },
-    ];
-    plot(title, quantity, "Frequency [Hz]", series).map(Some)
+    let range: Vec<(f64, [f64; 2])> = rows.iter().enumerate().map(|(place, row)| (at(place), row.range)).collect();
+    let levels = found.iter().map(|point| point.1).chain(range.iter().flat_map(|point| point.1));
+    let y = Axis::linear_around(quantity, levels);
+    let x = Axis::logarithmic_around("Frequency [Hz]", range.iter().map(|point| point.0), [0.9, 1.1]);
+    let series = vec![Series { name: "computed", points: found }];
+    LinePlot { title, x, y, series }.to_svg_over("published range", &range).map(Some)
 }
 
 /// Returns the coast-by levels of all roads at 80 km/h; `None` without such a run.
@@ -241,19 +240,15 @@ pub(crate) fn page(title: &str, rows: &[Row], pictures: &[(&'static str, String,
             [texture.name().to_owned(), depth, texture.origin().to_owned()]
         }),
     );
-    let content = html! {
-        article {
-            header { h1 { (title) } p { "Held against published values. " (LEGEND) } }
-            section { h2 { "Groups" } (table(&groups(rows))) }
-            section {
-                h2 { "Pictures" }
-                @for (_, svg, caption) in pictures { (figure(svg, caption)) }
-            }
-            section { h2 { "All rows" } (table(&whole(rows))) }
-            section { h2 { "Sources" } (table(&sources)) }
-            section { h2 { "Roads" } (table(&roads)) }
-        }
-    };
+    let lead = html! { p { "Held against published values. " (LEGEND) } };
+    let sections = [
+        ("Groups", table(&groups(rows))),
+        ("Pictures", html! { @for (_, svg, caption) in pictures { (figure(svg, caption)) } }),
+        ("All rows", table(&whole(rows))),
+        ("Sources", table(&sources)),
+        ("Roads", table(&roads)),
+    ];
+    let content = article(0, title, &lead, sections.map(|(heading, content)| (heading.to_owned(), content)));
     document(title, &content)
 }
 

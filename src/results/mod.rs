@@ -16,6 +16,7 @@ pub(crate) mod files;
 pub(crate) mod folder;
 pub(crate) mod inputs;
 pub(crate) mod npy;
+pub(crate) mod pass_by;
 mod placing;
 pub(crate) mod plots;
 pub(crate) mod profile_table;

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::pass_by::PassBySummary;
 use super::table::{csv, optional, row};
 use crate::radiation::Body;
 use crate::response::{PowerSpectrum, SliceErrors};
@@ -281,12 +282,12 @@ impl ReceiverSummary {
     pub fn text(&self) -> String {
         let error = self.level_a_error.map_or_else(String::new, |error| format!(" +- {error:.1}"));
         let least = if self.bands.is_some_and(|bands| bands.lower_bound) { "at least " } else { "" };
-        let mut text = match self.pass_by {
-            Some(PassBySummary { passages, maximum, .. }) => format!(
-                "{least}{maximum:.1}{error} dB(A), L_AFmax as the {} passes ({}), {:.1} dB(A) along \
-                 the line",
+        let mut text = match &self.pass_by {
+            Some(pass_by) => format!(
+                "{least}{:.1}{error} dB(A), L_AFmax as the {} passes ({}), {:.1} dB(A) along the line",
+                pass_by.maximum,
                 if self.tyres.is_some() { "vehicle" } else { "tyre" },
-                if passages == 1 { "one passage".to_owned() } else { format!("mean of {passages}") },
+                pass_by.statistics(),
                 self.level_a
             ),
             None => format!("{least}{:.1}{error} dB(A), {:.1} dB", self.level_a, self.level),
@@ -334,20 +335,6 @@ impl ReceiverSummary {
     }
 }
 
-/// A tyre passing a microphone.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
-pub(crate) struct PassBySummary {
-    /// Name of its table, level against time.
-    #[serde(default)]
-    pub file: String,
-    /// Passages that the run was long enough for.
-    pub passages: usize,
-    /// Mean of their maxima of the A-weighted level, time weighting F \[dB(A)\].
-    pub maximum: f64,
-    /// Standard deviation of the maxima \[dB\].
-    pub deviation: f64,
-}
-
 #[allow(clippy::trivially_copy_pass_by_ref)]
 fn is_false(value: &bool) -> bool {
     !value
@@ -360,6 +347,9 @@ pub(crate) struct AudioSummary {
     pub file: String,
     /// Pressure of its full scale \[Pa\].
     pub full_scale: f64,
+    /// Largest pressure in it \[Pa\].
+    #[serde(default)]
+    pub peak: Option<f64>,
     /// Its peak is above that: samples are floats.
     #[serde(default, skip_serializing_if = "is_false")]
     pub louder: bool,

@@ -80,15 +80,17 @@ impl Table {
         (self.alignment)(column) == CellAlignment::Right
     }
 
-    /// Fits the table into so many columns of a terminal: long cells are wrapped between words; columns for whose words
-    /// there is no room follow in tables of their own below, beside the first column again.
+    /// Fits the table into so many columns of a terminal: long cells are wrapped between words, and within words longer
+    /// than half of it; columns for whose words there is no room follow in tables of their own below, beside the first
+    /// column again.
     pub fn within(&self, width: usize) -> String {
         let cells = |column: usize| {
             self.header.iter().skip(column).take(1).chain(self.rows.iter().map(move |row| &row[column]))
         };
         let widest = |column: usize| {
             let words = cells(column).flat_map(|cell| cell.split_whitespace());
-            words.map(|word| word.chars().count()).max().unwrap_or(0) + PADDING
+            // A word of more than half the width, such as a hash, is broken where there is no room for it.
+            words.map(|word| word.chars().count()).max().unwrap_or(0).min(width / 2) + PADDING
         };
         let count = self.rows.first().map_or(self.header.len(), Vec::len);
         let (mut parts, mut used) = (vec![vec![]], 0);
@@ -309,6 +311,13 @@ mod tests {
             assert!((0..30).all(|n| words.iter().filter(|word| **word == format!("{n}.25")).count() == 2), "{text}");
         }
         assert_eq!(table.within(1000), table.to_string());
+        let hash = "4223876399".repeat(6);
+        let cache = aligned(["entry", "kB"], [[format!("{hash}.waves"), "2566.0".to_owned()]]);
+        for width in [40, 60] {
+            let text = cache.within(width);
+            assert!(text.lines().all(|line| line.chars().count() <= width) && text.contains("2566.0"), "{text}");
+        }
+        assert!(cache.within(80).contains(&hash), "whole where there is room");
         let mut report = Report::default();
         report.text("title\n");
         report.table(table.clone());

@@ -174,7 +174,12 @@ impl Recording {
 /// # Errors
 /// [`WavError`], but not [`WavError::Write`].
 pub(crate) fn rescaled(file: &[u8], full_scale: f64) -> Option<Result<Vec<u8>, WavError>> {
-    let before = full_scale_of(file)?;
+    Some(Recording { full_scale, ..recording(file)? }.to_bytes())
+}
+
+/// Reads a file of [`Recording::to_bytes`] again; `None` for a file that is none of these.
+pub(crate) fn recording(file: &[u8]) -> Option<Recording> {
+    let full_scale = full_scale_of(file)?;
     let comment = chunk(chunk(file.get(12..)?, b"LIST")?.strip_prefix(b"INFO")?, b"ICMT")?;
     let description = std::str::from_utf8(comment).ok()?.split_once("; ")?.1.trim_end_matches('\0').to_owned();
     let mut reader = WavReader::new(file).ok()?;
@@ -190,10 +195,10 @@ pub(crate) fn rescaled(file: &[u8], full_scale: f64) -> Option<Result<Vec<u8>, W
         }
     };
     let channel = |number: usize| {
-        parts.iter().skip(number).step_by(usize::from(channels)).map(|part| before * part).collect::<Vec<f64>>()
+        parts.iter().skip(number).step_by(usize::from(channels)).map(|part| full_scale * part).collect::<Vec<f64>>()
     };
     let channels = (0..usize::from(channels)).map(channel).collect();
-    Some(Recording { rate, channels, full_scale, format, description }.to_bytes())
+    Some(Recording { rate, channels, full_scale, format, description })
 }
 
 /// Returns the pressure that is 1 in a file \[Pa\], from its content; `None` without a calibration in the form of

@@ -93,6 +93,11 @@ for name, file in zip(["slices", "cells"], sys.argv[1:]):
                     assert np.isnan(value) if row[column] == "" else float(row[column]) == value, (path, column, value)
     summary = json.loads((folder / "summary.json").read_text())
     assert found["run"].name == name and found["run"].mean_force == summary["outcome"]["mean_force"]
+    for path in folder.glob("*.wav"):
+        audio = [r["audio"] for r in summary["sound"]["receivers"] if r.get("audio", {}).get("file") == path.name][0]
+        sound = found[path.stem.replace("-", "_")]
+        assert np.isclose(np.abs(sound).max(), audio["peak"], rtol=1e-4), path
+        assert np.isclose(len(sound), 48000 * audio["seconds"]) and found["run"].sample_rate == 48000
     assert found["units"].total_force == "N" and found["units"].time_step == "s"
 print(found["cells"].shape[0], found["cells_time"].size, loadmat(sys.argv[2])["total_force"].shape[1])
 "#;
@@ -125,6 +130,18 @@ fn universal_files_have_fields_of_fixed_width_and_are_read_by_pyuff() {
         let number: f64 = std::str::from_utf8(number).unwrap().trim().parse().unwrap();
         assert!((number - value).abs() <= 1e-11 * value.abs());
     }
+    // The pressure over time that is heard, in Pa.
+    let pressure = sets.iter().find(|set| set[1].starts_with("Sound pressure: cpx") && set[6].starts_with("    1"));
+    let pressure = pressure.expect("sound pressure over time");
+    let audio = read_summary(&RESULTS.path().join("slices"))["sound"]["receivers"][0]["audio"].clone();
+    let samples: Vec<f64> = pressure[12..]
+        .iter()
+        .flat_map(|line| line.as_bytes().chunks(20))
+        .map(|number| std::str::from_utf8(number).unwrap().trim().parse().unwrap())
+        .collect();
+    assert!((samples.len() as f64 / 48_000.0 - audio["seconds"].as_f64().unwrap()).abs() < 1e-9);
+    let (found, peak) = (samples.iter().fold(0.0, |most: f64, of| most.max(of.abs())), audio["peak"].as_f64().unwrap());
+    assert!(peak > 0.0 && (found / peak - 1.0).abs() < 1e-4, "{found} and {peak} Pa");
     let program = r#"
 import csv, numpy as np, pyuff, sys
 sets = pyuff.UFF(sys.argv[1]).read_sets()
@@ -138,7 +155,9 @@ assert sets[3]["func_type"] == 2 and len(bands) == len(sets[3]["x"]) > 5
 assert np.allclose(sets[3]["data"], [float(r["mean_square_n2"]) for r in bands], rtol=1e-10)
 assert np.allclose(sets[3]["x"], [float(r["mid_frequency_hz"]) for r in bands], rtol=1e-5)
 sound = [s for s in sets[2:] if s["id1"].startswith("Sound pressure")]
-thirds, narrow = [[s for s in sound if s["func_type"] == kind] for kind in (2, 9)]
+thirds, narrow, over_time = [[s for s in sound if s["func_type"] == kind] for kind in (2, 9, 1)]
+assert len(over_time) == 1 and over_time[0]["ordinate_axis_units_lab"] == "Pa"
+assert np.isclose(over_time[0]["x"][1], 1 / 48000)
 assert len(thirds) == len(narrow) == 1, [s["id1"] for s in sound]
 levels = [float(r["level_db_re_20upa"]) for r in rows("sound.csv") if r["valid"] == "1"]
 assert np.allclose(10 * np.log10(thirds[0]["data"] / 4e-10), levels, atol=1e-6)

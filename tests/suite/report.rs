@@ -102,6 +102,16 @@ addEventListener("load", () => {
   const pictures = [...document.querySelectorAll(".picture svg")];
   const cut = pictures.filter((svg) => svg.getBoundingClientRect().right > innerWidth);
   const flat = pictures.filter((svg) => svg.getBoundingClientRect().height < 20 || !svg.querySelector("title"));
+  const texts = pictures.flatMap((svg) => [...svg.querySelectorAll("text")].map((text) => [svg, text]));
+  const size = ([svg, text]) => parseFloat(getComputedStyle(text).fontSize)
+    * svg.getBoundingClientRect().width / svg.viewBox.baseVal.width;
+  const outside = texts.filter(([svg, text]) => {
+    const [sheet, words] = [svg, text].map((of) => of.getBoundingClientRect());
+    return words.left < sheet.left - 1 || words.right > sheet.right + 1 || words.top < sheet.top - 1
+      || words.bottom > sheet.bottom + 1;
+  });
+  document.body.dataset.illegible = texts.filter((text) => size(text) < 10).length;
+  document.body.dataset.outside = outside.map(([, text]) => text.textContent.trim()).join("; ") || "nothing";
   const target = document.querySelector(".picture svg rect > title").parentElement;
   const at = target.getBoundingClientRect();
   target.dispatchEvent(new PointerEvent("pointermove", { bubbles: true, clientX: at.x + 1, clientY: at.y + 1 }));
@@ -121,6 +131,11 @@ fn a_page_has_all_of_a_run_needs_no_network_and_is_drawn_by_a_browser() {
     for section in ["Plan", "Road", "Contact", "Force spectrum", "Vibration", "Sound", "Cost", "To run it again"] {
         assert!(text.contains(&format!("<h2>{section}</h2>")), "{section}");
     }
+    let place = |section: &str| text.find(&format!("<h2>{section}</h2>"));
+    assert!(place("Sound") < place("Plan"), "what was asked for comes before how it was computed");
+    let contents = text.split("<nav>").nth(1).and_then(|rest| rest.split("</nav>").next()).unwrap();
+    assert_eq!(contents.matches("<a href=\"#").count(), text.matches("<h2>").count(), "{contents}");
+    assert!(text.find("<nav>") < text.find("<h2>") && contents.contains("href=\"#to-run-it-again-0\""));
     assert!(text.contains("60 km/h") && text.contains("data:audio/wav;base64,") && text.contains("speed_kmh = 60.0"));
     assert!(text.starts_with(PAGE_HEAD));
     // Names of formats apart, an address would be something to fetch.
@@ -143,9 +158,15 @@ pub(super) fn assert_drawn(page: &str, folder: &Path, least: usize) {
     for width in [1280, 390] {
         let found = drawn(browser, &file, width);
         let body = found.split("<body").nth(1).and_then(|rest| rest.split('>').next()).unwrap_or_default();
-        for expected in
-            ["data-flat=\"0\"", "data-cut=\"0\"", "data-told=\"true\"", "data-wide=\"false\"", "data-wrong=\"nothing\""]
-        {
+        for expected in [
+            "data-flat=\"0\"",
+            "data-cut=\"0\"",
+            "data-told=\"true\"",
+            "data-wide=\"false\"",
+            "data-wrong=\"nothing\"",
+            "data-illegible=\"0\"",
+            "data-outside=\"nothing\"",
+        ] {
             assert!(body.contains(expected), "{width} pixels: {body}");
         }
         let pictures = body.split("data-pictures=\"").nth(1).and_then(|rest| rest.split('"').next()).unwrap();
@@ -172,14 +193,17 @@ fn levels_that_a_run_does_not_vouch_for_are_grey_beside_those_of_another_run() {
     let valid = |levels: &[BandLevel]| levels.iter().filter(|level| level.valid).count();
     let [slow, fast] = [valid(force[0]), valid(force[1])];
     assert!(slow < force[0].len() && fast < force[1].len() && slow > 3, "both have bands of either kind");
-    // Two corners a band; the legend's line comes last.
+    // Two corners a band; bars of errors, a bar a band, and the legend's line come last.
     let levels = picture("Contact force level, third octaves");
-    assert_eq!(corners(levels, "#0072B2"), [2 * slow, 2]);
-    assert_eq!(corners(levels, "#D55E00"), [2 * fast, 2]);
+    for (colour, valid) in [("#0072B2", slow), ("#D55E00", fast)] {
+        let found = corners(levels, colour);
+        assert!(found[0] == 2 * valid && found[1..].iter().all(|&corners| corners == 2), "{found:?}");
+    }
     assert_eq!(corners(levels, "#BEBEBE"), [2 * force[0].len(), 2 * force[1].len()]);
     // A point a band where both vouch for it.
     let difference = picture("Contact force level, difference from slow");
-    assert_eq!(corners(difference, "#0072B2"), [slow.min(fast), 2]);
+    assert_eq!(corners(difference, "#D55E00"), [slow.min(fast), 2], "the second run keeps its colour");
+    assert!(corners(difference, "#0072B2").is_empty());
     assert_eq!(corners(difference, "#BEBEBE"), [force[0].len()]);
     assert!(difference.contains("not vouched for"), "the pointer is told, too");
 }

@@ -73,7 +73,8 @@ impl Effect for SoundEffect {
     }
 
     fn notes(&self, plan: &Plan) -> Vec<String> {
-        open_patch::expected_resonances(plan).into_iter().collect()
+        let passages = |sound| told_of_passages(plan, &sound, |passing, kept| passing.few(kept));
+        open_patch::expected_resonances(plan).into_iter().chain(plan.sound().into_iter().flat_map(passages)).collect()
     }
 
     fn look_up(&self, plan: &mut Plan) {
@@ -172,13 +173,19 @@ fn unheard(plan: &Plan) -> Vec<String> {
     if samples == 0 {
         return vec![too_short(&sound, plan.speed)];
     }
-    let Some(way) = Way::expected(plan, &sound) else { return Vec::new() };
+    told_of_passages(plan, &sound, |passing, kept| passing.missing(&sound, kept))
+}
+
+/// Tells something of each receiver that is passed, from its passing and the samples that are kept, before a run.
+fn told_of_passages(plan: &Plan, sound: &Sound, tell: impl Fn(&Passing, usize) -> Option<String>) -> Vec<String> {
+    let Some(way) = Way::expected(plan, sound) else { return Vec::new() };
+    let samples = PressureStream::samples(&sound.layout, plan.steps - plan.warm_up_steps);
     let kept = sound.kept_samples().min(samples as usize);
-    let missing = |heard: &Heard| {
-        let passing = Passing::of(&sound, &way, heard, plan.speed, &radiated(&sound))?;
-        Some(format!("{}: {}", heard.name, passing.missing(&sound, kept)?))
+    let told = |heard: &Heard| {
+        let passing = Passing::of(sound, &way, heard, plan.speed, &radiated(sound))?;
+        Some(format!("{}: {}", heard.name, tell(&passing, kept)?))
     };
-    sound.heard.iter().filter(|heard| heard.is_passed()).filter_map(missing).collect()
+    sound.heard.iter().filter(|heard| heard.is_passed()).filter_map(told).collect()
 }
 
 /// State of a [`SoundObserver`].

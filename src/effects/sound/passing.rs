@@ -19,6 +19,7 @@ use super::passages::Passages;
 use super::planned::{Heard, Sound};
 use super::way::Way;
 use crate::numeric::in_parallel;
+use crate::results::pass_by::PassBySummary;
 use crate::sound::band_pass::band_pass;
 use crate::sound::levels::energetic_sum;
 use crate::sound::receivers::COAST_BY_HALF_LENGTH;
@@ -107,15 +108,26 @@ impl Passing {
         longest.passages.missing(sound, kept)
     }
 
-    /// Returns the mean and standard deviation of the passages' highest levels while the vehicle's middle is between
-    /// the lines of the standard \[dB\].
-    pub(super) fn maxima(&self, levels: &[Vec<f64>]) -> (f64, f64) {
+    /// Tells that passages in so many samples are too few for the statistical error of their maximum to be known.
+    pub(super) fn few(&self, kept: usize) -> Option<String> {
+        let summary = self.summary_of(String::new(), &vec![0.0; self.passages(kept)]);
+        (summary.passages > 0 && summary.standard_error.is_none()).then(|| summary.statistics())
+    }
+
+    /// Counts the passages in so many samples.
+    fn passages(&self, kept: usize) -> usize {
+        self.lines.iter().map(|line| line.passages.within(kept)).min().unwrap_or(0).max(0) as usize
+    }
+
+    /// Sums up the passages' highest levels while the vehicle's middle is between the lines of the standard.
+    pub(super) fn summary(&self, file: String, levels: &[Vec<f64>]) -> PassBySummary {
         let highest = |levels: &Vec<f64>| Some(self.middle().highest(levels, COAST_BY_HALF_LENGTH)?.1);
         let maxima: Vec<f64> = levels.iter().filter_map(highest).collect();
-        let maximum = maxima.iter().sum::<f64>() / maxima.len() as f64;
-        let spread = maxima.iter().map(|level| (level - maximum).powi(2)).sum::<f64>();
-        let deviation = if maxima.len() > 1 { (spread / (maxima.len() - 1) as f64).sqrt() } else { 0.0 };
-        (maximum, deviation)
+        self.summary_of(file, &maxima)
+    }
+
+    fn summary_of(&self, file: String, maxima: &[f64]) -> PassBySummary {
+        PassBySummary::new(file, maxima, self.tyres.len(), self.middle().samples() as f64 / FILE_RATE)
     }
 
     /// Has all points keep what the passages within the first so many samples take of them.
@@ -130,8 +142,7 @@ impl Passing {
 
     /// Returns all passages that the pressures of the points hold, of which so many samples are kept; `None` of none.
     pub(super) fn hear(&self, kept: usize, signals: &[KeptSignal]) -> Option<HeardPassing> {
-        let stretches = |line: &Line| line.passages.within(kept);
-        let stretches = self.lines.iter().map(stretches).min().filter(|&stretches| stretches > 0)? as usize;
+        let stretches = Some(self.passages(kept)).filter(|&stretches| stretches > 0)?;
         let sounding = if stretches < self.tyres.len() { 1 } else { self.tyres.len() };
         let mut sound: Vec<f64> = Vec::new();
         // By line and stretch.

@@ -17,6 +17,7 @@ use crate::radiation::{
 use crate::response::ThirdOctaveBand;
 use crate::response::pressure::{PressureModel, PressureStream};
 use crate::response::vibration::{Across, SegmentLayout};
+use crate::results::pass_by::LISTENED;
 use crate::results::sound::SoundError;
 use crate::scene::{Groove, Numerics, Radiation, RadiationQuality, ReceiverPlace, Scene, Tyre, Vehicle, Zone};
 use crate::sound::Air;
@@ -34,8 +35,6 @@ pub(super) const SOUND_SEGMENT: f64 = 1.0;
 pub(super) const SOUND_FADE: f64 = 0.25;
 /// Part of half the sampling rate up to which sound is radiated.
 const BELOW_NYQUIST: f64 = 0.9;
-/// Longest stretch that is kept to be listened to \[s\].
-const LISTENED: f64 = 30.0;
 
 /// Samples of a point that a passage reads beyond those while it is near: what resampling reaches for.
 const EXCERPT_ENDS: f64 = 70.0;

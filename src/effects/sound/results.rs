@@ -13,9 +13,10 @@ use crate::numeric::in_parallel;
 use crate::response::{BandLevel, LevelErrors, PowerSpectrum, SliceErrors, SpectrumAccumulator, ThirdOctaveBand};
 use crate::results::ResultsError;
 use crate::results::files::ResultFiles;
+use crate::results::pass_by::PassBySummary;
 use crate::results::sound::{
-    AudioSummary, IntensitySummary, PassBySummary, RatedLevel, ReceiverSpectrum, ReceiverSummary, SOUND_FILE,
-    SOUND_NARROW_FILE, SoundParts, SoundSummary, sound_levels_csv, sound_narrow_csv, spread,
+    AudioSummary, IntensitySummary, RatedLevel, ReceiverSpectrum, ReceiverSummary, SOUND_FILE, SOUND_NARROW_FILE,
+    SoundParts, SoundSummary, sound_levels_csv, sound_narrow_csv, spread,
 };
 use crate::results::spectra::LOWEST_FREQUENCY;
 use crate::results::table::{csv, row};
@@ -252,7 +253,7 @@ impl SoundObserver {
     pub(super) fn rated(&self, spectra: &[ReceiverSpectrum]) -> Vec<RatedLevel> {
         let one = |(heard, spectrum): (&Heard, &ReceiverSpectrum)| {
             let level = match self.passing(heard) {
-                Some((passing, found)) => found.ok().map(|found| passing.maxima(&found.levels).0),
+                Some((passing, found)) => found.ok().map(|found| passing.summary(String::new(), &found.levels).maximum),
                 None => Some(vouched(&spectrum.spectrum).overall_a),
             };
             RatedLevel { name: heard.name.clone(), passed: heard.is_passed(), level }
@@ -320,8 +321,7 @@ fn write_pass_by(
     if loaded.scene.outputs.plots {
         draw_pass_by(loaded, heard, &told, folder)?;
     }
-    let (maximum, deviation) = passing.maxima(levels);
-    Ok(PassBySummary { file, passages: levels.len(), maximum, deviation })
+    Ok(passing.summary(file, levels))
 }
 
 /// Sound of a receiver, before its full scale is known.
@@ -349,7 +349,8 @@ impl Audible {
     }
 
     fn write(self, folder: &dyn ResultFiles, file: String, full_scale: f64) -> Result<AudioSummary, RunError> {
-        let louder = self.peak() * (1.0 + 1e-6) > full_scale;
+        let peak = self.peak();
+        let louder = peak * (1.0 + 1e-6) > full_scale;
         let seconds = self.channels.first().map_or(0, Vec::len) as f64 / FILE_RATE;
         let recording = Recording {
             rate: FILE_RATE as u32,
@@ -360,7 +361,7 @@ impl Audible {
         };
         let unusable = |source| ResultsError::Audio { path: file.clone().into(), source: Box::new(source) };
         folder.write(&file, &recording.to_bytes().map_err(unusable)?)?;
-        Ok(AudioSummary { file, full_scale, louder, seconds, tyres: self.tyres })
+        Ok(AudioSummary { file, full_scale, peak: Some(peak), louder, seconds, tyres: self.tyres })
     }
 }
 

@@ -1,13 +1,15 @@
 //! A MATLAB file of all arrays and tables of a run; `scipy.io.loadmat` and Octave read it as well.
 //!
-//! An array is a matrix of its file's name, a table a struct of its columns, whose names say their units. The struct
-//! `units` has the units of the arrays and of the figures in the struct `run`.
+//! An array is a matrix of its file's name, a table a struct of its columns, whose names say their units. A sound is a
+//! matrix of pressures over time, a column a channel, at `run.sample_rate`. The struct `units` has the units of the
+//! arrays and of the figures in the struct `run`.
 
 use super::error::ExportError;
 use super::mat_file::{self, Value};
 use crate::effects::channel;
 use crate::effects::stored::Stored;
 use crate::results::read_table::Column;
+use crate::sound::wav;
 
 /// Beginning of every file of ours.
 pub(crate) const MAT_HEAD: &str = "MATLAB 5.0 MAT-file, Platform: tyrewave,";
@@ -18,7 +20,8 @@ pub(crate) const MAT_HEAD: &str = "MATLAB 5.0 MAT-file, Platform: tyrewave,";
 /// [`ExportError`].
 pub(crate) fn mat(stored: &Stored) -> Result<Vec<u8>, ExportError> {
     let mut variables = Vec::new();
-    let (run, mut units) = figures(stored);
+    let (mut run, mut units) = figures(stored);
+    let mut sample_rate = None;
     for file in &stored.summary.files {
         let (stem, extension) = file.rsplit_once('.').unwrap_or((file, ""));
         match extension {
@@ -42,8 +45,22 @@ pub(crate) fn mat(stored: &Stored) -> Result<Vec<u8>, ExportError> {
                 }
                 variables.push((free(&variables, stem), Value::Struct(fields)));
             }
+            "wav" => {
+                let Some(sound) = wav::recording(&stored.bytes(file)?) else { continue };
+                let name = free(&variables, stem);
+                let shape = [sound.channels.first().map_or(0, Vec::len), sound.channels.len()];
+                let row = |sample: usize| sound.channels.iter().map(move |channel| channel[sample]);
+                let values = (0..shape[0]).flat_map(row).collect();
+                units.push((name.clone(), Value::Text("Pa".into())));
+                variables.push((name, Value::Numbers(values, shape)));
+                sample_rate = Some(f64::from(sound.rate));
+            }
             _ => {}
         }
+    }
+    if let Some(rate) = sample_rate {
+        run.push(("sample_rate".into(), Value::column(vec![rate])));
+        units.push(("sample_rate".into(), Value::Text("Hz".into())));
     }
     variables.push(("run".into(), Value::Struct(run)));
     variables.push(("units".into(), Value::Struct(units)));

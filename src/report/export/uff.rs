@@ -1,5 +1,5 @@
 //! A universal file (UFF): a header (data set 151), SI units (164), then functions (data sets 58, text): total force
-//! over time, third octaves and narrow-band spectra of force, velocities and sound.
+//! over time, third octaves and narrow-band spectra of force, velocities and sound, sound pressure over time.
 //!
 //! Third octaves are auto spectra: mean squares of bands over their exact mid-frequencies, those bands left out that
 //! the run does not vouch for. Narrow bands are power spectral densities. The step of evenly spaced abscissas has seven
@@ -13,6 +13,7 @@ use crate::results::sound::{SOUND_FILE, SOUND_NARROW_FILE};
 use crate::results::spectra::SPECTRA_FILE;
 use crate::results::vibration::{VIBRATION_FILE, VIBRATION_NARROW_FILE};
 use crate::sound::levels::mean_square;
+use crate::sound::wav::recording;
 
 /// Beginning of every file of ours.
 pub(crate) const UFF_HEAD: &str = "    -1\n   151\ntyrewave results";
@@ -156,6 +157,24 @@ pub(crate) fn uff(stored: &Stored) -> Result<String, ExportError> {
         for (name, rows) in table.signals() {
             nodes += 1;
             source.write(&mut text, stored, &name, nodes, [abscissas, ordinates], valid, rows);
+        }
+    }
+    for receiver in stored.summary.sound.iter().flat_map(|sound| &sound.receivers) {
+        let Some(audio) = &receiver.audio else { continue };
+        let Some(sound) = recording(&stored.bytes(&audio.file)?) else { continue };
+        for (channel, pressures) in sound.channels.iter().enumerate() {
+            nodes += 1;
+            let number = if sound.channels.len() > 1 { format!(", channel {}", channel + 1) } else { String::new() };
+            let function = Function {
+                what: &format!("Sound pressure: {}{number}", receiver.name),
+                kind: kind::TIME_RESPONSE,
+                node: nodes,
+                direction: SCALAR,
+                abscissas: Abscissas::Even(0.0, 1.0 / f64::from(sound.rate)),
+                axes: [(kind::TIME, "Time", "s"), (kind::PRESSURE, "Sound pressure", "Pa")],
+                ordinates: pressures,
+            };
+            function.write(&mut text, stored);
         }
     }
     let missing = ExportError::Missing { what: "a force over time or a spectrum", key: "outputs.arrays" };

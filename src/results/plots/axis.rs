@@ -18,6 +18,8 @@ enum Scale {
     Logarithmic,
     /// The root of the value with its sign, zero in the middle.
     SignedRoot,
+    /// Words at 0, 1, 2, ...
+    Words,
 }
 
 /// About how many labelled ticks an axis gets.
@@ -110,7 +112,12 @@ impl Axis {
     /// Returns an axis of words, at 0, 1, 2, ...
     pub(crate) fn of_words(title: impl Into<String>, words: &[&str]) -> Self {
         let ticks = words.iter().enumerate().map(|(place, word)| (place as f64, (*word).to_owned())).collect();
-        Self::with_ticks(title, -0.5..words.len() as f64 - 0.5, ticks)
+        Self { scale: Scale::Words, ..Self::with_ticks(title, -0.5..words.len() as f64 - 0.5, ticks) }
+    }
+
+    /// Tells whether its ticks are words, between which there is nothing.
+    pub(super) fn is_of_words(&self) -> bool {
+        self.scale == Scale::Words
     }
 
     /// Returns the label of a value: its tick's, else the number.
@@ -133,7 +140,7 @@ impl Axis {
     /// no value.
     pub(super) fn place(&self, value: f64) -> f64 {
         match self.scale {
-            Scale::Linear => (value - self.range.start) / (self.range.end - self.range.start),
+            Scale::Linear | Scale::Words => (value - self.range.start) / (self.range.end - self.range.start),
             Scale::Logarithmic if value > 0.0 => {
                 (value / self.range.start).ln() / (self.range.end / self.range.start).ln()
             }
@@ -146,7 +153,7 @@ impl Axis {
     pub(super) fn value(&self, place: f64) -> f64 {
         let Range { start, end } = self.range;
         match self.scale {
-            Scale::Linear => start + place * (end - start),
+            Scale::Linear | Scale::Words => start + place * (end - start),
             Scale::Logarithmic => start * (end / start).powf(place),
             Scale::SignedRoot => end * (2.0 * place - 1.0).powi(2).copysign(place - 0.5),
         }

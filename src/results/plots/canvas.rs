@@ -13,13 +13,11 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use thiserror::Error;
 
 use super::axis::Axis;
+use super::layout::{
+    EDGE, FINE, Frame, KEY, TEXT, TICK, TICK_LABEL, TITLE, WIDTH, beside, labels_below, line_height, lines, side_title,
+    width_of, words_below,
+};
 
-/// Drawn units per shown pixel.
-const FINE: i32 = 4;
-/// Text sizes in shown pixels.
-const TITLE: i32 = 17;
-const TEXT: i32 = 14;
-const TICK_LABEL: i32 = 13;
 /// The backend divides font sizes by this.
 const BACKEND_FONT_SCALE: f64 = 1.24;
 
@@ -50,36 +48,6 @@ pub enum PlotError {
         /// Length given.
         got: usize,
     },
-}
-
-/// A rectangle on the sheet in drawn units.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Frame {
-    pub(super) x: Range<i32>,
-    pub(super) y: Range<i32>,
-}
-
-impl Frame {
-    /// Returns a frame in shown pixels: left, right, top, bottom.
-    pub(super) fn of(x: Range<i32>, y: Range<i32>) -> Self {
-        Self { x: x.start * FINE..x.end * FINE, y: y.start * FINE..y.end * FINE }
-    }
-
-    /// Returns the horizontal position of a part of the width.
-    pub(super) fn across(&self, part: f64) -> i32 {
-        self.x.start + (part * f64::from(self.x.end - self.x.start)).round() as i32
-    }
-
-    /// Returns the vertical position of a part of the height, from the bottom.
-    pub(super) fn up(&self, part: f64) -> i32 {
-        self.y.end - (part * f64::from(self.y.end - self.y.start)).round() as i32
-    }
-}
-
-/// Returns the width in shown pixels that a legend with these names needs; about 7.5 a letter.
-pub(super) fn legend_width<'a>(names: impl Iterator<Item = &'a str>) -> i32 {
-    let letters = names.map(|name| name.chars().count()).max().unwrap_or(0);
-    if letters == 0 { 0 } else { 45 + (letters as i32 * 15).min(600) / 2 }
 }
 
 /// Where text is anchored at its point.
@@ -241,9 +209,12 @@ impl Sheet<'_> {
         self.sized_text(text, (at.0, at.1 - TICK_LABEL * FINE / 2), Anchor::Right, TICK_LABEL);
     }
 
-    /// Draws a heading over everything, centred between two columns.
-    pub(super) fn heading(&mut self, text: &str, across: Range<i32>, top: i32) {
-        self.sized_text(text, ((across.start + across.end) / 2, top * FINE), Anchor::Below, TITLE);
+    /// Draws the lines of a heading in the middle of the sheet.
+    pub(super) fn heading(&mut self, text: &[String], top: i32) {
+        for (row, line) in text.iter().enumerate() {
+            let y = top + row as i32 * line_height(TITLE);
+            self.sized_text(line, (WIDTH * FINE / 2, y * FINE), Anchor::Below, TITLE);
+        }
     }
 
     /// Draws a mark of a form, `size` in shown pixels across; filled with `inside`.
@@ -307,34 +278,62 @@ impl Sheet<'_> {
                 [(frame.x.start, at), (frame.x.end, at)]
             });
         }
-        let middle = frame.across(0.5);
-        self.sized_text(title, (middle, frame.y.start - 32 * FINE), Anchor::Below, TITLE);
-        self.sized_text(x.title(), (middle, frame.y.end + 30 * FINE), Anchor::Below, TEXT);
-        self.sized_text(y.title(), (frame.x.start - 58 * FINE, frame.up(0.5)), Anchor::Upwards, TEXT);
-        for (place, label) in x.ticks() {
-            let at = frame.across(place);
-            self.line(vec![(at, frame.y.end), (at, frame.y.end + 5 * FINE)], INK, 1.0);
-            self.sized_text(label, (at, frame.y.end + 9 * FINE), Anchor::Below, TICK_LABEL);
+        let title = lines(title, WIDTH - 2 * EDGE, TITLE);
+        self.heading(&title, frame.y.start / FINE - EDGE / 2 - title.len() as i32 * line_height(TITLE));
+        let width = (frame.x.end - frame.x.start) / FINE;
+        for (row, line) in lines(x.title(), width + 2 * EDGE, TEXT).iter().enumerate() {
+            let y = frame.y.end + (labels_below(x, width) + 2 + row as i32 * line_height(TEXT)) * FINE;
+            self.sized_text(line, (frame.across(0.5), y), Anchor::Below, TEXT);
         }
+        self.ticks_below(frame, x);
         self.ticks_beside(frame, y, frame.x.start, -1);
     }
 
-    /// Draws entry `row` of the legend right of the frame, where it hides nothing: a line, thinner where a mark of a
-    /// form and with an inside lies on it, and a name.
+    /// Draws the ticks below a frame, with as many of their labels as do not touch each other.
+    fn ticks_below(&mut self, frame: &Frame, x: &Axis) {
+        let below = frame.y.end + TICK * FINE;
+        let mut free = i32::MIN;
+        for (place, label) in x.ticks() {
+            let at = frame.across(place);
+            self.line(vec![(at, frame.y.end), (at, frame.y.end + 5 * FINE)], INK, 1.0);
+            let half = width_of(label, TICK_LABEL) * FINE / 2;
+            if !x.is_of_words() && at - half > free {
+                self.sized_text(label, (at, below), Anchor::Below, TICK_LABEL);
+                free = at + half;
+            }
+        }
+        let words = if x.is_of_words() { words_below(x, (frame.x.end - frame.x.start) / FINE) } else { Vec::new() };
+        for (place, lines) in words {
+            for (row, line) in lines.iter().enumerate() {
+                let y = below + row as i32 * line_height(TICK_LABEL) * FINE;
+                self.sized_text(line, (frame.across(place), y), Anchor::Below, TICK_LABEL);
+            }
+        }
+    }
+
+    /// Draws an entry of a legend: a line, thinner where a mark of a form and with an inside lies on it, and a name.
     pub(super) fn legend_entry(
         &mut self,
-        frame: &Frame,
-        row: usize,
-        name: &str,
+        ((x, y), name): &((i32, i32), Vec<String>),
         colour: RGBColor,
         mark: Option<(Form, RGBColor)>,
     ) {
-        let (x, y) = (frame.x.end + 14 * FINE, frame.y.start + (12 + 22 * row as i32) * FINE);
+        let (x, y) = (x * FINE, y * FINE);
         self.line(vec![(x, y), (x + 22 * FINE, y)], colour, if mark.is_some() { 1.5 } else { 2.5 });
         if let Some((form, inside)) = mark {
             self.mark((x + 11 * FINE, y), form, MARK, colour, inside);
         }
-        self.sized_text(name, (x + 28 * FINE, y), Anchor::Right, TEXT);
+        for (row, line) in name.iter().enumerate() {
+            let y = y + row as i32 * line_height(TEXT) * FINE;
+            self.sized_text(line, (x + KEY * FINE, y), Anchor::Right, TEXT);
+        }
+    }
+
+    /// Draws an entry of a legend for a range.
+    pub(super) fn legend_band(&mut self, entry: &((i32, i32), Vec<String>), colour: RGBColor) {
+        self.legend_entry(entry, colour, None);
+        let ((x, y), _) = *entry;
+        self.fill(x * FINE..(x + 22) * FINE, (y - 5) * FINE..(y + 5) * FINE, colour);
     }
 
     /// Draws small ticks without labels below the frame.
@@ -360,16 +359,23 @@ impl Sheet<'_> {
             self.fill(frame.x.clone(), frame.y.start..frame.up(part(level as f64)), colour(part(level as f64 + 0.5)));
         }
         self.ticks_beside(frame, axis, frame.x.end, 1);
-        self.sized_text(axis.title(), (frame.x.end + 62 * FINE, frame.up(0.5)), Anchor::Upwards, TEXT);
         self.frame(frame);
     }
 
+    /// Draws the ticks of an axis on one side of a frame, and its title beyond their labels.
     fn ticks_beside(&mut self, frame: &Frame, axis: &Axis, x: i32, side: i32) {
         for (place, label) in axis.ticks() {
             let at = frame.up(place);
             self.line(vec![(x, at), (x + side * 5 * FINE, at)], INK, 1.0);
             let anchor = if side < 0 { Anchor::Left } else { Anchor::Right };
-            self.sized_text(label, (x + side * 9 * FINE, at), anchor, TICK_LABEL);
+            self.sized_text(label, (x + side * TICK * FINE, at), anchor, TICK_LABEL);
+        }
+        // Upwards, the first line is the leftmost.
+        let title = side_title(axis, (frame.y.end - frame.y.start) / FINE);
+        for (row, line) in title.iter().enumerate() {
+            let outwards = if side < 0 { title.len() - 1 - row } else { row } as i32;
+            let away = beside(axis) + TICK / 2 + line_height(TEXT) / 2 + outwards * line_height(TEXT);
+            self.sized_text(line, (x + side * away * FINE, frame.up(0.5)), Anchor::Upwards, TEXT);
         }
     }
 

@@ -30,8 +30,9 @@ const DIVERGING: [[u8; 3]; 11] = [
     [103, 0, 31],
 ];
 
-/// Okabe and Ito's palette without yellow, which no white paper shows.
-const LINES: [RGBColor; 7] = [
+/// Okabe and Ito's palette without yellow, which no white paper shows, and five of P. Tol's muted scheme: as many as
+/// runs on a page.
+const LINES: [RGBColor; 12] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
     RGBColor(0, 158, 115),
@@ -39,10 +40,23 @@ const LINES: [RGBColor; 7] = [
     RGBColor(230, 159, 0),
     RGBColor(86, 180, 233),
     RGBColor(0, 0, 0),
+    RGBColor(136, 34, 85),
+    RGBColor(153, 153, 51),
+    RGBColor(51, 34, 136),
+    RGBColor(221, 204, 119),
+    RGBColor(68, 170, 153),
 ];
 
 /// Colour of levels that a run does not vouch for.
 pub(super) const UNVOUCHED: RGBColor = RGBColor(190, 190, 190);
+
+/// Colour of a range between two curves.
+pub(super) const RANGE: RGBColor = RGBColor(213, 229, 240);
+
+/// Returns a colour as SVG writes it.
+pub(super) fn as_svg(RGBColor(red, green, blue): RGBColor) -> String {
+    format!("#{red:02X}{green:02X}{blue:02X}")
+}
 
 /// Returns the colour of the part `fraction` of a range, cut to \[0, 1\].
 pub(super) fn viridis(fraction: f64) -> RGBColor {
@@ -66,7 +80,7 @@ fn between(points: &[[u8; 3]], fraction: f64) -> RGBColor {
     RGBColor(channel(0), channel(1), channel(2))
 }
 
-/// Returns the colour of the n-th line; they come round again after seven.
+/// Returns the colour of the n-th line; they come round again after twelve.
 pub(super) fn line(index: usize) -> RGBColor {
     LINES[index % LINES.len()]
 }

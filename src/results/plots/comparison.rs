@@ -3,16 +3,13 @@
 use plotters::style::WHITE;
 
 use super::axis::Axis;
-use super::canvas::{Form, Frame, Grid, INK, MARK, PlotError, draw, legend_width};
+use super::canvas::{Form, Grid, INK, MARK, PlotError, draw};
 use super::colour;
+use super::layout::{EDGE, Layout, Legend, WIDTH};
 use super::lines::cut;
 
-/// Height and width of a panel's frame, the margins round it, all in shown pixels.
-const HEIGHT: i32 = 330;
-const WIDTH: i32 = 680;
-const MARGIN: i32 = 85;
-const TOP: i32 = 50;
-const BETWEEN: i32 = 70;
+/// Height of a panel's frame in shown pixels.
+const HEIGHT: i32 = 240;
 
 /// One panel.
 #[derive(Clone, Debug)]
@@ -44,17 +41,15 @@ impl ComparisonPlot<'_> {
     /// # Errors
     /// [`PlotError::Draw`].
     pub(crate) fn to_svg(&self) -> Result<String, PlotError> {
-        let frames: Vec<Frame> = (0..self.panels.len() as i32)
-            .map(|panel| {
-                let top = TOP + panel * (HEIGHT + BETWEEN);
-                Frame::of(MARGIN..MARGIN + WIDTH, top..top + HEIGHT)
-            })
-            .collect();
-        let size = (
-            MARGIN + WIDTH + 25 + legend_width(self.names.iter().copied()),
-            TOP + self.panels.len() as i32 * (HEIGHT + BETWEEN),
-        );
-        draw("a comparison", size, "", |sheet| {
+        let (mut frames, mut top) = (Vec::new(), 0);
+        for (number, panel) in self.panels.iter().enumerate() {
+            let title = if number == 0 { self.title } else { "" };
+            let Layout { frame, bottom } = Layout::new(title, [&self.x, &panel.y], [top, HEIGHT], EDGE);
+            frames.push(frame);
+            top = bottom;
+        }
+        let legend = Legend::below(top, self.names.iter().copied());
+        draw("a comparison", (WIDTH, legend.bottom), "", |sheet| {
             for (number, (panel, frame)) in self.panels.iter().zip(&frames).enumerate() {
                 sheet.axes(if number == 0 { self.title } else { "" }, frame, &self.x, &panel.y, Grid::Both);
                 let zero = panel.y.place(0.0);
@@ -76,10 +71,8 @@ impl ComparisonPlot<'_> {
                 }
                 sheet.frame(frame);
             }
-            if let Some(frame) = frames.first() {
-                for (row, name) in self.names.iter().enumerate() {
-                    sheet.legend_entry(frame, row, name, colour::line(row), Some((Form::of_curve(row), WHITE)));
-                }
+            for (index, entry) in legend.entries.iter().enumerate() {
+                sheet.legend_entry(entry, colour::line(index), Some((Form::of_curve(index), WHITE)));
             }
         })
     }

@@ -10,14 +10,20 @@ use ndarray::{Array2, ArrayView2};
 use plotters::style::RGBColor;
 
 use super::axis::{Axis, extent, four_digits};
-use super::canvas::{Frame, Grid, PlotError, Sheet, draw, told};
+use super::canvas::{Grid, PlotError, Sheet, draw, told};
 use super::colour::{diverging, viridis};
+use super::layout::{EDGE, FINE, Frame, Layout, WIDTH, side};
 use super::lines::cut;
 
 /// Most cells along x that are drawn.
 pub(crate) const MOST_COLUMNS: usize = 400;
 /// Most cells along y that are drawn.
 pub(crate) const MOST_ROWS: usize = 300;
+/// Width of the colour bar, its distance from the frame, and the least and largest height of both in shown pixels.
+const BAR: i32 = 16;
+const BAR_GAP: i32 = 14;
+const LEAST_HEIGHT: i32 = 80;
+const MOST_HEIGHT: i32 = 420;
 /// Colours that are told apart.
 const LEVELS: usize = 64;
 const NO_VALUE: RGBColor = RGBColor(200, 200, 200);
@@ -80,13 +86,18 @@ impl HeatMap<'_> {
             Colours::Between(range) => (Axis::linear(self.quantity, range.clone()), viridis),
             Colours::Diverging => (Axis::signed_root(self.quantity, high.max(-low)), diverging),
         };
-        let width = 640;
-        let height = (f64::from(width) * self.aspect.unwrap_or(0.68)).round().clamp(90.0, 900.0) as i32;
-        let right = 85 + width;
-        let frame = Frame::of(85..right, 50..50 + height);
-        let bar_frame = Frame::of(right + 22..right + 42, 50..50 + height);
+        let aspect = self.aspect.unwrap_or(0.68);
+        // The width of what stands beside the frame follows from its height, and this from the frame's width.
+        let laid_out = |height: i32| {
+            let beside = BAR_GAP + BAR + side(&bar, height) + EDGE / 2;
+            Layout::new(self.title, [&self.x, &self.y], [0, height], beside)
+        };
+        let width = f64::from(laid_out(MOST_HEIGHT).frame.width());
+        let Layout { frame, bottom } = laid_out(((width * aspect) as i32).clamp(LEAST_HEIGHT, MOST_HEIGHT));
+        let left = frame.x.end + BAR_GAP * FINE;
+        let bar_frame = Frame { x: left..left + BAR * FINE, y: frame.y.clone() };
         let beneath = cells_as_paths(&cells, &frame, &bar, colour);
-        draw(picture, (right + 130, height + 110), &beneath, |sheet: &mut Sheet<'_>| {
+        draw(picture, (WIDTH, bottom), &beneath, |sheet: &mut Sheet<'_>| {
             sheet.axes(self.title, &frame, &self.x, &self.y, Grid::None);
             for curve in curves {
                 let placed: Vec<_> = curve.iter().map(|&(x, y)| (self.x.place(x), self.y.place(y))).collect();

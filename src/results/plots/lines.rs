@@ -3,8 +3,9 @@
 use std::ops::Range;
 
 use super::axis::{Axis, four_digits};
-use super::canvas::{Anchor, Form, Frame, Grid, MARK, PlotError, draw, legend_width};
+use super::canvas::{Anchor, Form, Grid, MARK, PlotError, draw};
 use super::colour;
+use super::layout::{EDGE, Frame, Layout, Legend, WIDTH};
 
 /// Curves with more points than this are thinned to the extremes of each of as many columns: what is seen stays the
 /// same.
@@ -14,6 +15,8 @@ const COLUMNS: usize = 2000;
 const MOST_BEYOND: usize = 12;
 /// Width of a letter of a note in drawn units.
 const NOTE_LETTER: i32 = 34;
+/// Height of the frame in shown pixels.
+const HEIGHT: i32 = 300;
 /// Strips across the picture in which a pointer is told the curves' values.
 const STRIPS: usize = 120;
 
@@ -54,11 +57,30 @@ impl LinePlot<'_> {
     /// # Errors
     /// [`PlotError::Draw`].
     pub(crate) fn to_svg_vouched(&self, vouched: impl Fn(usize, usize) -> bool) -> Result<String, PlotError> {
+        self.drawn(None, vouched)
+    }
+
+    /// Returns the picture as SVG with a range as a band beneath the curves: its name, and the place, lower and upper
+    /// end of each of its points.
+    ///
+    /// # Errors
+    /// [`PlotError::Draw`].
+    pub(crate) fn to_svg_over(&self, name: &str, range: &[(f64, [f64; 2])]) -> Result<String, PlotError> {
+        self.drawn(Some((name, range)), |_, _| true)
+    }
+
+    fn drawn(
+        &self,
+        range: Option<(&str, &[(f64, [f64; 2])])>,
+        vouched: impl Fn(usize, usize) -> bool,
+    ) -> Result<String, PlotError> {
         let listed: Vec<(usize, &str)> =
             self.series.iter().map(|series| series.name).enumerate().filter(|(_, name)| !name.is_empty()).collect();
-        let legend = legend_width(listed.iter().map(|(_, name)| *name));
-        let frame = Frame::of(85..765, 50..490);
-        draw("a line plot", (790 + legend, 550), "", |sheet| {
+        let Layout { frame, bottom } = Layout::new(self.title, [&self.x, &self.y], [0, HEIGHT], EDGE);
+        let names = listed.iter().map(|(_, name)| *name).chain(range.map(|(name, _)| name));
+        let legend = Legend::below(bottom, names);
+        let beneath = range.map_or_else(String::new, |(_, range)| self.band(&frame, range));
+        draw("a line plot", (WIDTH, legend.bottom), &beneath, |sheet| {
             sheet.axes(self.title, &frame, &self.x, &self.y, Grid::Both);
             for (index, series) in self.series.iter().enumerate() {
                 let known = |(point, &(x, y))| (x, if vouched(index, point) { y } else { f64::NAN });
@@ -85,10 +107,24 @@ impl LinePlot<'_> {
                 sheet.value(frame.across(across.start)..frame.across(across.end), &frame.y, &text);
             }
             sheet.frame(&frame);
-            for (row, (index, name)) in listed.into_iter().enumerate() {
-                sheet.legend_entry(&frame, row, name, colour::line(index), None);
+            for ((index, _), entry) in listed.iter().zip(&legend.entries) {
+                sheet.legend_entry(entry, colour::line(*index), None);
+            }
+            if let Some(entry) = legend.entries.get(listed.len()) {
+                sheet.legend_band(entry, colour::RANGE);
             }
         })
+    }
+
+    /// Returns a range as SVG: a polygon along its lower ends and back along its upper ones.
+    fn band(&self, frame: &Frame, range: &[(f64, [f64; 2])]) -> String {
+        let at = |x: f64, y: f64| {
+            let (across, up) = (self.x.place(x).clamp(0.0, 1.0), self.y.place(y).clamp(0.0, 1.0));
+            format!("{},{}", frame.across(across), frame.up(up))
+        };
+        let lower = range.iter().map(|&(x, [low, _])| at(x, low));
+        let corners: Vec<String> = lower.chain(range.iter().rev().map(|&(x, [_, high])| at(x, high))).collect();
+        format!("<polygon points=\"{}\" fill=\"{}\"/>\n", corners.join(" "), colour::as_svg(colour::RANGE))
     }
 
     /// Tells where curves leave the picture: for each part of a curve that does, its number, the place at the edge, its
@@ -260,13 +296,25 @@ mod tests {
             series: vec![Series { name: "", points: vec![(0.0, -0.5), (0.5, 0.5), (1.0, 7.123)] }],
         };
         let svg = plot.to_svg().unwrap();
+        let frame = Layout::new(plot.title, [&plot.x, &plot.y], [0, HEIGHT], EDGE).frame;
         let lines: Vec<&str> = svg.lines().collect();
         for note in ["−0.5000", "7.123"] {
             let place = lines.iter().rposition(|line| *line == note).unwrap();
             let at: i32 = lines[place - 1].split("x=\"").nth(1).unwrap().split('"').next().unwrap().parse().unwrap();
             let half = 34 * note.chars().count() as i32 / 2;
-            assert!(4 * 85 <= at - half && at + half <= 4 * 765, "{note} at {at}");
+            assert!(frame.x.start <= at - half && at + half <= frame.x.end, "{note} at {at}");
         }
+    }
+
+    #[test]
+    fn a_range_is_a_band_beneath_the_curves_with_its_name() {
+        let (x, y) = (Axis::linear("x", 0.0..2.0), Axis::linear("y", 0.0..1.0));
+        let series = vec![Series { name: "computed", points: vec![(0.0, 0.5), (2.0, 0.6)] }];
+        let plot = LinePlot { title: "t", x, y, series };
+        let svg = plot.to_svg_over("published", &[(0.0, [0.2, 0.4]), (1.0, [0.3, 0.8]), (2.0, [0.3, 2.0])]).unwrap();
+        let band = svg.lines().find(|line| line.starts_with("<polygon")).unwrap();
+        assert_eq!(band.matches(',').count(), 6, "{band}");
+        assert!(svg.find("<polygon") < svg.find("<polyline") && svg.contains("\npublished\n"), "{svg}");
     }
 
     #[test]

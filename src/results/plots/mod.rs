@@ -9,6 +9,7 @@ mod colour;
 pub(crate) mod comparison;
 pub(crate) mod force_map;
 pub(crate) mod heat_map;
+mod layout;
 pub(crate) mod lines;
 pub(crate) mod patch_map;
 pub(crate) mod points;

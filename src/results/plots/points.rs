@@ -3,12 +3,17 @@
 use plotters::style::WHITE;
 
 use super::axis::{Axis, four_digits};
-use super::canvas::{Form, Frame, Grid, MARK, PlotError, draw, legend_width};
+use super::canvas::{Anchor, Form, Grid, MARK, PlotError, draw};
 use super::colour;
+use super::layout::{EDGE, Layout, Legend, WIDTH};
 
 /// Half the width of an interval's ends in drawn units, and of the place that tells a point's value.
 const SERIF: i32 = 14;
 const REACH: i32 = 20;
+/// Height of the frame in shown pixels.
+const HEIGHT: i32 = 300;
+/// So many points of words have their values written beside them.
+const MOST_VALUES: usize = 12;
 
 /// Points of one kind.
 #[derive(Clone, Debug)]
@@ -21,7 +26,8 @@ pub(crate) struct PointSeries<'a> {
     pub joined: bool,
 }
 
-/// A plot of points; where several share a place, or where that is wanted, a line goes through their means.
+/// A plot of points; where several share a place, or where that is wanted, a line goes through their means. Between
+/// words there is nothing: no line joins them, and values stand beside the points.
 #[derive(Clone, Debug)]
 pub(crate) struct PointPlot<'a> {
     /// Title over the picture.
@@ -42,14 +48,17 @@ impl PointPlot<'_> {
     pub(crate) fn to_svg(&self) -> Result<String, PlotError> {
         let listed: Vec<(usize, &str)> =
             self.series.iter().map(|series| series.name).enumerate().filter(|(_, name)| !name.is_empty()).collect();
-        let frame = Frame::of(85..765, 50..490);
+        let Layout { frame, bottom } = Layout::new(self.title, [&self.x, &self.y], [0, HEIGHT], EDGE);
+        let legend = Legend::below(bottom, listed.iter().map(|(_, name)| *name));
+        let words = self.x.is_of_words();
+        let written = words && self.series.iter().map(|series| series.points.len()).sum::<usize>() <= MOST_VALUES;
         let at = |x: f64, y: f64| (frame.across(self.x.place(x)), frame.up(self.y.place(y)));
-        draw("points", (790 + legend_width(listed.iter().map(|(_, name)| *name)), 550), "", |sheet| {
+        draw("points", (WIDTH, legend.bottom), "", |sheet| {
             sheet.axes(self.title, &frame, &self.x, &self.y, Grid::Both);
             for (index, series) in self.series.iter().enumerate() {
                 let colour = colour::line(index);
                 let means = series.means();
-                if (series.joined || means.len() < series.points.len()) && means.len() > 1 {
+                if !words && (series.joined || means.len() < series.points.len()) && means.len() > 1 {
                     sheet.line(means.iter().map(|&(x, y)| at(x, y)).collect(), colour, 1.75);
                 }
                 for &(x, y, half) in &series.points {
@@ -65,12 +74,15 @@ impl PointPlot<'_> {
                     let named = if series.name.is_empty() { self.y.title() } else { series.name };
                     let text =
                         format!("{}: {}\n{named}: {}{interval}", self.x.title(), self.x.label(x), four_digits(y));
+                    if written {
+                        sheet.note(&format!("{y:.1}"), (place.0 + REACH, place.1), Anchor::Right);
+                    }
                     sheet.value(place.0 - REACH..place.0 + REACH, &(place.1 - REACH..place.1 + REACH), &text);
                 }
             }
             sheet.frame(&frame);
-            for (row, (index, name)) in listed.into_iter().enumerate() {
-                sheet.legend_entry(&frame, row, name, colour::line(index), Some((Form::of_curve(index), WHITE)));
+            for ((index, _), entry) in listed.iter().zip(&legend.entries) {
+                sheet.legend_entry(entry, colour::line(*index), Some((Form::of_curve(*index), WHITE)));
             }
         })
     }
@@ -106,5 +118,14 @@ mod tests {
             assert!(svg.contains(text), "{text}: {svg}");
         }
         assert_eq!(svg.matches("<title>").count(), 3);
+        assert!(svg.contains("\n1.0\n") && svg.contains("\n4.0\n"), "values stand beside the points: {svg}");
+        let lines = |x: Axis| {
+            let points = vec![(0.0, 1.0, 0.0), (1.0, 4.0, 0.0)];
+            let series = vec![PointSeries { name: "", points, joined: true }];
+            let plot = PointPlot { title: "t", x, y: Axis::linear("y", 0.0..5.0), series };
+            plot.to_svg().unwrap().lines().filter(|line| line.contains("<polyline") && line.contains("#0072B2")).count()
+        };
+        let (words, numbers) = (Axis::of_words("tread", &["elastic", "bedding"]), Axis::linear("x", 0.0..1.0));
+        assert_eq!((lines(words), lines(numbers)), (0, 1), "no line joins words");
     }
 }

@@ -3,8 +3,9 @@
 use std::ops::Range;
 
 use super::axis::{Axis, four_digits};
-use super::canvas::{Anchor, Frame, GRID, INK, PlotError, draw, legend_width};
+use super::canvas::{Anchor, GRID, INK, PlotError, draw};
 use super::colour;
+use super::layout::{EDGE, FINE, Frame, Legend, TICK_LABEL, TITLE, WIDTH, line_height, lines};
 use super::lines::Series;
 
 /// Levels from the outermost circle to the middle \[dB\], at most: deeper ones lie in the middle.
@@ -14,6 +15,8 @@ const STEP: f64 = 5.0;
 /// Angle between spokes, and between the points that a circle is drawn with \[degrees\].
 const SPOKE: usize = 30;
 const ARC: usize = 3;
+/// Diameter of the outermost circle in shown pixels.
+const DIAMETER: i32 = 340;
 /// Half the side of the square in which a pointer is told a point's value, in shown pixels.
 const REACH: f64 = 5.0;
 
@@ -39,11 +42,16 @@ impl PolarPlot<'_> {
         let level = self.axis();
         let listed: Vec<(usize, &str)> =
             self.series.iter().map(|series| series.name).enumerate().filter(|(_, name)| !name.is_empty()).collect();
-        let legend = legend_width(listed.iter().map(|(_, name)| *name));
-        let frame = Frame::of(100..540, 75..515);
+        let title = lines(self.title, WIDTH - 2 * EDGE, TITLE);
+        let top = EDGE + title.len() as i32 * line_height(TITLE) + 2 * line_height(TICK_LABEL);
+        let frame = Frame::of((WIDTH - DIAMETER) / 2..(WIDTH + DIAMETER) / 2, top..top + DIAMETER);
+        let below = [self.quantity, self.source].map(|text| lines(text, WIDTH - 2 * EDGE, TICK_LABEL));
+        let notes = top + DIAMETER + 2 * line_height(TICK_LABEL);
+        let bottom = notes + below.iter().flatten().count() as i32 * line_height(TICK_LABEL) + EDGE;
+        let legend = Legend::below(bottom, listed.iter().map(|(_, name)| *name));
         let at = |angle: f64, level: f64| place(&frame, angle, level);
-        draw("a polar plot", (640 + legend, 600), "", |sheet| {
-            sheet.heading(self.title, frame.x.clone(), 16);
+        draw("a polar plot", (WIDTH, legend.bottom), "", |sheet| {
+            sheet.heading(&title, EDGE);
             for (radius, _) in level.ticks() {
                 let circle = (0..=360).step_by(ARC).map(|angle| at(f64::from(angle as u32), radius));
                 sheet.line(circle.collect(), GRID, 1.0);
@@ -80,11 +88,12 @@ impl PolarPlot<'_> {
             for (radius, label) in level.ticks() {
                 sheet.note(label, at(-0.5 * SPOKE as f64, radius), Anchor::Right);
             }
-            let below = |line: f64| (frame.across(0.5), frame.up(-0.08 - 0.045 * line));
-            sheet.note(self.quantity, below(0.0), Anchor::Below);
-            sheet.note(self.source, below(1.0), Anchor::Below);
-            for (row, (index, name)) in listed.into_iter().enumerate() {
-                sheet.legend_entry(&frame, row, name, colour::line(index), None);
+            for (row, line) in below.iter().flatten().enumerate() {
+                let y = notes + row as i32 * line_height(TICK_LABEL);
+                sheet.note(line, (frame.across(0.5), y * FINE), Anchor::Below);
+            }
+            for ((index, _), entry) in listed.iter().zip(&legend.entries) {
+                sheet.legend_entry(entry, colour::line(*index), None);
             }
         })
     }
@@ -107,7 +116,7 @@ fn place(frame: &Frame, angle: f64, radius: f64) -> (i32, i32) {
 
 /// Tells where a pointer is told what lies at a place.
 fn around(at: i32, frame: &Frame) -> Range<i32> {
-    let reach = (REACH / 440.0 * f64::from(frame.x.end - frame.x.start)) as i32;
+    let reach = (REACH / f64::from(DIAMETER) * f64::from(frame.x.end - frame.x.start)) as i32;
     at - reach..at + reach
 }
 

@@ -1,11 +1,14 @@
 //! Third-octave spectra as steps over a logarithmic axis with the nominal frequencies (Larsson's figure 6).
 
 use super::axis::{Axis, four_digits};
-use super::canvas::{Frame, Grid, INK, PlotError, draw, legend_width};
+use super::canvas::{Grid, INK, PlotError, Sheet, draw};
 use super::colour;
+use super::layout::{EDGE, Layout, Legend, WIDTH};
 use crate::response::third_octave::ThirdOctaveBand;
 use crate::response::{BandLevel, LevelErrors};
 
+/// Height of the frame in shown pixels.
+const HEIGHT: i32 = 280;
 /// Levels further below the highest than this are not worth the paper.
 const DEEPEST: f64 = 90.0;
 
@@ -18,7 +21,7 @@ pub(crate) struct ThirdOctavePlot<'a> {
     pub quantity: &'a str,
     /// Name for the legend (may be empty) and levels, bands rising without a gap.
     pub spectra: Vec<(&'a str, &'a [BandLevel])>,
-    /// Errors of valid levels.
+    /// Errors of valid levels, of all spectra.
     pub errors: LevelErrors,
 }
 
@@ -29,19 +32,39 @@ impl ThirdOctavePlot<'_> {
     /// # Errors
     /// [`PlotError::Shape`] without a band, [`PlotError::Draw`].
     pub(crate) fn to_svg(&self) -> Result<String, PlotError> {
+        self.drawn(&vec![&self.errors; self.spectra.len()])
+    }
+
+    /// Returns the same picture of spectra that have errors of their own.
+    ///
+    /// # Errors
+    /// As [`Self::to_svg`].
+    pub(crate) fn to_svg_with(&self, errors: &[&LevelErrors]) -> Result<String, PlotError> {
+        self.drawn(errors)
+    }
+
+    fn drawn(&self, errors: &[&LevelErrors]) -> Result<String, PlotError> {
         let picture = "a third-octave spectrum";
+        let errors = |index: usize| errors.get(index).copied();
         let bands = || self.spectra.iter().flat_map(|(_, levels)| levels.iter()).map(|level| level.band.0);
         let (Some(first), Some(last)) = (bands().min(), bands().max()) else {
             return Err(PlotError::Shape { picture, quantity: "levels", expected: 1, got: 0 });
         };
         let x = frequency_axis(first, last);
         let y = self.level_axis();
-        let legend = legend_width(self.spectra.iter().map(|(name, _)| *name));
-        let frame = Frame::of(85..765, 50..470);
-        draw(picture, (790 + legend, 535), "", |sheet| {
+        let Layout { frame, bottom } = Layout::new(self.title, [&x, &y], [0, HEIGHT], EDGE);
+        let listed = || self.spectra.iter().enumerate().filter(|(_, (name, _))| !name.is_empty());
+        let legend = Legend::below(bottom, listed().map(|(_, (name, _))| *name));
+        let error_bar = |sheet: &mut Sheet<'_>, level: &BandLevel, at: f64, errors: Option<&LevelErrors>, colour| {
+            let Some(error) = error_of(level, errors) else { return };
+            let [low, high] = [-error, error].map(|off| frame.up(y.place(level.level + off).clamp(0.0, 1.0)));
+            let at = frame.across(x.place(at));
+            sheet.line(vec![(at, low), (at, high)], colour, 1.25);
+        };
+        draw(picture, (WIDTH, legend.bottom), "", |sheet| {
             sheet.axes(self.title, &frame, &x, &y, Grid::Horizontal);
             sheet.small_ticks_below(&frame, (first..=last).map(|band| x.place(f64::from(band))));
-            for (index, (name, levels)) in self.spectra.iter().enumerate() {
+            for (index, (_, levels)) in self.spectra.iter().enumerate() {
                 let top = |level: &BandLevel| frame.up(y.place(level.level.max(y.range().start)).clamp(0.0, 1.0));
                 if self.spectra.len() == 1 {
                     for level in *levels {
@@ -50,12 +73,7 @@ impl ThirdOctavePlot<'_> {
                             (frame.across(x.place(middle - 0.42)), frame.across(x.place(middle + 0.42)));
                         let colour = if level.valid { colour::line(0) } else { colour::UNVOUCHED };
                         sheet.fill(left..right, top(level)..frame.y.end, colour);
-                        if let Some(error) = self.error_of(level) {
-                            let [low, high] =
-                                [-error, error].map(|off| frame.up(y.place(level.level + off).clamp(0.0, 1.0)));
-                            let at = frame.across(x.place(middle));
-                            sheet.line(vec![(at, low), (at, high)], INK, 1.5);
-                        }
+                        error_bar(sheet, level, middle, errors(0), INK);
                     }
                 } else {
                     let steps = |levels: &[BandLevel]| -> Vec<(i32, i32)> {
@@ -72,31 +90,31 @@ impl ThirdOctavePlot<'_> {
                     for vouched in levels.chunk_by(|a, b| a.valid == b.valid).filter(|chunk| chunk[0].valid) {
                         sheet.line(steps(vouched), colour::line(index), 2.0);
                     }
+                    // Bars of several spectra stand beside each other within a band.
+                    let beside = (index as f64 + 1.0) / (self.spectra.len() as f64 + 1.0) - 0.5;
+                    for level in *levels {
+                        error_bar(sheet, level, f64::from(level.band.0) + beside, errors(index), colour::line(index));
+                    }
                 }
-                if !name.is_empty() {
-                    sheet.legend_entry(&frame, index, name, colour::line(index), None);
-                }
+            }
+            for ((index, _), entry) in listed().zip(&legend.entries) {
+                sheet.legend_entry(entry, colour::line(index), None);
             }
             for band in first..=last {
                 let across = [-0.5, 0.5].map(|side| frame.across(x.place(f64::from(band) + side)));
-                sheet.value(across[0]..across[1], &frame.y, &self.value(band));
+                sheet.value(across[0]..across[1], &frame.y, &self.value(band, &errors));
             }
             sheet.frame(&frame);
         })
     }
 
-    /// Tells how far off a level may be by all that is known \[dB\].
-    fn error_of(&self, level: &BandLevel) -> Option<f64> {
-        self.errors.total(level.band).filter(|_| level.valid)
-    }
-
     /// Returns the values of the spectra in a band.
-    fn value(&self, band: i32) -> String {
+    fn value<'e>(&self, band: i32, errors: &dyn Fn(usize) -> Option<&'e LevelErrors>) -> String {
         let mut text = format!("{} Hz", ThirdOctaveBand(band).label());
-        for (name, levels) in &self.spectra {
+        for (index, (name, levels)) in self.spectra.iter().enumerate() {
             if let Some(level) = levels.iter().find(|level| level.band.0 == band) {
                 let name = if name.is_empty() { self.quantity } else { name };
-                let error = self.error_of(level).map_or(String::new(), |error| format!(" ± {error:.1}"));
+                let error = error_of(level, errors(index)).map_or(String::new(), |error| format!(" ± {error:.1}"));
                 let doubt = if level.valid { "" } else { ", not vouched for" };
                 text.push_str(&format!("\n{name}: {}{error} dB{doubt}", four_digits(level.level)));
             }
@@ -109,6 +127,11 @@ impl ThirdOctavePlot<'_> {
         let highest = levels().filter(|level| level.is_finite()).fold(f64::NEG_INFINITY, f64::max);
         Axis::linear_around(self.quantity, levels().filter(|&level| level >= highest - DEEPEST))
     }
+}
+
+/// Tells how far off a level may be by all that is known \[dB\].
+fn error_of(level: &BandLevel, errors: Option<&LevelErrors>) -> Option<f64> {
+    errors?.total(level.band).filter(|_| level.valid)
 }
 
 /// Returns the bands are evenly spaced on a logarithmic axis: their numbers are its coordinate. Octaves are labelled,
@@ -157,6 +180,20 @@ mod tests {
         // Two corners a band; the legend's line comes last.
         assert_eq!(bands("#0072B2"), [2, 1, 1], "{svg}");
         assert_eq!((bands("#BEBEBE"), bands("#D55E00")), (vec![6], vec![6, 1]), "{svg}");
+    }
+
+    #[test]
+    fn every_spectrum_has_the_bars_of_its_own_errors() {
+        let (one, other) = (levels(-4, &[40.0; 6]), levels(-4, &[50.0; 6]));
+        let errors = LevelErrors::default();
+        let plot = ThirdOctavePlot { title: "t", quantity: "q", spectra: vec![("a", &one), ("b", &other)], errors };
+        let known = LevelErrors { numerical: Some((0.0, 1.0)), ..LevelErrors::default() };
+        let svg = plot.to_svg_with(&[&known, &LevelErrors::default()]).unwrap();
+        let lines =
+            |colour: &str| svg.lines().filter(|line| line.contains("<polyline") && line.contains(colour)).count();
+        // The spectrum and its entry in the legend, and six bars.
+        assert_eq!((lines("#0072B2"), lines("#D55E00")), (2 + 6, 2), "{svg}");
+        assert!(svg.contains("a: 40.00 ± 1.0 dB") && svg.contains("b: 50.00 dB"), "{svg}");
     }
 
     #[test]

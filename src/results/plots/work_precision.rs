@@ -4,18 +4,16 @@
 use plotters::style::{RGBColor, WHITE};
 
 use super::axis::Axis;
-use super::canvas::{Anchor, Form, Frame, Grid, INK, MARK, PlotError, Sheet, draw, legend_width};
+use super::canvas::{Anchor, Form, Grid, INK, MARK, PlotError, Sheet, draw};
 use super::colour;
+use super::layout::{EDGE, Frame, Layout, Legend, WIDTH};
 
 const GREY: RGBColor = RGBColor(150, 150, 150);
 const PALE: RGBColor = RGBColor(215, 215, 215);
 const GOLD: RGBColor = RGBColor(255, 205, 40);
 
-/// Width of a panel, its left margin and the frame's height in shown pixels.
-const PANEL: i32 = 500;
-const MARGIN: i32 = 85;
-const TOP: i32 = 50;
-const BOTTOM: i32 = 520;
+/// Height of a panel's frame in shown pixels.
+const HEIGHT: i32 = 360;
 /// Width of a letter and height of a note in drawn units.
 const LETTER: i32 = 28;
 const LINE: i32 = 60;
@@ -46,7 +44,7 @@ pub(crate) struct WorkPrecisionPlot<'a> {
     pub knobs: Vec<&'a str>,
     /// Error below which points cannot be told from the reference.
     pub doubt: f64,
-    /// The panels, side by side.
+    /// The panels, from the top.
     pub panels: Vec<WorkPrecisionPanel<'a>>,
 }
 
@@ -64,27 +62,34 @@ impl WorkPrecisionPlot<'_> {
             ("marked", INK, Some((Form::Star, GOLD))),
         ];
         let entries: Vec<_> = knobs.chain(others).collect();
-        let legend = legend_width(entries.iter().map(|(name, ..)| *name));
-        let frames: Vec<Frame> = (0..self.panels.len() as i32)
-            .map(|panel| Frame::of(panel * PANEL + MARGIN..(panel + 1) * PANEL - 10, TOP..BOTTOM))
-            .collect();
-        let Some(last) = frames.last() else {
+        if self.panels.is_empty() {
             return Err(PlotError::Shape { picture: "work and precision", quantity: "panels", expected: 1, got: 0 });
-        };
-        let size = (PANEL * self.panels.len() as i32 + legend, BOTTOM + 60);
-        draw("work and precision", size, "", |sheet| {
-            sheet.heading(self.title, frames[0].x.start..last.x.end, 16);
-            for (panel, frame) in self.panels.iter().zip(&frames) {
+        }
+        let (mut frames, mut top) = (Vec::new(), 0);
+        for (number, panel) in self.panels.iter().enumerate() {
+            let Layout { frame, bottom } =
+                Layout::new(self.title_of(number), [&panel.cost, &self.error], [top, HEIGHT], EDGE);
+            frames.push(frame);
+            top = bottom;
+        }
+        let legend = Legend::below(top, entries.iter().map(|(name, ..)| *name));
+        draw("work and precision", (WIDTH, legend.bottom), "", |sheet| {
+            for (number, (panel, frame)) in self.panels.iter().zip(&frames).enumerate() {
+                sheet.axes(self.title_of(number), frame, &panel.cost, &self.error, Grid::Both);
                 self.panel(sheet, panel, frame);
             }
-            for (row, (name, line, mark)) in entries.into_iter().enumerate() {
-                sheet.legend_entry(last, row, name, line, mark);
+            for (entry, (_, line, mark)) in legend.entries.iter().zip(entries) {
+                sheet.legend_entry(entry, line, mark);
             }
         })
     }
 
+    /// Returns the title of a panel: the first has that of all.
+    fn title_of(&self, panel: usize) -> &str {
+        if panel == 0 { self.title } else { "" }
+    }
+
     fn panel(&self, sheet: &mut Sheet<'_>, panel: &WorkPrecisionPanel<'_>, frame: &Frame) {
-        sheet.axes("", frame, &panel.cost, &self.error, Grid::Both);
         let place = |&(cost, error): &(f64, f64)| {
             let up = self.error.place(error.max(self.error.range().start)).clamp(0.0, 1.0);
             (frame.across(panel.cost.place(cost).clamp(0.0, 1.0)), frame.up(up))

@@ -62,6 +62,8 @@ pub(super) struct Heard {
     /// Maximum of the pass-by \[dB(A)\]; valid where the bands that the run vouches for leave out no more than half a
     /// decibel.
     pub maximum: Option<(f64, bool)>,
+    /// Passages that it is the mean of, and the standard error of that \[dB\], where it is known.
+    pub passages: Option<(usize, Option<f64>)>,
 }
 
 /// Hears a run at its coast-by receivers.
@@ -97,6 +99,7 @@ pub(super) fn listen(label: &Label, run: &Stored) -> Result<Vec<Heard>, Emission
                 speed,
                 power,
                 maximum: summary.pass_by.as_ref().map(|pass_by| (pass_by.maximum, whole)),
+                passages: summary.pass_by.as_ref().map(|pass_by| (pass_by.passages, pass_by.standard_error)),
             });
         }
     }

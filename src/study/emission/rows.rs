@@ -67,6 +67,9 @@ pub(crate) struct EmissionRow {
     pub speeds: [f64; 2],
     /// True if every run vouches for the band.
     pub valid: bool,
+    /// Of a maximum: passages of the run with the fewest, and the largest standard error of a level \[dB\], where that
+    /// of every level is known.
+    pub passages: Option<(usize, Option<f64>)>,
 }
 
 /// Level of a run at a speed.
@@ -99,6 +102,7 @@ pub(super) fn rows(heard: &[&Heard]) -> Vec<EmissionRow> {
             ],
             speeds: [speeds().fold(f64::INFINITY, f64::min), speeds().fold(0.0, f64::max)],
             valid: points.iter().all(|point| point.valid),
+            passages: None,
         })
     };
     // All bands of all runs, each band's points together, bands rising.
@@ -122,9 +126,13 @@ pub(super) fn rows(heard: &[&Heard]) -> Vec<EmissionRow> {
     let mut all = banded(EmissionModel::CnossosEu, &|of| octaves(&of.power[0]));
     let in_nord2000 = |of: &BandLevel| NORD2000_BANDS.contains(&of.band.0);
     all.extend(banded(EmissionModel::Nord2000, &|of| of.power[1].iter().copied().filter(in_nord2000).collect()));
-    let passed = heard.iter().filter(|of| R117_SPEEDS.contains(&of.speed));
-    let passed = passed.filter_map(|of| of.maximum.map(|(level, valid)| Point { speed: of.speed, level, valid }));
-    all.extend(row(EmissionModel::UnR117, None, heard[0].tyres, passed.collect()));
+    let passed = || heard.iter().filter(|of| R117_SPEEDS.contains(&of.speed));
+    let maximum = |of: &&Heard| of.maximum.map(|(level, valid)| Point { speed: of.speed, level, valid });
+    let maximum = row(EmissionModel::UnR117, None, heard[0].tyres, passed().filter_map(maximum).collect());
+    let larger = |a: Option<f64>, b: Option<f64>| Some(a?.max(b?));
+    let worst = passed().filter_map(|of| of.passages);
+    let worst = worst.reduce(|(few, error), (fewer, other)| (few.min(fewer), larger(error, other)));
+    all.extend(maximum.map(|row| EmissionRow { passages: worst, ..row }));
     all
 }
 
@@ -146,6 +154,7 @@ mod tests {
                 speed,
                 power: [power.clone(), power],
                 maximum: Some((70.5 + 31.0 * (speed / 80.0).log10() + off, speed < 85.0)),
+                passages: Some((4, Some(0.01 * speed))),
             }
         };
         speeds.iter().zip(off).map(run).collect()
@@ -183,6 +192,10 @@ mod tests {
         assert!((r117.line.reference_level - 70.5).abs() < 1e-9);
         assert!((r117.line.slope.decibels_per_decade - 31.0).abs() < 1e-8);
         assert_eq!((r117.runs, r117.speeds, r117.tyres, r117.valid), ([3, 1, 1], [70.0, 90.0], 1, false));
+        assert_eq!(r117.passages, Some((4, Some(0.9))));
+        let mut single = runs(&[70.0, 80.0, 90.0], &[0.0; 3]);
+        single[0].passages = Some((1, None));
+        assert_eq!(of(&single).last().unwrap().passages, Some((1, None)), "an error that is not known is none of 0");
     }
 
     #[test]

@@ -11,12 +11,16 @@ pub(crate) const EMISSION_HEAD: &str = "group,receiver,model,nominal_hz,referenc
                                         a_error_db,b_error_db_per_decade,residual_rms_db,runs,lowest_kmh,highest_kmh,\
                                         valid";
 
+/// Columns behind these.
+const STATISTICS: [&str; 2] = ["passages", "standard_error_db"];
+
 /// Runs that UN R117 asks for on either side of its reference speed.
 const R117_RUNS: usize = 4;
 
 impl Emission {
     /// Returns all rows, numbers written so that reading gives the same bits. Errors are half of the 95 % interval,
-    /// empty for two runs.
+    /// empty for two runs. The last columns are the fewest passages that a maximum is the mean of, and the largest
+    /// standard error of such a mean, empty where one is not known.
     pub(crate) fn csv(&self) -> String {
         let rows = self.rows.iter().map(|of| {
             let (model, reference, line) = (of.model.name(), of.model.reference_speed(), &of.line);
@@ -24,6 +28,8 @@ impl Emission {
             let [lowest, highest] = &of.speeds;
             let (a, slope, valid) = (&line.reference_level, &line.slope, u8::from(of.valid));
             let (b, rms) = (&slope.decibels_per_decade, &slope.residual);
+            let passages = optional(of.passages.map(|(fewest, _)| fewest));
+            let error = optional(of.passages.and_then(|(_, error)| error));
             row([
                 &of.group,
                 &of.receiver,
@@ -40,9 +46,11 @@ impl Emission {
                 lowest,
                 highest,
                 &valid,
+                &passages,
+                &error,
             ])
         });
-        csv(EMISSION_HEAD.split(','), rows)
+        csv(EMISSION_HEAD.split(',').chain(STATISTICS), rows)
     }
 
     /// Returns all rows, and what they assume.
@@ -64,6 +72,8 @@ impl Emission {
                 "lowest_kmh": of.speeds[0],
                 "highest_kmh": of.speeds[1],
                 "valid": of.valid,
+                "passages": of.passages.map(|of| of.0),
+                "standard_error_db": of.passages.and_then(|of| of.1),
             })
         };
         json!({
@@ -156,6 +166,18 @@ impl EmissionRow {
         if self.tyres == 1 {
             note.push_str("of one tyre: a vehicle (vehicle = {} of the receiver) has four\n");
         }
+        if let Some((passages, error)) = self.passages {
+            note.push_str(&match error {
+                Some(error) => {
+                    format!("means over {passages} or more passages, standard error at most {error:.1} dB\n")
+                }
+                None => format!(
+                    "a run with {passages} passage{} has no known statistical error: a longer rolling.duration gives \
+                     one\n",
+                    if passages == 1 { "" } else { "s" }
+                ),
+            });
+        }
         if slower.min(faster) < R117_RUNS {
             note.push_str(&format!(
                 "runs below and above 80 km/h: {slower} and {faster}; UN R117 asks for {R117_RUNS} each, from 70 to 90 \
@@ -183,6 +205,7 @@ mod tests {
             runs: [3, 2, 1],
             speeds: [60.0, 90.0],
             valid,
+            passages: nominal_hz.is_none().then_some((1, None)),
         }
     }
 
@@ -196,7 +219,7 @@ mod tests {
         let emission = Emission { rows };
         let text = emission.csv();
         let mut reader = csv::Reader::from_reader(text.as_bytes());
-        assert_eq!(reader.headers().unwrap().len(), 15);
+        assert_eq!(reader.headers().unwrap().len(), 17);
         let read: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
         assert_eq!(read.len(), 3);
         let line = emission.rows[0].line;
@@ -208,6 +231,8 @@ mod tests {
         assert!(told.contains("rough, stone, beside: CNOSSOS-EU") && told.contains("lg(v/80 km/h)"), "{told}");
         assert_eq!(told.matches(" (70.").count(), 1, "{told}");
         assert!(told.contains("below and above 80 km/h: 2 and 1;"), "{told}");
+        assert_eq!((&read[2][15], &read[2][16], &read[0][15]), ("1", "", ""));
+        assert!(told.contains("1 passage has no known statistical error"), "{told}");
         let json = emission.to_json();
         assert_eq!((&json["rows"][0]["model"], &json["rows"][2]["nominal_hz"]), (&json!("cnossos-eu"), &Value::Null));
         assert_eq!(json["rows"][0]["a_db"].as_f64().unwrap().to_bits(), line.reference_level.to_bits());

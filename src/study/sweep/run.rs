@@ -16,6 +16,7 @@ use crate::plan::models::fetch;
 use crate::response::BandLevel;
 use crate::results::folder::ResultsFolder;
 use crate::results::inputs::{Input, Inputs};
+use crate::results::pass_by::PassBySummary;
 use crate::results::sound::{RatedLevel, ReceiverSummary};
 use crate::results::spectra::{SPECTRA_FILE, read_force_levels};
 use crate::results::summary::{FrictionSummary, LoadResult, RollingResistance, SUMMARY_FILE};
@@ -58,6 +59,9 @@ pub(crate) struct Done {
     /// The receivers that the tyre passes.
     #[serde(default)]
     pub passed: Vec<String>,
+    /// Passages at these receivers, and their statistical error.
+    #[serde(default)]
+    pub pass_bys: Vec<(String, PassBySummary)>,
 }
 
 impl Outcome {
@@ -84,6 +88,7 @@ impl Done {
             friction: serde_json::from_value(outcome["friction"].clone()).ok(),
             load: serde_json::from_value(outcome["load"].clone()).ok(),
             sound: rated.iter().filter_map(|rated| Some((rated.name.clone(), rated.level?))).collect(),
+            pass_bys: receivers.into_iter().filter_map(|heard| Some((heard.name, heard.pass_by?))).collect(),
             passed: rated.into_iter().filter(|rated| rated.passed).map(|rated| rated.name).collect(),
         }
     }
@@ -91,6 +96,11 @@ impl Done {
     /// Returns the level at a receiver \[dB(A)\].
     pub(crate) fn level_at(&self, receiver: &str) -> Option<f64> {
         self.sound.iter().find(|(name, _)| name == receiver).map(|(_, level)| *level)
+    }
+
+    /// Returns the passages at a receiver.
+    pub(crate) fn pass_by(&self, receiver: &str) -> Option<&PassBySummary> {
+        self.pass_bys.iter().find(|(name, _)| name == receiver).map(|(_, pass_by)| pass_by)
     }
 
     /// Returns the name of what is known of a receiver.

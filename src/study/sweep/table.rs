@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use crate::response::{BandLevel, SpeedExponent, ThirdOctaveBand};
+use crate::results::pass_by::PassBySummary;
 use crate::results::plots::{Axis, LinePlot, PlotError, Series};
 use crate::results::summary::RollingResistance;
-use crate::results::table::{self, Report, aligned, numbers};
+use crate::results::table::{self, Report, aligned, numbers, optional};
 use crate::sound::SpeedCoefficient;
 use crate::study::sweep::friction_curves::friction_rows;
 use crate::study::sweep::run::Done;
@@ -106,6 +107,30 @@ impl SweepBlock {
         )
     }
 
+    /// Returns the rows of a pass-by's passages and of the standard error of their mean; none of another receiver.
+    fn statistics(&self, receiver: &str) -> Vec<Vec<String>> {
+        let row = |title: &str, cell: &dyn Fn(&PassBySummary) -> Option<String>| -> Vec<String> {
+            let cells = self.found.iter().map(|done| done.pass_by(receiver).and_then(cell).unwrap_or("-".to_owned()));
+            [title.to_owned()].into_iter().chain(cells).chain([String::new()]).collect()
+        };
+        if self.found.iter().all(|done| done.pass_by(receiver).is_none()) {
+            return Vec::new();
+        }
+        vec![
+            row("  passages", &|pass_by| Some(pass_by.passages.to_string())),
+            row("  standard error", &|pass_by| Some(format!("{:.1}", pass_by.standard_error?))),
+        ]
+    }
+
+    /// Tells of the run with the fewest passages for what is asked of their statistical error how long it must be.
+    fn longest_missing(&self, receiver: &str) -> Option<String> {
+        let all =
+            self.speeds.iter().zip(&self.found).filter_map(|(speed, done)| Some((speed, done.pass_by(receiver)?)));
+        let missing = all.filter_map(|(speed, pass_by)| Some((pass_by.missing_seconds()?, speed, pass_by)));
+        let (_, speed, pass_by) = missing.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some(format!("{receiver}, {speed} km/h: {}\n", pass_by.statistics()))
+    }
+
     /// Returns the block for people: a line per band, a column per speed, growth and residual last; the rolling
     /// resistance below, and which loads were missed.
     pub(crate) fn report(&self) -> Report {
@@ -160,7 +185,10 @@ impl SweepBlock {
             };
             let header = header("dB(A) at").chain(["dB/decade".to_owned()]);
             report.text("\n");
-            report.table(aligned(header, heard.iter().map(row)));
+            let rows = heard.iter().flat_map(|name| [row(name)].into_iter().chain(self.statistics(name)));
+            report.table(aligned(header, rows));
+            let longer = heard.iter().filter_map(|name| self.longest_missing(name));
+            longer.for_each(|told| report.text(told));
         }
         for (speed, done) in columns() {
             if let Some(load) = done.missed_load() {
@@ -175,7 +203,8 @@ impl SweepBlock {
 /// lg(v/v_ref);
 /// `None` without receivers.
 pub(crate) fn sound_csv(blocks: &[SweepBlock]) -> Option<String> {
-    let header = ["group", "receiver", "speed_kmh", "level_db_a", "growth_db_per_decade", "level_at_80_kmh_db_a"];
+    let names = ["group", "receiver", "speed_kmh", "level_db_a", "growth_db_per_decade", "level_at_80_kmh_db_a"];
+    let header = names.into_iter().chain(["passages", "standard_error_db"]);
     let mut rows: Vec<Vec<String>> = Vec::new();
     for block in blocks {
         for receiver in block.receivers() {
@@ -186,7 +215,10 @@ pub(crate) fn sound_csv(blocks: &[SweepBlock]) -> Option<String> {
                 let Some(level) = done.level_at(&receiver) else { continue };
                 let names = [block.group.clone(), receiver.clone()];
                 let numbers = [*speed, level].map(|number| number.to_string());
-                rows.push(names.into_iter().chain(numbers).chain(growth.clone()).collect());
+                let passed = done.pass_by(&receiver);
+                let passages = optional(passed.map(|pass_by| pass_by.passages));
+                let error = optional(passed.and_then(|pass_by| pass_by.standard_error));
+                rows.push(names.into_iter().chain(numbers).chain(growth.clone()).chain([passages, error]).collect());
             }
         }
     }
@@ -265,6 +297,9 @@ mod tests {
         for (done, speed) in found.iter_mut().zip(&speeds) {
             done.sound = vec![("beside".to_owned(), 70.0 + 35.0 * (speed / 80.0_f64).log10())];
             done.passed = vec!["beside".to_owned()];
+            // A single passage at the lowest speed, two that differ by 2 dB at the others.
+            let maxima = if *speed < 60.0 { vec![70.0] } else { vec![69.0, 71.0] };
+            done.pass_bys = vec![("beside".to_owned(), PassBySummary::new(String::new(), &maxima, 1, 0.9))];
         }
         SweepBlock::new("stone, 3000 N", speeds, found)
     }
@@ -273,6 +308,13 @@ mod tests {
     fn a_made_up_growth_stands_in_table_csv_and_picture() {
         let text = block().report().to_string();
         assert!(text.starts_with("stone, 3000 N\n") && text.contains("130 km/h") && text.contains("22.25"), "{text}");
+        let statistics =
+            |title: &str| text.lines().find(|line| line.trim_start().starts_with(title)).unwrap().to_owned();
+        let cells = |line: String| line.split_whitespace().rev().take(3).map(str::to_owned).collect::<Vec<_>>();
+        assert_eq!(cells(statistics("standard error")), ["1.0", "1.0", "-"], "{text}");
+        assert!(
+            text.contains("beside, 80 km/h: mean of 2 passages, standard error 1.0 dB; for 0.5 dB, some 5.4 s more")
+        );
         assert!(text.contains("0.01250") && text.contains("37.50") && text.contains("833.0"), "{text}");
         assert!(text.contains("130 km/h *") && text.contains("* 130 km/h: the mean force is +4.00 % off"), "{text}");
         let bands = text.split("\n\n").next().unwrap();

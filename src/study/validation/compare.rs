@@ -2,7 +2,7 @@
 
 use super::measure::{HeardRun, Measured, StandingTyre};
 use super::missing::{Compared, Lacks};
-use super::published::{BANDS, PUBLISHED_SPEEDS, Published, ROAD, bands, decades, energy_sum};
+use super::published::{BANDS, Kind, PUBLISHED_SPEEDS, Published, ROAD, bands, decades, energy_sum};
 use super::row::{Group, Row};
 use crate::numeric::straight_line::StraightLine;
 use crate::response::ThirdOctaveBand;
@@ -14,8 +14,8 @@ const COARSE_LESS_FINE: [NamedTexture; 2] = [NamedTexture::ChipSeal, NamedTextur
 const OCTAVES: [(&str, std::ops::RangeInclusive<i32>); 5] =
     [("hra_250", -7..=-5), ("hra_500", -4..=-2), ("hra_1000", -1..=1), ("hra_2000", 2..=3), ("hra_4000", 5..=7)];
 
-/// Holds all that was measured against all that is published, in the order of the table. Rows of speeds and roads that
-/// were not rolled have no value.
+/// Holds all that was measured against all that is published, in the order of the table; targets of a fit come last, in
+/// a group of their own. Rows of speeds and roads that were not rolled have no value.
 pub(crate) fn rows(measured: &Measured, published: &Published) -> Vec<Row> {
     let table = Table { measured, published, lacks: measured.lacks };
     let mut rows = table.tyre();
@@ -26,6 +26,10 @@ pub(crate) fn rows(measured: &Measured, published: &Published) -> Vec<Row> {
     rows.extend(table.levels());
     rows.extend(table.roads());
     rows.extend(table.resistance());
+    for row in rows.iter_mut().filter(|row| row.kind == Kind::Target) {
+        row.group = Group::Targets;
+    }
+    rows.sort_by_key(|row| row.group);
     rows
 }
 
@@ -111,7 +115,7 @@ impl Table<'_> {
             sets: self.published.sets.len(),
             spread: format!("+-{} {}: {}", widening.spread, widening.unit, widening.reason),
             source: sources.join("; "),
-            kind: super::published::Kind::Measured,
+            kind: Kind::Measured,
             could_explain: Vec::new(),
         }
     }
@@ -193,7 +197,7 @@ mod tests {
 
     use super::*;
     use crate::study::validation::published::is_compared;
-    use crate::study::validation::row::Verdict;
+    use crate::study::validation::row::{Verdict, summaries};
 
     /// Returns a run with levels that fall by 2 dB a band from 200 Hz on and grow by 30 dB a decade.
     fn run(texture: NamedTexture, speed: usize, shift: f64) -> HeardRun {
@@ -253,6 +257,16 @@ mod tests {
     }
 
     #[test]
+    fn targets_that_the_tyre_was_fitted_to_are_called_so_and_not_counted_among_validation() {
+        let rows = rows(&measured(), &Published::embedded());
+        assert!(rows.iter().all(|row| (row.kind == Kind::Target) == (row.group == Group::Targets)));
+        assert!(rows.is_sorted_by_key(|row| row.group), "groups stand together");
+        let found = summaries(&rows);
+        let [tyre, targets] = [Group::Tyre, Group::Targets].map(|group| found.iter().find(|of| of.group == group));
+        assert_eq!((tyre.unwrap().rows, targets.unwrap().rows), (1, 11));
+    }
+
+    #[test]
     fn a_value_that_the_runs_do_not_give_is_unknown_and_no_row_is_lost() {
         let published = Published::embedded();
         let mut nothing = measured();
@@ -260,7 +274,10 @@ mod tests {
         let (all, none) = (rows(&measured(), &published), rows(&nothing, &published));
         let titles = |rows: &[Row]| rows.iter().map(|row| row.title.clone()).collect::<Vec<_>>();
         assert_eq!(titles(&all), titles(&none));
-        let known = none.iter().filter(|row| row.group != Group::Tyre && row.computed.is_some()).count();
+        let known = none
+            .iter()
+            .filter(|row| ![Group::Tyre, Group::Targets].contains(&row.group) && row.computed.is_some())
+            .count();
         assert_eq!(known, 0);
         // An octave of which a third is missing is unknown.
         assert!(all.iter().any(|row| row.title.contains("4 kHz") && row.computed.is_none()));

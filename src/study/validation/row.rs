@@ -25,11 +25,13 @@ pub(crate) enum Group {
     Roads,
     /// Rolling resistance.
     Resistance,
+    /// Targets that the tyre was fitted to: shown, and no part of the validation.
+    Targets,
 }
 
 impl Group {
     /// All, in the order of the table.
-    pub(crate) const ALL: [Self; 8] = [
+    pub(crate) const ALL: [Self; 9] = [
         Self::Tyre,
         Self::Shape50,
         Self::Shape80,
@@ -38,6 +40,7 @@ impl Group {
         Self::Levels,
         Self::Roads,
         Self::Resistance,
+        Self::Targets,
     ];
 
     /// Returns the group in words.
@@ -51,6 +54,7 @@ impl Group {
             Self::Levels => "overall levels",
             Self::Roads => "differences of roads",
             Self::Resistance => "rolling resistance",
+            Self::Targets => "targets of the fit, no validation",
         }
     }
 }

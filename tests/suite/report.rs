@@ -301,7 +301,7 @@ fn a_measured_road_is_shown_by_the_run_that_knows_its_file() {
     let folder = tempfile::tempdir().unwrap();
     let heights: String = (0..4000).map(|k| format!("{},{}\n", k, f64::from(k % 7) / 10.0)).collect();
     fs::create_dir(folder.path().join("scenes")).unwrap();
-    fs::write(folder.path().join("scenes/road.csv"), heights).unwrap();
+    fs::write(folder.path().join("scenes/road.csv"), format!("x,z\n{heights}")).unwrap();
     let road = "kind = \"profile\"\nfile = \"road.csv\"\ndistance_unit = \"mm\"\nheight_unit = \"mm\"\n\
                 at_end = \"repeat\"";
     let rolling = "speed_kmh = 60.0\nwarm_up = 0.05\nduration = 0.1\naxle = { indentation = 0.01 }";

@@ -86,12 +86,12 @@ mod tests {
     fn every_file_that_a_scene_reads_identifies_it_by_its_content() {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);
-        fs::write(path("outer.crg"), "$ROAD_CRG_FILE\ninner.crg\n$\n").unwrap();
-        fs::write(path("inner.crg"), "$ROAD_CRG\n$\n").unwrap();
+        fs::write(path("outer.crg"), "$CT\nx\n$\n$ROAD_CRG_FILE\ninner.crg\n$\n").unwrap();
+        fs::write(path("inner.crg"), "$CT\nx\n$\n").unwrap();
         fs::write(path("map.png"), "a map").unwrap();
         let settings = [
             format!("road={{kind=\"opencrg\",file={:?}}}", path("outer.crg")),
-            format!("tread_pattern={{depth=0.008,file={:?},period=0.2}}", path("map.png")),
+            format!("tread_pattern={{depth=0.008,file={:?}}}", path("map.png")),
             "contact={zone=\"cells\",cells_across=8}".to_owned(),
         ];
         let settings: Vec<Setting> = settings.iter().map(|text| Setting::parse(text).unwrap()).collect();

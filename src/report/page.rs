@@ -151,7 +151,8 @@ pub(super) fn curves(
         let plot = LinePlot {
             title: &title,
             x: Axis::logarithmic_around("Frequency [Hz]", points().map(|point| point.0), [0.9, 1.1]),
-            y: Axis::linear_around("Difference [dB]", points().map(|point| point.1)),
+            // Rounding is not blown up to differences.
+            y: Axis::linear_around("Difference [dB]", points().map(|point| point.1).chain([-0.5, 0.5])),
             series: series.clone(),
         };
         pictures.push((plot.to_svg_vouched(|curve, point| vouched[curve][point])?, format!("{title}. {GREY}")));

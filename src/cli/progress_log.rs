@@ -72,7 +72,7 @@ pub(super) struct ProgressLog {
 impl ProgressLog {
     /// Starts to tell on standard error.
     pub(super) fn start() -> Self {
-        Self::telling(INTERVAL, |line| tell(line))
+        Self::telling(INTERVAL, tell)
     }
 
     fn telling(interval: Duration, mut say: impl FnMut(&str) + Send + 'static) -> Self {

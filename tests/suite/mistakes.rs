@@ -1,4 +1,5 @@
-//! Twenty plausible mistakes in scenes, and what `tyrewave check` answers: each is known before anything is run.
+//! Plausible mistakes in scenes, units, roads, tyres and commands, and what the program answers: each is known before
+//! anything is run. Of twenty the whole answers of `tyrewave check` stand in a file, of twenty more their key words.
 //!
 //! `TYREWAVE_MISTAKES=1 cargo test twenty_plausible` writes `twenty_mistakes.txt` anew.
 
@@ -66,18 +67,123 @@ const MISTAKES: [(&str, &str, &str); 20] = [
     ),
 ];
 
+/// Makes a folder with a scene and the files that scenes here name.
+fn folder(scene: &str) -> tempfile::TempDir {
+    let folder = folder_with(scene);
+    let place = folder.path();
+    let shipped = |name: &str| concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/").to_owned() + name;
+    fs::copy(shipped("tyres/car.toml"), place.join("car.toml")).unwrap();
+    fs::copy(shipped("roads/cobbles.crg"), place.join("cobbles.crg")).unwrap();
+    let line = (0..400).map(|row| format!("{row},{}\n", f64::from(row % 7) / 10.0));
+    fs::write(place.join("line.csv"), format!("x,z\n{}", line.collect::<String>())).unwrap();
+    folder
+}
+
+/// Further mistakes: the command line, and words of the answer.
+const COMMANDS: [(&str, &[&str], &[&str]); 20] = [
+    ("a load in kg", &["check", "scene.toml", "--set", "rolling.axle.load=350"], &["350 kg weigh 3434 N"]),
+    (
+        "a load ten times as large",
+        &["check", "scene.toml", "--set", "rolling.axle.load=34000"],
+        &["from 580 to 14000 N"],
+    ),
+    ("a load in N for kg", &["tyre", "car.toml", "--loads", "3400"], &["33354 N"]),
+    ("a load that is a word", &["tyre", "car.toml", "--loads", "heavy"], &["kilograms as 350", "3400N"]),
+    (
+        "air without pressure",
+        &["check", "scene.toml", "--set", "tyre.cavity.density=1.2"],
+        &["tyre.cavity.density", "air at 220000 Pa over the atmosphere has 3.82"],
+    ),
+    (
+        "an angle of cords in radians",
+        &["check", "scene.toml", "--set", "tyre.layers[1].cords[0].angle_deg=0.436"],
+        &["angle_deg", "from 1.6 to 90 degrees"],
+    ),
+    (
+        "a pressure in bar",
+        &["check", "scene.toml", "--set", "tyre.inflation.pressure=2.2"],
+        &["tyre.inflation.pressure", "2.2 Pa is hardly meant"],
+    ),
+    (
+        "a modulus in MPa",
+        &["check", "scene.toml", "--set", "tyre.layers[2].material.modulus=5.5"],
+        &["material.modulus", "5.5 Pa is hardly meant"],
+    ),
+    (
+        "a thickness in mm",
+        &["check", "scene.toml", "--set", "tyre.layers[2].thickness=13"],
+        &["thickness", "13 m is hardly meant"],
+    ),
+    (
+        "microphones in mm",
+        &["check", "scene.toml", "--set", "receiver[1]={ position = [200.0, 200.0, 100.0] }"],
+        &["receiver[1].position[0]", "200 m is hardly meant"],
+    ),
+    (
+        "a warm-up in ms",
+        &["check", "scene.toml", "--set", "rolling.warm_up=500"],
+        &["rolling.warm_up: 500 s are simulated before the 3.5 s that count"],
+    ),
+    (
+        "a warm-up in which no height is found",
+        &["check", "scene.toml", "--set", "rolling.warm_up=0.01"],
+        &["rolling.warm_up", "to find the height of its load", "at least"],
+    ),
+    (
+        "elements that nobody can count",
+        &["check", "scene.toml", "--set", "numerics.elements=1000000000000000000"],
+        &["numerics.elements", "at most 1000000"],
+    ),
+    (
+        "cells finer than any texture",
+        &["check", "scene.toml", "--set", "contact.cells_across=100000"],
+        &["contact.cells_across", "at most 10000"],
+    ),
+    (
+        "pitches beyond counting",
+        &["check", "scene.toml", "--set", "tread_pattern={ pitches = 4000000000 }"],
+        &["tread_pattern.pitches", "at most 1000"],
+    ),
+    ("friction in percent", &["check", "scene.toml", "--set", "friction={ mu = 90 }"], &["friction.mu", "at most 8"]),
+    (
+        "a spin in degrees",
+        &["check", "scene.toml", "--set", "friction={ mu = 0.9, creep = { spin = 1000.0 } }"],
+        &["friction.creep.spin", "to 10 1/m is plausible"],
+    ),
+    (
+        "a setting without its value",
+        &["check", "scene.toml", "--set", "rolling.speed_kmh"],
+        &["is no setting", "KEY=VALUE"],
+    ),
+    ("a command with a slip", &["chek", "scene.toml"], &["'chek'", "'check'"]),
+    ("a scene that is not there", &["run", "scen.toml"], &["scen.toml", "No such file"]),
+];
+
+#[test]
+fn answers_to_forty_plausible_mistakes() {
+    assert_eq!(MISTAKES.len() + COMMANDS.len(), 40);
+    let folder = folder(SCENE);
+    let place = folder.path();
+    let before = names(place);
+    for (what, arguments, words) in COMMANDS {
+        let output = tyrewave(place, arguments);
+        let said = [&output.stdout, &output.stderr].map(|said| String::from_utf8_lossy(said).into_owned()).concat();
+        for word in words {
+            assert!(said.contains(word), "{what}: no \"{word}\" in\n{said}");
+        }
+        assert!(!said.contains("panicked"), "{what}: {said}");
+        assert_eq!(output.status.success(), said.contains("warning: "), "{what}: {said}");
+        assert_eq!(names(place), before, "{what}");
+    }
+}
+
 #[test]
 fn twenty_plausible_mistakes_are_answered_before_anything_is_run() {
     let mut answers = String::new();
     let scenes = [("no mistake", "", "")].iter().chain(&MISTAKES);
     for (number, (what, meant, written)) in scenes.enumerate() {
-        let folder = folder_with(&replaced(SCENE, &[(meant, written)]));
+        let folder = folder(&replaced(SCENE, &[(meant, written)]));
         let place = folder.path();
-        let shipped = |name: &str| concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/").to_owned() + name;
-        fs::copy(shipped("tyres/car.toml"), place.join("car.toml")).unwrap();
-        fs::copy(shipped("roads/cobbles.crg"), place.join("cobbles.crg")).unwrap();
-        let line = (0..400).map(|row| format!("{row},{}\n", f64::from(row % 7) / 10.0));
-        fs::write(place.join("line.csv"), format!("x,z\n{}", line.collect::<String>())).unwrap();
         let before = names(place);
         let output = tyrewave(place, &["check", "scene.toml"]);
         assert_eq!(names(place), before, "{what}");

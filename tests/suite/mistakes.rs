@@ -120,9 +120,9 @@ const COMMANDS: [(&str, &[&str], &[&str]); 20] = [
         &["receiver[1].position[0]", "200 m is hardly meant"],
     ),
     (
-        "a warm-up in ms",
-        &["check", "scene.toml", "--set", "rolling.warm_up=500"],
-        &["rolling.warm_up: 500 s are simulated before the 3.5 s that count"],
+        "a warm-up longer than the run",
+        &["check", "scene.toml", "--set", "rolling.warm_up=50"],
+        &["rolling.warm_up: 50 s are simulated before the 3.5 s that count"],
     ),
     (
         "a warm-up in which no height is found",

@@ -183,14 +183,18 @@ fn isolated(heights: &[f64], columns: usize, place: impl Fn(usize) -> f64) -> Op
         }
     };
     let mut occurrences = BTreeMap::new();
+    let (mut steep, mut all) = (0, 0);
     pairs(&mut |before, after| {
+        all += 1;
+        steep += usize::from(is_steep(before, after));
         if occurrences.len() < MOST_NUMBERS && is_steep(before, after) {
             *occurrences.entry(before.1.to_bits()).or_insert(0_usize) += 1;
             *occurrences.entry(after.1.to_bits()).or_insert(0) += 1;
         }
     });
     occurrences.retain(|_, sides| *sides >= FEWEST[1]);
-    if occurrences.is_empty() || occurrences.len() >= MOST_NUMBERS {
+    // Steep everywhere: another unit, not missing heights.
+    if occurrences.is_empty() || occurrences.len() >= MOST_NUMBERS || 2 * steep > all {
         return None;
     }
     pairs(&mut |before, after| {

@@ -4,8 +4,8 @@ use super::Plan;
 use crate::contact::static_contact::StaticContact;
 use crate::scene::{Axle, LoadedScene, SceneError, Tyre, short};
 
-/// Parts of the circumference that a patch takes from which on a run is warned of and refused. The tread moves along the
-/// radius, and the road is pressed upwards: at half the angle of the patch both differ by 1 - cos(pi share), 5 % and
+/// Parts of the circumference that a patch takes from which on a run is warned of and refused. The tread moves along
+/// the radius, and the road presses upwards: at half the angle of the patch both differ by 1 - cos(pi share), 5 % and
 /// 19 % at its ends.
 const LONG_PATCH: [f64; 2] = [0.1, 0.2];
 /// Part of the height over the rim's seat that the belt has room in: the flange, 17.5 mm high on a car's rim, and the

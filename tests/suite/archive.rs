@@ -1,4 +1,4 @@
-//! What is released beside the program, unpacked as `.ci/archive.txt` lists it: links between its pages, the commands
+//! The archive that is released, unpacked as `.ci/archive.txt` lists it: links between its pages, the commands
 //! of its pages and those of `tyrewave help`.
 
 use std::collections::BTreeSet;
@@ -118,7 +118,7 @@ fn first_value(setting: &str) -> String {
     format!("{key}={}", values.split("..").next().unwrap().split(',').next().unwrap())
 }
 
-/// What is executed of a command: itself where it takes no time, else a check of the scenes that it names, with its
+/// Arguments executed for a command: its own where it takes no time, else a check of the scenes that it names, with its
 /// settings; nothing where it names no scene.
 fn executed_of(folder: &Path, command: &str) -> Option<Vec<String>> {
     let words: Vec<&str> = words(command).collect();

@@ -64,7 +64,7 @@ pub(crate) struct Comparison {
     pub figures: Vec<FigureComparison>,
     /// Third octaves.
     pub spectra: Vec<SpectrumComparison>,
-    /// What of measured results was taken as what.
+    /// Notes on what of measured results was taken as what.
     pub notes: Vec<String>,
 }
 

@@ -25,7 +25,7 @@ pub(crate) struct MeasuredLevels {
     /// The file's name.
     name: String,
     columns: Vec<LevelColumn>,
-    /// What was taken as what, and what was left out.
+    /// Note of what was taken as what, and what was left out.
     note: String,
 }
 

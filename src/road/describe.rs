@@ -126,7 +126,7 @@ struct Profiles {
     shortest: f64,
     longest: f64,
     profiles: Vec<Vec<f64>>,
-    /// What their points rest on, for each profile; empty for one that was measured whole.
+    /// Origins of their points, for each profile; empty for one that was measured whole.
     origins: Vec<Vec<HeightOrigin>>,
 }
 

@@ -201,7 +201,7 @@ pub(crate) enum FileFault {
     Include { path: PathBuf, source: std::io::Error },
 }
 
-/// What a road is read from, in a sentence.
+/// Files that a road is read from, in a sentence.
 const READ: &str = "Read are, as kind = \"profile\", tables of text (columns parted by commas, semicolons, tabs or \
                     blanks; UTF-8, UTF-16 or Latin-1), CAPTIF .dat and ERD as text; as \"opencrg\" .crg; as \"grid\" \
                     .npy, XYZ and ESRI grids (.asc) as text. Topographies of other instruments (SUR, X3P, ...) are \

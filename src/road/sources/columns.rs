@@ -21,7 +21,7 @@ pub(super) struct Point {
     pub(super) line: u64,
 }
 
-/// What a column is read as.
+/// Quantity that a column is read as.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Role {
     pub(super) name: &'static str,
@@ -275,7 +275,7 @@ pub(super) struct Columns<const N: usize> {
     units: [LengthUnit; N],
     /// True for those that a length is named for, or that the scene chooses: they may count.
     named: [bool; N],
-    /// What stands for no height, as the scene says.
+    /// Values and words that stand for no height, as the scene says.
     pub(super) missing: Option<Vec<MissingHeight>>,
     /// Words that stood for no height, and how often.
     pub(super) words: BTreeMap<String, usize>,

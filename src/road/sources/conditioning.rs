@@ -1,4 +1,4 @@
-//! What happens to measured heights of every kind of road once they are on a lattice.
+//! Steps that measured heights of every kind of road go through once they are on a lattice.
 //!
 //! 1. Spikes (ISO 13473-1:2019, 7.5): neighbours that differ by at least three times their distance are interpolated,
 //!    both; of a map along and across. On a lattice finer than the standard's (7.4), means over its spacing count.
@@ -23,7 +23,7 @@ const MOST_PASSES: usize = 16;
 /// Largest share of heights that may be spikes.
 const SPIKES_ALLOWED: f64 = 0.25;
 
-/// Rids a map of spikes, levels it, and removes long waves.
+/// Removes spikes from a map, levels it, and removes long waves.
 ///
 /// # Errors
 /// Spikes nearly everywhere, a trend that cannot be removed, or an implausible span.

@@ -15,7 +15,7 @@ const LARGEST_SPAN: f64 = 0.5;
 
 /// Root-mean-square heights \[m\]: what is smoother was not measured on a road, and what is smoother than roads in use.
 const SMOOTHEST: [f64; 2] = [1e-6, 20e-6];
-/// What is left of an exact plane after it was levelled, at most \[m\].
+/// Heights that are left of an exact plane after it was levelled, at most \[m\].
 const ROUNDING: f64 = 1e-12;
 
 /// Spacings of any road that was measured \[m\]: from well below a laser's spot to well above a wheel.
@@ -42,7 +42,7 @@ pub struct HeightMap {
     pub columns: usize,
     /// Row-major heights \[m\], rows x columns, finite.
     pub heights: Vec<f64>,
-    /// What each of them rests on; empty where all were measured.
+    /// Origin of each of them; empty where all were measured.
     pub(crate) origins: Vec<HeightOrigin>,
 }
 

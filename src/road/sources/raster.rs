@@ -35,7 +35,7 @@ pub(super) struct Raster {
     pub(super) unit: f64,
     /// Words that stood for no height, and how often.
     pub(super) words: BTreeMap<String, usize>,
-    /// What was read, in words.
+    /// Description of what was read, in words.
     pub(super) described: Option<String>,
 }
 

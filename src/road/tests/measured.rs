@@ -19,7 +19,7 @@ pub(super) fn profile(file: PathBuf) -> ProfileRoad {
     }
 }
 
-/// A CAPTIF file, which states its units.
+/// Returns the road of a CAPTIF file, which states its units.
 pub(super) fn captif(file: PathBuf) -> ProfileRoad {
     ProfileRoad { distance_unit: None, height_unit: None, ..profile(file) }
 }

@@ -29,7 +29,7 @@ const LONGEST_HELD: f64 = 5e-3;
 /// Mean profile depth of the reference surface for pass-by tests (ISO 10844:2014) and how far off it may be \[m\].
 const REFERENCE_SURFACE: [f64; 2] = [0.5e-3, 0.2e-3];
 
-/// What a height rests on.
+/// Origin of a height.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum HeightOrigin {
     /// A measurement.

@@ -1,4 +1,4 @@
-//! What is done to measured heights, whatever their file.
+//! Keys for what is done to measured heights, whatever their file.
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Value as Json, json};
@@ -18,7 +18,7 @@ pub enum MissingHeight {
     Word(String),
 }
 
-/// What is subtracted from all heights of a road.
+/// Mean or plane that is subtracted from all heights of a road.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Levelling {

@@ -156,7 +156,7 @@ pub enum Lateral {
     Isotropic,
 }
 
-/// What lies beside a measured road that is narrower than the contact strip.
+/// Continuation of a measured road that is narrower than the contact strip.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Widen {
@@ -203,7 +203,7 @@ keys! {
         /// Default: values that recur exactly and lie far from all others are looked for.
         #[serde(skip_serializing_if = "Option::is_none")]
         missing: Option<Vec<MissingHeight>> = None => Optional(MissingHeights),
-        /// What is subtracted from the heights: mean and slope along and across, the mean alone, or nothing.
+        /// Level that is subtracted from the heights: mean and slope along and across, the mean alone, or nothing.
         #[serde(skip_serializing_if = "is_default")]
         level: Levelling = Levelling::default() => OneOf::new(),
         /// Waves longer than this are removed \[m\]; default: none.
@@ -229,14 +229,14 @@ keys! {
         /// Lateral position v of the tyre's middle \[m\]; default: the middle of the valid columns.
         #[serde(skip_serializing_if = "Option::is_none")]
         lateral_position: Option<f64> = None => Optional(COORDINATE),
-        /// What lies beside a road that is narrower than the contact strip.
+        /// Continuation of a road that is narrower than the contact strip.
         #[serde(skip_serializing_if = "is_default")]
         widen: Widen = Widen::default() => OneOf::new(),
         /// Heights that stand for none, beside empty cells and NaN: numbers in the file's unit, words; [] if none does.
         /// Default: values that recur exactly and lie far from all others are looked for.
         #[serde(skip_serializing_if = "Option::is_none")]
         missing: Option<Vec<MissingHeight>> = None => Optional(MissingHeights),
-        /// What is subtracted from the heights: mean and slope along and across, the mean alone, or nothing.
+        /// Level that is subtracted from the heights: mean and slope along and across, the mean alone, or nothing.
         #[serde(skip_serializing_if = "is_default")]
         level: Levelling = Levelling::default() => OneOf::new(),
         /// Waves longer than this are removed \[m\]; default: none.
@@ -269,14 +269,14 @@ keys! {
         /// Columns of x (along the road), y and height, by their titles or numbers from 1.
         #[serde(skip_serializing_if = "Option::is_none")]
         columns: Option<Vec<String>> = None => Optional(Columns),
-        /// What lies beside a road that is narrower than the contact strip.
+        /// Continuation of a road that is narrower than the contact strip.
         #[serde(skip_serializing_if = "is_default")]
         widen: Widen = Widen::default() => OneOf::new(),
         /// Heights that stand for none, beside empty cells and NaN: numbers in the file's unit, words; [] if none does.
         /// Default: values that recur exactly and lie far from all others are looked for.
         #[serde(skip_serializing_if = "Option::is_none")]
         missing: Option<Vec<MissingHeight>> = None => Optional(MissingHeights),
-        /// What is subtracted from the heights: mean and slope along and across, the mean alone, or nothing.
+        /// Level that is subtracted from the heights: mean and slope along and across, the mean alone, or nothing.
         #[serde(skip_serializing_if = "is_default")]
         level: Levelling = Levelling::default() => OneOf::new(),
         /// Waves longer than this are removed \[m\]; default: none.

@@ -67,7 +67,7 @@ pub(crate) struct EmissionRow {
     pub speeds: [f64; 2],
     /// True if every run vouches for the band.
     pub valid: bool,
-    /// Of a maximum: passages of the run with the fewest, and the largest standard error of a level \[dB\], where that
+    /// Passages of a maximum, of the run with the fewest, and the largest standard error of a level \[dB\], where that
     /// of every level is known.
     pub passages: Option<(usize, Option<f64>)>,
 }

@@ -8,7 +8,7 @@
 //! 2. bounded least squares from the best [`BEST`] of them on these frequencies, until one explains them;
 //! 3. the same from the best of these on all frequencies.
 //!
-//! What is no driving-point mobility is refused before any of it.
+//! Values that are no driving-point mobility are refused before any of it.
 //!
 //! With J at the end, (J^T J)^-1 holds the variances and correlations of the logarithms. Where the residuals are larger
 //! than their uncertainties explain, the model or the uncertainties are wrong, and intervals grow by sqrt(chi^2/N).

@@ -1,4 +1,4 @@
-//! Whether measured values are a driving-point mobility at all, and what else they are.
+//! Checks that measured values are a driving-point mobility at all, or finds what else they are.
 //!
 //! The power that a force puts into a passive body is Re(Y) F^2/2: Re(Y) >= 0, a phase within +-90 degrees, beyond it
 //! by its uncertainty at most. Accelerance i w Y has Im >= 0, receptance Y/(i w) Im <= 0. Where the phase leaves
@@ -22,7 +22,7 @@ const FAR: f64 = 20.0;
 /// The same of phases, in degrees.
 const TURNED: f64 = 45.0;
 
-/// What values can be in place of a mobility.
+/// Quantity that values can be in place of a mobility.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Instead {
     Accelerance,
@@ -38,9 +38,9 @@ pub(crate) enum Instead {
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("this is no driving-point mobility in m/(N s): {evidence}. {instead}")]
 pub(crate) struct NoMobility {
-    /// What shows it.
+    /// Evidence of it, in words.
     pub evidence: String,
-    /// What they are instead, as far as they tell.
+    /// Quantity that they are instead, as far as they tell.
     pub instead: Instead,
 }
 
@@ -170,7 +170,7 @@ mod tests {
     use super::super::measured::read;
     use super::*;
 
-    /// A damped oscillator: phases from 14 over 40 to -40 degrees.
+    /// Returns points of a damped oscillator: phases from 14 over 40 to -40 degrees.
     fn tyre() -> Vec<Point> {
         let mobility = |frequency: f64| {
             let i_omega = Complex64::new(0.0, TAU * frequency);

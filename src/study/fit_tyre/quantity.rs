@@ -23,7 +23,7 @@ pub(super) struct AxisRecord {
     pub label: String,
 }
 
-/// What one side of the ratio is.
+/// Quantity of one side of the ratio.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Side {
     /// Displacement, velocity or acceleration: times it is differentiated.
@@ -135,7 +135,7 @@ impl Quantity {
     /// Reads numerator and denominator.
     ///
     /// # Errors
-    /// What is not known or contradicts itself.
+    /// A quantity or unit that is not known or contradicts itself.
     pub(super) fn of(
         numerator: &AxisRecord,
         denominator: &AxisRecord,

@@ -23,7 +23,7 @@ pub(crate) enum UniversalFileError {
     Function {
         /// Its number among the functions of the file, from 1.
         function: usize,
-        /// What is wrong.
+        /// Mistake in the file, in words.
         wrong: String,
     },
     /// Units that cannot be read.
@@ -42,7 +42,7 @@ pub(crate) enum UniversalFileError {
 pub(crate) struct UniversalFile {
     /// Measured values, converted to mobilities.
     pub points: Vec<Point>,
-    /// What was taken, converted and left out, a line each.
+    /// Notes on what was taken, converted and left out, a line each.
     pub notes: Vec<String>,
 }
 
@@ -456,14 +456,14 @@ mod tests {
 
     const WHOLE: [f64; 2] = [0.0, f64::INFINITY];
 
-    /// Files that pyuff 2.5.8 wrote (tests/reference/fit_tyre/write_universal_files.py): one oscillator, seen as
-    /// several quantities.
+    /// Reads a file that pyuff 2.5.8 wrote (tests/reference/fit_tyre/write_universal_files.py): one oscillator, seen
+    /// as several quantities.
     fn file(name: &str) -> Vec<u8> {
         fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/fit_tyre").join(name)).unwrap()
     }
 
-    /// Mobility of the oscillator: spring of 1e5 N/m, mass of 0.1 kg, dashpot of 20 N s/m, on a base that gives way by
-    /// 1 mm/(N s).
+    /// Returns the mobility of the oscillator: spring of 1e5 N/m, mass of 0.1 kg, dashpot of 20 N s/m, on a base that
+    /// gives way by 1 mm/(N s).
     fn oscillator(frequency: f64) -> Complex64 {
         let i_omega = Complex64::new(0.0, std::f64::consts::TAU * frequency);
         (1e5 / i_omega + 20.0 + 0.1 * i_omega).inv() + 1e-3

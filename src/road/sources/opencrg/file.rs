@@ -79,7 +79,7 @@ fn follow(path: &Path, limit: u64, mut pass: impl FnMut(&Path, &Header)) -> Resu
 }
 
 /// Returns the files that a file includes, directly or through others, as far as they can be followed.
-pub(in crate::road) fn included(path: &Path, limit: u64) -> Vec<PathBuf> {
+pub(crate) fn included(path: &Path, limit: u64) -> Vec<PathBuf> {
     let mut files = Vec::new();
     // A fault is the road's own to tell.
     let _ = follow(path, limit, |file, _| files.push(file.to_owned()));

@@ -4,8 +4,9 @@ use crate::counters::Stage;
 use crate::plan::{Plan, UnitCosts, bytes, process_memory};
 use crate::response::BandLevel;
 use crate::results::plots::{Axis, LinePlot, Series};
+use crate::results::sound::RatedLevel;
 use crate::results::table::{Report, Table, aligned};
-use crate::sound::SoundLevels;
+use crate::sound::{Compared, SoundLevels, TotalLevel};
 use crate::study::calibration::calibrated;
 use crate::study::effects::{self, Comparison, Effect, LONGEST, Way};
 use crate::study::trial::{LOWEST_BAND, Trial, level_changes};
@@ -173,6 +174,7 @@ fn report(comparison: &Comparison) -> Report {
     if let Some(heard) = heard(comparison) {
         report.text("\nSound with all effects, with all but one, and by another model:\n");
         report.table(heard);
+        report.text("changes of levels: over the bands that both runs vouch for, told where these are not all\n");
     }
     report
 }
@@ -189,12 +191,14 @@ fn heard(comparison: &Comparison) -> Option<Table> {
         let mut cells = vec![name];
         for (rated, levels) in &of_all {
             let found = heard.iter().find(|(other, _)| other.name == rated.name);
-            let change = found.map(|(other, found)| (other.level.zip(rated.level), worst_of(found, levels)));
-            let level = rated.level.map_or("no passage".to_owned(), |level| format!("{level:.1} dB(A)"));
+            let change = found.map(|(other, found)| (change(other, rated), worst_of(found, levels)));
+            let level = rated.level.as_ref();
+            let bands = level.map_or_else(String::new, TotalLevel::range);
             cells.extend(match change {
-                _ if !changed => [level, String::new()],
-                Some((Some((now, before)), worst)) => [format!("{:+.1} dB(A)", now - before), worst],
-                Some((None, worst)) => ["no passage".to_owned(), worst],
+                _ if !changed => {
+                    [level.map_or(NO_PASSAGE.to_owned(), |level| format!("{} dB(A)", level.text())), bands]
+                }
+                Some((change, worst)) => [change, worst],
                 None => ["silent".to_owned(), String::new()],
             });
         }
@@ -211,6 +215,21 @@ fn heard(comparison: &Comparison) -> Option<Table> {
     header.extend(of_all.iter().flat_map(|(rated, _)| [rated.label(), "worst band".to_owned()]));
     header.extend(["set-up", "in the steps"].map(str::to_owned));
     Some(aligned(header, rows))
+}
+
+/// Where there is no level to compare.
+const NO_PASSAGE: &str = "no passage";
+
+/// Returns the change of a level over the bands that both runs vouch for in words, with these where they are not all.
+fn change(found: &RatedLevel, reference: &RatedLevel) -> String {
+    let Some((found, reference)) = found.level.as_ref().zip(reference.level.as_ref()) else {
+        return NO_PASSAGE.to_owned();
+    };
+    match Compared::difference(found, reference) {
+        Ok((change, None)) => format!("{change:+.1} dB(A)"),
+        Ok((change, Some(bands))) => format!("{change:+.1} dB(A), {bands}"),
+        Err(why) => why.to_string(),
+    }
 }
 
 /// Returns the largest change of a band in words.

@@ -7,6 +7,7 @@ use crate::response::LevelErrors;
 use crate::results::PlotError;
 use crate::results::plots::ThirdOctavePlot;
 use crate::results::table::{Table, aligned};
+use crate::sound::TotalLevel;
 
 /// Meaning of grey in pictures of levels.
 pub(crate) const GREY: &str = "Grey: bands that the run does not vouch for.";
@@ -31,12 +32,19 @@ pub(crate) struct Figure {
     pub unit: &'static str,
     /// Value.
     pub value: f64,
+    /// Bands and error of a level.
+    pub total: Option<TotalLevel>,
 }
 
 impl Figure {
     /// Makes a figure of a number that is there.
     pub(crate) fn of(name: impl Into<String>, unit: &'static str, value: Option<f64>) -> Option<Self> {
-        value.map(|value| Self { name: name.into(), unit, value })
+        value.map(|value| Self { name: name.into(), unit, value, total: None })
+    }
+
+    /// Makes a figure of an A-weighted level that is there.
+    pub(crate) fn level(name: impl Into<String>, level: Option<TotalLevel>) -> Option<Self> {
+        level.map(|level| Self { name: name.into(), unit: "dB(A)", value: level.level, total: Some(level) })
     }
 }
 

@@ -171,7 +171,7 @@ impl Stored {
 pub(crate) type NamedLevels = Vec<(String, Vec<BandLevel>)>;
 
 /// Returns the third octaves of the signals in a table. Silence has no level, and its cell is empty.
-fn levels(table: &Table, column: &str) -> Option<NamedLevels> {
+pub(crate) fn levels(table: &Table, column: &str) -> Option<NamedLevels> {
     let [middles, levels, valid] = ["mid_frequency_hz", column, "valid"].map(|name| table.numbers(name));
     let (middles, levels, valid) = (middles?, levels?, valid?);
     let band = |row: usize| {

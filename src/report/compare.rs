@@ -10,6 +10,7 @@ use crate::effects::{EFFECTS, Figure};
 use crate::response::ThirdOctaveBand;
 use crate::results::plots::four_digits;
 use crate::results::table::{Report, Table, aligned, csv, words};
+use crate::sound::{Compared, CoveredBands};
 
 /// A setting that is not the same everywhere.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -29,6 +30,72 @@ pub(crate) struct FigureComparison {
     pub unit: &'static str,
     /// Its values by result.
     pub values: Vec<Option<f64>>,
+    /// Bands of levels by result; none of another figure.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub bands: Vec<Option<CoveredBands>>,
+    /// Differences from the first result; of levels over common bands, and none where these cannot be taken.
+    pub differences: Vec<Option<f64>>,
+    /// Differences in words.
+    #[serde(skip)]
+    pub told: Vec<String>,
+}
+
+impl FigureComparison {
+    /// Compares the figure of each result, where it is there.
+    fn of(name: &str, unit: &'static str, found: &[Option<&Figure>]) -> Self {
+        let first = found.first().copied().flatten();
+        let difference = |figure: &Option<&Figure>| {
+            let Some((first, figure)) = first.zip(*figure) else { return (None, String::new()) };
+            match first
+                .total
+                .as_ref()
+                .zip(figure.total.as_ref())
+                .map(|(first, other)| Compared::difference(other, first))
+            {
+                None if unit.starts_with("dB") => {
+                    let change = figure.value - first.value;
+                    (Some(change), format!("{change:+.2} dB"))
+                }
+                None if first.value.abs() > 0.0 => {
+                    let per_cent = 100.0 * (figure.value / first.value - 1.0);
+                    (Some(figure.value - first.value), format!("{per_cent:+.2} %"))
+                }
+                None => (Some(figure.value - first.value), String::new()),
+                Some(Ok((change, None))) => (Some(change), format!("{change:+.2} dB")),
+                Some(Ok((change, Some(bands)))) => (Some(change), format!("{change:+.2} dB, {bands}")),
+                Some(Err(why)) => (None, why.to_string()),
+            }
+        };
+        let (differences, told) = found.iter().map(difference).unzip();
+        let is_level = found.iter().flatten().any(|figure| figure.total.is_some());
+        let bands = |figure: &Option<&Figure>| figure.as_ref()?.total.as_ref()?.covered();
+        Self {
+            name: name.to_owned(),
+            unit,
+            values: found.iter().map(|figure| figure.map(|figure| figure.value)).collect(),
+            bands: if is_level { found.iter().map(bands).collect() } else { Vec::new() },
+            differences,
+            told,
+        }
+    }
+
+    /// Tells whether values of its results may be compared as they are: levels of the same bands that are no lower
+    /// bounds.
+    fn is_valid(&self) -> bool {
+        let alike = self.bands.windows(2).all(|pair| pair[0].map(|of| of.highest) == pair[1].map(|of| of.highest));
+        alike && self.bands.iter().flatten().all(|bands| !bands.lower_bound)
+    }
+
+    /// Returns a value in words, with the bands of a level.
+    fn cell(&self, result: usize) -> String {
+        let Some(value) = self.values.get(result).copied().flatten() else { return String::new() };
+        let value = four_digits(value);
+        match self.bands.get(result).copied().flatten() {
+            Some(bands) if bands.lower_bound => format!("at least {value}, {}", bands.text()),
+            Some(bands) => format!("{value}, {}", bands.text()),
+            None => value,
+        }
+    }
 }
 
 /// Third octaves of one signal in every result.
@@ -110,15 +177,9 @@ impl Comparison {
     /// Returns the figures, each with its difference from the first result in per cent, or in the unit for levels.
     pub(crate) fn figures_table(&self) -> Table {
         let rows = self.figures.iter().map(|figure| {
-            let first = figure.values.first().copied().flatten();
-            let cell = |value: &Option<f64>| value.map_or(String::new(), four_digits);
-            let difference = |value: &Option<f64>| match (first, value) {
-                (Some(first), Some(value)) if figure.unit.starts_with("dB") => format!("{:+.2} dB", value - first),
-                (Some(first), Some(value)) if first.abs() > 0.0 => format!("{:+.2} %", 100.0 * (value / first - 1.0)),
-                _ => String::new(),
-            };
             let unit = if figure.unit.is_empty() { String::new() } else { format!(" [{}]", figure.unit) };
-            self.row(format!("{}{unit}", figure.name), &figure.values, cell, difference)
+            let others = (1..figure.values.len()).flat_map(|result| [figure.cell(result), figure.told[result].clone()]);
+            [format!("{}{unit}", figure.name), figure.cell(0)].into_iter().chain(others).collect::<Vec<_>>()
         });
         aligned(self.header("figure".to_owned()), rows)
     }
@@ -145,7 +206,8 @@ impl Comparison {
         let number = |value: &Option<f64>| value.map_or(String::new(), |value| value.to_string());
         let figures = self.figures.iter().map(|figure| {
             let quantity = format!("{} [{}]", figure.name, figure.unit);
-            let lead = [quantity, String::new(), String::new(), "1".to_owned()].into_iter();
+            let valid = u8::from(figure.is_valid()).to_string();
+            let lead = [quantity, String::new(), String::new(), valid].into_iter();
             lead.chain(figure.values.iter().map(number)).collect::<Vec<_>>()
         });
         let bands = self.spectra.iter().flat_map(|spectrum| {
@@ -223,12 +285,10 @@ fn figures(all: &[Stored]) -> Vec<FigureComparison> {
             names.push((name, unit));
         }
     }
-    let value =
-        |list: &Vec<Figure>, wanted: &str| list.iter().find(|figure| figure.name == wanted).map(|figure| figure.value);
-    let figure = |(name, unit): (&str, &'static str)| FigureComparison {
-        name: name.to_owned(),
-        unit,
-        values: lists.iter().map(|list| value(list, name)).collect(),
+    let figure = |(name, unit): (&str, &'static str)| {
+        let of = |list: &'_ [Figure]| list.iter().position(|figure| figure.name == name);
+        let found: Vec<Option<&Figure>> = lists.iter().map(|list| of(list).map(|place| &list[place])).collect();
+        FigureComparison::of(name, unit, &found)
     };
     names.into_iter().map(figure).collect()
 }
@@ -276,6 +336,28 @@ mod tests {
     use serde_json::json;
 
     use super::*;
+    use crate::response::BandLevel;
+    use crate::sound::TotalLevel;
+
+    fn figure(name: &str, unit: &'static str, values: [Option<f64>; 2]) -> FigureComparison {
+        let found = values.map(|value| Figure::of(name, unit, value));
+        FigureComparison::of(name, unit, &found.each_ref().map(Option::as_ref))
+    }
+
+    fn level(name: &str, levels: [TotalLevel; 2]) -> FigureComparison {
+        let found = levels.map(|level| Figure::level(name, Some(level)));
+        FigureComparison::of(name, "dB(A)", &found.each_ref().map(Option::as_ref))
+    }
+
+    /// Makes a level of bands that fall by 5 dB a band from 800 Hz on, vouched for up to one of them.
+    fn level_of(valid_to: i32, loudest: f64) -> TotalLevel {
+        let band = |n: i32| {
+            let level = loudest - 5.0 * f64::from((n + 1).abs());
+            BandLevel { band: ThirdOctaveBand(n), mean_square: 1.0, level, valid: n <= valid_to }
+        };
+        let sum = TotalLevel::of((-16..=4).map(band).collect()).unwrap();
+        TotalLevel { level: loudest, ..sum }
+    }
 
     fn comparison() -> Comparison {
         let band =
@@ -287,9 +369,11 @@ mod tests {
                 values: vec!["80.0".into(), "90.0".into()],
             }],
             figures: vec![
-                FigureComparison { name: "mean force".into(), unit: "N", values: vec![Some(3400.0), Some(3417.0)] },
-                FigureComparison { name: "level at x".into(), unit: "dB(A)", values: vec![Some(70.0), Some(71.5)] },
-                FigureComparison { name: "contact area".into(), unit: "cm2", values: vec![None, Some(81.0)] },
+                figure("mean force", "N", [Some(3400.0), Some(3417.0)]),
+                level("level at x", [level_of(3, 70.0), level_of(3, 71.5)]),
+                level("level at y", [level_of(3, 70.0), level_of(-11, 20.0)]),
+                level("level at z", [level_of(3, 70.0).at_most(72.0), level_of(-11, 20.0).at_most(21.0)]),
+                figure("contact area", "cm2", [None, Some(81.0)]),
             ],
             spectra: vec![SpectrumComparison {
                 quantity: "Contact force level [dB re 1 N]",
@@ -308,7 +392,14 @@ mod tests {
             found.split_whitespace().collect::<Vec<_>>().join(" ")
         };
         assert_eq!(line("mean force"), "mean force [N] 3400 3417 +0.50 %");
-        assert_eq!(line("level at x"), "level at x [dB(A)] 70.00 71.50 +1.50 dB");
+        let (all, few) = ("25 Hz - 2 kHz", "25 Hz - 80 Hz");
+        assert_eq!(line("level at x"), format!("level at x [dB(A)] 70.00, {all} 71.50, {all} +1.50 dB"));
+        // Of different bands over the common ones, and maxima not at all.
+        let few_of = |level| format!("at least {level}, {few}");
+        let sum = format!("level at y [dB(A)] 70.00, {all} {} -50.00 dB, {few}", few_of("20.00"));
+        assert_eq!(line("level at y"), sum);
+        let maxima = format!("level at z [dB(A)] 72.00, {all} {} maxima of different bands", few_of("21.00"));
+        assert_eq!(line("level at z"), maxima);
         assert_eq!(line("contact area"), "contact area [cm2] 81.00");
         assert_eq!(line("100"), "100 10.00 9.00 -1.00");
         assert_eq!(line("125"), "125 (5.00)");
@@ -321,8 +412,9 @@ mod tests {
         let rows: Vec<&str> = text.lines().collect();
         assert_eq!(rows[0], "quantity,signal,nominal_hz,valid,a,b");
         assert_eq!(rows[1], "mean force [N],,,1,3400,3417");
-        assert_eq!(rows[4], "Contact force level [dB re 1 N],,100,1,10,9");
-        assert_eq!((rows[5], rows.len()), ("Contact force level [dB re 1 N],,125,0,5,", 6));
+        assert_eq!((rows[2], rows[3]), ("level at x [dB(A)],,,1,70,71.5", "level at y [dB(A)],,,0,70,20"));
+        assert_eq!(rows[6], "Contact force level [dB re 1 N],,100,1,10,9");
+        assert_eq!((rows[7], rows.len()), ("Contact force level [dB re 1 N],,125,0,5,", 8));
     }
 
     #[test]

@@ -77,8 +77,12 @@ pub(super) fn figures(stored: &Stored) -> Markup {
     let wall = stored.summary.cost.wall_seconds;
     html! {
         dl.figures {
-            @for Figure { name, unit, value } in figures_of(stored) {
-                div { dt { (name) } dd { (four_digits(value)) " " (unit) } }
+            @for Figure { name, unit, value, total } in figures_of(stored) {
+                @if let Some(level) = total {
+                    div { dt { (name) ", " (level.range()) } dd { (level.text()) " " (unit) } }
+                } @else {
+                    div { dt { (name) } dd { (four_digits(value)) " " (unit) } }
+                }
             }
             @if wall > 0.0 {
                 div { dt { "speed of the run" } dd { (four_digits(outcome.simulated_time / wall)) " x real time" } }

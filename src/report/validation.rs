@@ -29,7 +29,8 @@ fn range(row: &Row) -> String {
 }
 
 fn computed(row: &Row) -> String {
-    row.computed.map_or_else(|| "not computed".to_owned(), value)
+    let least = if row.is_lower_bound { "at least " } else { "" };
+    row.computed.map_or_else(|| "not computed".to_owned(), |computed| format!("{least}{}", value(computed)))
 }
 
 fn outside(row: &Row) -> String {

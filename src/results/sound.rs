@@ -7,13 +7,15 @@ use serde::{Deserialize, Serialize};
 use super::pass_by::PassBySummary;
 use super::table::{csv, optional, row};
 use crate::radiation::Body;
-use crate::response::{PowerSpectrum, SliceErrors};
+use crate::response::{BandLevel, PowerSpectrum, SliceErrors};
 use crate::scene::RadiationQuality;
-use crate::sound::{Air, CoveredBands, SoundLevels};
+use crate::sound::{Air, CoveredBands, SoundLevels, TotalLevel};
 
 /// Third octaves at the receivers.
 pub(crate) const SOUND_FILE: &str = "sound.csv";
-/// Quantity of its A-weighted levels.
+/// Column of its A-weighted levels.
+pub(crate) const SOUND_COLUMN: &str = "level_db_a";
+/// Quantity of them.
 pub(crate) const SOUND_LEVEL: &str = "Sound pressure level [dB(A) re 20 uPa]";
 /// Narrow band.
 pub(crate) const SOUND_NARROW_FILE: &str = "sound_narrow.csv";
@@ -250,14 +252,14 @@ pub(crate) struct IntensitySummary {
 
 /// The A-weighted level of a receiver by which runs are compared: where the tyre passes the maximum of the pass-by,
 /// time weighting F, else the mean.
-#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct RatedLevel {
     /// The receiver's name.
     pub name: String,
     /// The tyre passes it: its level is a maximum.
     pub passed: bool,
-    /// The level \[dB(A)\]; absent where the run is too short for a passage.
-    pub level: Option<f64>,
+    /// The level \[dB(A)\] with its bands; absent where the run is too short for a passage, or vouches for no band.
+    pub level: Option<TotalLevel>,
 }
 
 impl RatedLevel {
@@ -268,14 +270,20 @@ impl RatedLevel {
 }
 
 impl ReceiverSummary {
-    /// Returns the level by which runs are compared.
-    pub fn rated(&self) -> RatedLevel {
+    /// Returns the level by which runs are compared, given the A-weighted third octaves of the receiver.
+    pub fn rated(&self, bands: &[BandLevel]) -> RatedLevel {
         let passed = self.pass_by.is_some() || self.no_pass_by.is_some();
         let level = match &self.pass_by {
-            Some(pass_by) => Some(pass_by.maximum),
-            None => (!passed).then_some(self.level_a),
+            Some(pass_by) => self.mean(bands).map(|mean| mean.at_most(pass_by.maximum)),
+            None => self.mean(bands).filter(|_| !passed),
         };
         RatedLevel { name: self.name.clone(), passed, level }
+    }
+
+    /// Returns the mean level, given the A-weighted third octaves of the receiver.
+    pub fn mean(&self, bands: &[BandLevel]) -> Option<TotalLevel> {
+        let sum = TotalLevel::of(bands.to_vec())?;
+        Some(TotalLevel { level: self.level_a, error: self.level_a_error, ..sum })
     }
 
     /// Returns its levels in a line.

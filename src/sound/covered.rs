@@ -21,7 +21,7 @@ const MATTERS: f64 = 0.5;
 /// Bands that the slope is taken from.
 const LAST: usize = 3;
 /// Least last band whose slope is followed, 1 kHz: a level that ends below is a lower bound.
-const FOLLOWED: ThirdOctaveBand = ThirdOctaveBand(0);
+pub(super) const FOLLOWED: ThirdOctaveBand = ThirdOctaveBand(0);
 /// The band that sound is followed to: 10 kHz.
 const HIGHEST: ThirdOctaveBand = ThirdOctaveBand(10);
 
@@ -50,9 +50,7 @@ impl CoveredBands {
 
     /// Returns `25 Hz - 2 kHz`.
     pub(crate) fn text(&self) -> String {
-        let frequency =
-            |hertz: f64| if hertz < 1000.0 { format!("{hertz} Hz") } else { format!("{} kHz", hertz / 1000.0) };
-        format!("{} - {}", frequency(self.lowest), frequency(self.highest))
+        range(self.lowest, self.highest)
     }
 
     /// Tells why the level is a lower bound, if it is.
@@ -67,6 +65,12 @@ impl CoveredBands {
             None => "a lower bound: the last three bands do not fall, nothing is known of those above".to_owned(),
         })
     }
+}
+
+/// Returns the bands between two nominal mid-frequencies \[Hz\] in words: `25 Hz - 2 kHz`.
+pub(super) fn range(lowest: f64, highest: f64) -> String {
+    let frequency = |hertz: f64| if hertz < 1000.0 { format!("{hertz} Hz") } else { format!("{} kHz", hertz / 1000.0) };
+    format!("{} - {}", frequency(lowest), frequency(highest))
 }
 
 fn missing(bands: &[BandLevel]) -> Option<f64> {

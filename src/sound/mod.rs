@@ -10,7 +10,8 @@
 //! - `weighting`: the A-weighting by frequency, `weighting_filter`: as a filter of a signal;
 //! - `detector`: what a sound level meter shows against time;
 //! - `levels`: third octaves and overall levels; `covered`: the bands of these and what is missing above them;
-//!   `speed_coefficient`: levels over a range of speeds; `intensity`: by a pair of microphones;
+//!   `total`: sums that are compared over common bands; `speed_coefficient`: levels over a range of speeds;
+//!   `intensity`: by a pair of microphones;
 //! - `band_pass`: a signal in a band of frequencies; `resample`: at the rate of a sound file;
 //! - `pass_by`: what a microphone beside the road hears of a tyre that rolls by;
 //! - `wav`: sound files that know their calibration.
@@ -32,6 +33,7 @@ pub(crate) mod power;
 pub(crate) mod receivers;
 pub(crate) mod resample;
 pub(crate) mod speed_coefficient;
+pub(crate) mod total;
 pub(crate) mod wav;
 pub(crate) mod weighting;
 pub(crate) mod weighting_filter;
@@ -49,6 +51,8 @@ pub use receivers::circle::circle;
 pub use receivers::coast_by::CoastByLine;
 pub use receivers::cpx::close_proximity;
 pub(crate) use speed_coefficient::SpeedCoefficient;
+pub(crate) use total::Compared;
+pub use total::TotalLevel;
 pub use wav::{Recording, SampleFormat, WavError, full_scale_for};
 pub use weighting::FrequencyWeighting;
 pub use weighting_filter::{RateError, WeightingFilter};

@@ -25,6 +25,7 @@ use crate::results::summary::RollingResistance;
 use crate::results::table::{csv, optional, row};
 use crate::run::RunError;
 use crate::scene::{AirMotion, LoadedScene, Scene, SliceCoupling, Slices, Zone};
+use crate::sound::TotalLevel;
 use crate::study::trial::{Trial, Trials};
 
 /// Longest time rolled for each variant unless asked for \[s\].
@@ -299,7 +300,9 @@ impl Comparison {
         let level = |band: &BandLevel| format!("level_db_re_1n_{}hz", band.band.nominal_frequency());
         let header = ["effects", "mean_force_n", "contact_length_m", "steps_s", "memory_bytes", "valid_to_hz"];
         let receivers: Vec<String> = self.all.heard().into_iter().map(|(rated, _)| rated.name).collect();
-        let sounds = receivers.iter().map(|name| format!("level_db_a_{name}"));
+        let sounds = receivers.iter().flat_map(|name| {
+            ["level_db_a", "level_error_db", "highest_hz", "lower_bound"].map(|column| format!("{column}_{name}"))
+        });
         let header = header.into_iter().chain(RollingResistance::COLUMNS).map(str::to_owned);
         let header = header.chain(self.base.levels.iter().map(level)).chain(sounds);
         let rows = self.rolled().into_iter().map(|(name, found, _)| {
@@ -311,9 +314,16 @@ impl Comparison {
             cells.extend(found.levels.iter().map(|band| band.level.to_string()));
             let heard = found.heard();
             // Empty in a silent run.
-            cells.extend(receivers.iter().map(|receiver| {
+            cells.extend(receivers.iter().flat_map(|receiver| {
                 let rated = heard.iter().map(|(rated, _)| rated).find(|rated| rated.name == *receiver);
-                optional(rated.and_then(|rated| rated.level))
+                let level = rated.and_then(|rated| rated.level.as_ref());
+                let bands = level.and_then(TotalLevel::covered);
+                [
+                    optional(level.map(|level| level.level)),
+                    optional(level.and_then(|level| level.error)),
+                    optional(bands.map(|bands| bands.highest)),
+                    optional(bands.map(|bands| u8::from(bands.lower_bound))),
+                ]
             }));
             cells
         });

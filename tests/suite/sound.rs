@@ -220,7 +220,10 @@ fn a_draft_solves_nothing_says_how_far_off_it_is_and_effects_hear_it() {
         assert!(told.contains(row), "{row} is missing\n{told}");
     }
     let worth = fs::read_to_string(folder.path().join("worth/effects.csv")).unwrap();
-    assert!(worth.lines().next().unwrap().ends_with("level_db_a_cpx"), "{worth}");
+    assert!(
+        worth.lines().next().unwrap().ends_with("level_db_a_cpx,level_error_db_cpx,highest_hz_cpx,lower_bound_cpx"),
+        "{worth}"
+    );
 }
 
 /// Third octaves of a run at a receiver: nominal frequency \[Hz\], level \[dB\], whether it is valid, and its error.

@@ -35,7 +35,9 @@ use crate::response::pressure::{BlockPressures, PressureState, PressureStream};
 use crate::response::vibration::SegmentLayout;
 use crate::response::{LateralForces, LevelErrors, Orders, SliceErrors, SpectrumAccumulator, SpectrumState};
 use crate::results::files::ResultFiles;
-use crate::results::sound::{BodySummary, RatedLevel, ReceiverSpectrum, SOUND_FILE, SOUND_LEVEL, SoundError};
+use crate::results::sound::{
+    BodySummary, RatedLevel, ReceiverSpectrum, SOUND_COLUMN, SOUND_FILE, SOUND_LEVEL, SoundError,
+};
 use crate::scene::{LoadedScene, Scene, SceneError, Zone};
 use crate::storage::state::{StateError, StateReader, StateWriter};
 use groove_fields::AmidGroove;
@@ -93,7 +95,7 @@ impl Effect for SoundEffect {
         &[LevelTable {
             file: SOUND_FILE,
             quantity: SOUND_LEVEL,
-            column: "level_db_a",
+            column: SOUND_COLUMN,
             errors: |stored| {
                 let own = stored.summary.sound.as_ref().and_then(|sound| sound.error.of_bands());
                 let (by_slices, slices) = (stored.plan.by_slices(), stored.summary.contact.slices.as_ref());

@@ -28,7 +28,7 @@ use crate::sound::power::{Iso3744, power_level};
 use crate::sound::receivers::{Finding, Probes};
 use crate::sound::resample::{FILE_RATE, resample};
 use crate::sound::wav::{SampleFormat, full_scale_for};
-use crate::sound::{CoveredBands, Recording, SoundLevels};
+use crate::sound::{CoveredBands, Recording, SoundLevels, TotalLevel};
 
 /// Points of a pass-by's level that are written and drawn, a second.
 const LEVELS_A_SECOND: f64 = 200.0;
@@ -129,9 +129,7 @@ impl SoundObserver {
     ) -> Result<(ReceiverSummary, Option<Audible>), RunError> {
         let levels = vouched(spectrum);
         let level_of = |part: fn(&SoundParts) -> &PowerSpectrum| Some(vouched(part(parts.as_ref()?)).overall_a);
-        let error = self.sound.error_at(heard);
-        let numerical = error.level_a;
-        let level_a_error = self.level_errors(error.of_bands()).overall(numerical, &levels.a_weighted);
+        let (error, level_a_error) = (self.sound.error_at(heard), self.level_a_error(heard, &levels));
         let unknown = || match &self.sound.stated {
             Err(why) => why.to_string(),
             Ok(_) if self.by_slices && self.slice_errors.is_none() => "error by slices not known".to_owned(),
@@ -189,6 +187,12 @@ impl SoundObserver {
             recording = Some(Audible { channels, description, tyres: None });
         }
         Ok((summary, recording))
+    }
+
+    /// Returns the error of the overall A-weighted level of a receiver \[dB(A)\], where it is known.
+    fn level_a_error(&self, heard: &Heard, levels: &SoundLevels) -> Option<f64> {
+        let error = self.sound.error_at(heard);
+        self.level_errors(error.of_bands()).overall(error.level_a, &levels.a_weighted)
     }
 
     /// Returns the errors of levels that have a numerical one.
@@ -252,9 +256,15 @@ impl SoundObserver {
     /// Returns the levels by which runs are compared.
     pub(super) fn rated(&self, spectra: &[ReceiverSpectrum]) -> Vec<RatedLevel> {
         let one = |(heard, spectrum): (&Heard, &ReceiverSpectrum)| {
+            let levels = vouched(&spectrum.spectrum);
+            let error = self.level_a_error(heard, &levels);
+            let level = levels.overall_a;
+            let mean = TotalLevel::of(levels.a_weighted).map(|mean| TotalLevel { level, error, ..mean });
             let level = match self.passing(heard) {
-                Some((passing, found)) => found.ok().map(|found| passing.summary(String::new(), &found.levels).maximum),
-                None => Some(vouched(&spectrum.spectrum).overall_a),
+                Some((passing, found)) => mean
+                    .zip(found.ok())
+                    .map(|(mean, found)| mean.at_most(passing.summary(String::new(), &found.levels).maximum)),
+                None => mean,
             };
             RatedLevel { name: heard.name.clone(), passed: heard.is_passed(), level }
         };

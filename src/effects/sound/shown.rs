@@ -12,11 +12,11 @@ const PLAYED_PEAK: f64 = -3.0;
 pub(super) fn figures(stored: &Stored) -> Vec<Figure> {
     let mut figures = Vec::new();
     for heard in stored.summary.sound.iter().flat_map(|sound| &sound.receivers) {
-        let rated = heard.rated();
-        figures.extend(Figure::of(format!("level at {}", rated.label()), "dB(A)", rated.level));
+        let bands = stored.spectrum(SOUND_LEVEL, &heard.name).map_or(&[][..], |spectrum| &spectrum.levels);
+        let rated = heard.rated(bands);
+        figures.extend(Figure::level(format!("level at {}", rated.label()), rated.level));
         if rated.passed {
-            let name = format!("mean along the line at {}", heard.name);
-            figures.extend(Figure::of(name, "dB(A)", Some(heard.level_a)));
+            figures.extend(Figure::level(format!("mean along the line at {}", heard.name), heard.mean(bands)));
         }
     }
     figures

@@ -18,7 +18,7 @@ use crate::run::RunError;
 use crate::run::prepare::Prepared;
 use crate::run::{Setup, Simulation};
 use crate::scene::{LoadedScene, Radiation, RadiationQuality, Scene, Switch};
-use crate::sound::SoundLevels;
+use crate::sound::{Compared, SoundLevels};
 use crate::study::trial::{LOWEST_BAND, Trials, level_changes, upper_edge};
 
 /// The reference's nodes over the scene's.
@@ -40,7 +40,8 @@ pub(crate) struct SoundDifference {
     pub worst: f64,
     /// Nominal mid-frequency of its band \[Hz\].
     pub worst_band: f64,
-    /// Difference of the A-weighted level, where the tyre passes of the maximum \[dB(A)\]; absent without a passage.
+    /// Difference of the A-weighted level over common bands, where the tyre passes of the maximum \[dB(A)\]; absent
+    /// without a passage.
     pub level_a: Option<f64>,
 }
 
@@ -215,7 +216,8 @@ impl<'a, 'b> Rolled<'a, 'b> {
 fn differences(found: &HeardSound, reference: &HeardSound) -> Vec<SoundDifference> {
     let levels = |of: &ReceiverSpectrum| SoundLevels::of(&of.spectrum, LOWEST_BAND / 1.2..f64::INFINITY);
     let rated = found.rated.iter().zip(&reference.rated);
-    let level_a = rated.map(|(found, reference)| Some(found.level? - reference.level?));
+    let level_a = rated
+        .map(|(found, reference)| Some(Compared::difference(found.level.as_ref()?, reference.level.as_ref()?).ok()?.0));
     let one = |((found, reference), level_a): ((&ReceiverSpectrum, &ReceiverSpectrum), Option<f64>)| {
         let (here, there) = (levels(found), levels(reference));
         let changes = level_changes(&here.third_octaves, &there.third_octaves);

@@ -4,11 +4,11 @@ use thiserror::Error;
 
 use crate::effects::stored::{Stored, StoredError};
 use crate::response::{BandLevel, ThirdOctaveBand};
-use crate::results::sound::SOUND_FILE;
+use crate::results::sound::{SOUND_FILE, SOUND_LEVEL};
 use crate::scene::Vehicle;
-use crate::sound::Air;
 use crate::sound::levels::energetic_sum;
 use crate::sound::point_source::PointSources;
+use crate::sound::{Air, TotalLevel};
 use crate::study::sweep::Label;
 
 /// Column of the unweighted levels at receivers.
@@ -59,9 +59,8 @@ pub(super) struct Heard {
     pub speed: f64,
     /// Third octaves of the sound power of four tyres \[dB re 1 pW\], by the sources of CNOSSOS-EU and of Nord2000.
     pub power: [Vec<BandLevel>; 2],
-    /// Maximum of the pass-by \[dB(A)\]; valid where the bands that the run vouches for leave out no more than half a
-    /// decibel.
-    pub maximum: Option<(f64, bool)>,
+    /// Maximum of the pass-by \[dB(A)\], with its bands.
+    pub maximum: Option<TotalLevel>,
     /// Passages that it is the mean of, and the standard error of that \[dB\], where it is known.
     pub passages: Option<(usize, Option<f64>)>,
 }
@@ -91,14 +90,14 @@ pub(super) fn listen(label: &Label, run: &Stored) -> Result<Vec<Heard>, Emission
                 };
                 levels.iter().map(one).collect()
             });
-            let whole = summary.bands.is_some_and(|bands| !bands.lower_bound);
+            let weighted = run.spectrum(SOUND_LEVEL, &heard.name).map_or(&[][..], |spectrum| &spectrum.levels);
             all.push(Heard {
                 group: label.settings_beside_speed(),
                 receiver: heard.name.clone(),
                 tyres: heard.tyres(),
                 speed,
                 power,
-                maximum: summary.pass_by.as_ref().map(|pass_by| (pass_by.maximum, whole)),
+                maximum: summary.rated(weighted).level,
                 passages: summary.pass_by.as_ref().map(|pass_by| (pass_by.passages, pass_by.standard_error)),
             });
         }

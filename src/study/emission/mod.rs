@@ -24,6 +24,8 @@ pub(crate) use table::EMISSION_HEAD;
 pub(crate) struct Emission {
     /// Regressions, by group and receiver.
     pub rows: Vec<EmissionRow>,
+    /// Lines that the levels do not make, and why.
+    pub missing: Vec<String>,
 }
 
 impl Emission {
@@ -37,7 +39,7 @@ impl Emission {
             let unfinished = || EmissionError::Unfinished { name: label.name.clone() };
             heard.extend(listen(label, run.as_ref().ok_or_else(unfinished)?)?);
         }
-        let mut rows = Vec::new();
+        let (mut rows, mut missing) = (Vec::new(), Vec::new());
         let mut places: Vec<(&str, &str)> = Vec::new();
         for Heard { group, receiver, .. } in &heard {
             let place = (group.as_str(), receiver.as_str());
@@ -53,7 +55,8 @@ impl Emission {
                 return Err(EmissionError::OneSpeed { group: place.0.to_owned(), speed });
             }
             rows.extend(rows::rows(&all));
+            missing.extend(rows::no_maxima(&all));
         }
-        Ok(Self { rows })
+        Ok(Self { rows, missing })
     }
 }

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::heard::{Heard, octaves};
 use crate::response::BandLevel;
 use crate::scene::Vehicle;
-use crate::sound::SpeedCoefficient;
+use crate::sound::{Compared, SpeedCoefficient, TotalLevel};
 
 /// Speeds at which UN R117 lets car tyres pass \[km/h\].
 const R117_SPEEDS: std::ops::RangeInclusive<f64> = 70.0..=90.0;
@@ -126,20 +126,71 @@ pub(super) fn rows(heard: &[&Heard]) -> Vec<EmissionRow> {
     let mut all = banded(EmissionModel::CnossosEu, &|of| octaves(&of.power[0]));
     let in_nord2000 = |of: &BandLevel| NORD2000_BANDS.contains(&of.band.0);
     all.extend(banded(EmissionModel::Nord2000, &|of| of.power[1].iter().copied().filter(in_nord2000).collect()));
-    let passed = || heard.iter().filter(|of| R117_SPEEDS.contains(&of.speed));
-    let maximum = |of: &&Heard| of.maximum.map(|(level, valid)| Point { speed: of.speed, level, valid });
-    let maximum = row(EmissionModel::UnR117, None, heard[0].tyres, passed().filter_map(maximum).collect());
+    let maximum = row(EmissionModel::UnR117, None, heard[0].tyres, maxima(heard).unwrap_or_default());
+    let passed = heard.iter().filter(|of| R117_SPEEDS.contains(&of.speed));
     let larger = |a: Option<f64>, b: Option<f64>| Some(a?.max(b?));
-    let worst = passed().filter_map(|of| of.passages);
+    let worst = passed.filter_map(|of| of.passages);
     let worst = worst.reduce(|(few, error), (fewer, other)| (few.min(fewer), larger(error, other)));
     all.extend(maximum.map(|row| EmissionRow { passages: worst, ..row }));
     all
+}
+
+/// Returns the maxima of the runs at the speeds of UN R117.
+///
+/// # Errors
+/// Why these are not of one kind: maxima of different bands, or of bands that do not reach the loudest.
+fn maxima(heard: &[&Heard]) -> Result<Vec<Point>, String> {
+    let passed = heard.iter().filter(|of| R117_SPEEDS.contains(&of.speed));
+    let (speeds, levels): (Vec<f64>, Vec<&TotalLevel>) =
+        passed.filter_map(|of| Some((of.speed, of.maximum.as_ref()?))).unzip();
+    if levels.is_empty() {
+        return Ok(Vec::new());
+    }
+    let compared = Compared::for_growth(&levels)?;
+    let valid = levels.iter().map(|level| !level.is_lower_bound());
+    let points = speeds.into_iter().zip(compared.levels).zip(valid);
+    Ok(points.map(|((speed, level), valid)| Point { speed, level, valid }).collect())
+}
+
+/// Tells why a receiver has no row of UN R117, where its maxima cannot be compared.
+pub(super) fn no_maxima(heard: &[&Heard]) -> Option<String> {
+    let why = maxima(heard).err()?;
+    let place = [heard[0].group.as_str(), heard[0].receiver.as_str()];
+    let place: Vec<&str> = place.into_iter().filter(|text| !text.is_empty()).collect();
+    Some(format!("{}: no line of UN R117: {why}", place.join(", ")))
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::heard::tests::bands;
     use super::*;
+    use crate::response::ThirdOctaveBand;
+
+    /// Returns a maximum of bands that are loudest at 800 Hz and end with one of them.
+    fn maximum(last: i32, level: f64) -> TotalLevel {
+        let band = |n: i32| {
+            let level = 60.0 - 2.0 * f64::from((n + 1).abs());
+            BandLevel { band: ThirdOctaveBand(n), mean_square: 1.0, level, valid: true }
+        };
+        TotalLevel::of((-16..=last).map(band).collect()).unwrap().at_most(level)
+    }
+
+    #[test]
+    fn maxima_of_different_bands_and_of_few_bands_make_no_line_and_say_why() {
+        let with = |lasts: [i32; 3]| {
+            let mut heard = runs(&[70.0, 80.0, 90.0], &[0.0; 3]);
+            for (of, last) in heard.iter_mut().zip(lasts) {
+                of.maximum = Some(maximum(last, 14.8));
+            }
+            let rows = of(&heard).into_iter().filter(|row| row.model == EmissionModel::UnR117).count();
+            (rows, no_maxima(&heard.iter().collect::<Vec<_>>()).unwrap_or_default())
+        };
+        assert_eq!(with([3, 3, 3]), (1, String::new()));
+        let (rows, why) = with([3, 3, -11]);
+        assert!(rows == 0 && why == "rough, coast-by: no line of UN R117: maxima of different bands", "{why}");
+        let (rows, why) = with([-11; 3]);
+        assert!(rows == 0 && why.contains("25 Hz - 80 Hz, do not reach the loudest"), "{why}");
+    }
 
     /// Makes runs whose power levels lie on lines of A and B about 70 km/h, by band, and off them as given.
     fn runs(speeds: &[f64], off: &[f64]) -> Vec<Heard> {
@@ -153,7 +204,7 @@ mod tests {
                 tyres: 1,
                 speed,
                 power: [power.clone(), power],
-                maximum: Some((70.5 + 31.0 * (speed / 80.0).log10() + off, speed < 85.0)),
+                maximum: Some(maximum(0, 70.5 + 31.0 * (speed / 80.0).log10() + off)),
                 passages: Some((4, Some(0.01 * speed))),
             }
         };

@@ -79,6 +79,7 @@ impl Emission {
         json!({
             "rows": self.rows.iter().map(row).collect::<Vec<_>>(),
             "notes": EmissionModel::ALL.map(EmissionModel::note),
+            "missing": self.missing,
         })
     }
 
@@ -101,6 +102,7 @@ impl Emission {
             report.text(first.note());
         }
         report.text("\n+-: half of the 95 % interval; in brackets: not vouched for by every run\n");
+        self.missing.iter().for_each(|missing| report.text(format!("{missing}\n")));
         EmissionModel::ALL.map(EmissionModel::note).iter().for_each(|note| report.text(format!("{note}\n")));
         report
     }
@@ -216,7 +218,7 @@ mod tests {
             row(EmissionModel::CnossosEu, Some(125.0), false),
             row(EmissionModel::UnR117, None, true),
         ];
-        let emission = Emission { rows };
+        let emission = Emission { rows, missing: Vec::new() };
         let text = emission.csv();
         let mut reader = csv::Reader::from_reader(text.as_bytes());
         assert_eq!(reader.headers().unwrap().len(), 17);

@@ -3,16 +3,18 @@
 //!
 //! With n values x_i of mean m, s^2 = sum (x_i - m)^2/(n - 1) and t the two-sided 95 % quantile of Student's
 //! distribution for n - 1 degrees of freedom, the expected value lies within m +- t s/sqrt(n) in 95 % of cases. Levels
-//! are averaged in dB.
+//! are averaged in dB, overall ones over the bands that all seeds vouch for; in pictures over those that all runs do.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::{Value, json};
 
 use crate::numeric::quantile_of_student;
+use crate::response::ThirdOctaveBand;
 use crate::results::plots::{Axis, PlotError, PointPlot, PointSeries};
 use crate::results::spectra::FORCE_LEVEL;
 use crate::results::table::{self, Report, aligned};
+use crate::sound::{Compared, TotalLevel};
 use crate::study::sweep::run::Done;
 use crate::study::sweep::variants::{Label, SPEED, said};
 
@@ -66,6 +68,70 @@ struct Quantity {
     unit: &'static str,
 }
 
+/// Bands of a mean level.
+#[derive(Clone, Debug, PartialEq)]
+struct MeanBands {
+    /// Nominal mid-frequencies of the lowest and the highest \[Hz\].
+    ends: [f64; 2],
+    /// The same in words, where they are not all bands of every level, or where these are lower bounds.
+    doubt: Option<String>,
+}
+
+/// Mean of a quantity, with its bands where it is an overall level.
+type BandedMean = (Mean, Option<MeanBands>);
+
+/// Value of a quantity in a run: an overall level, or else a number.
+#[derive(Clone, Debug)]
+enum Value {
+    Number(f64),
+    Total(TotalLevel),
+}
+
+/// Returns values, overall levels over their common bands; `None` where these cannot be compared.
+fn over_common(values: &[&Value]) -> Option<(Vec<f64>, Option<MeanBands>)> {
+    let number = |value: &&Value| match value {
+        Value::Number(number) => *number,
+        Value::Total(total) => total.level,
+    };
+    let total = |value: &&Value| match value {
+        Value::Number(_) => None,
+        Value::Total(total) => Some(total.clone()),
+    };
+    let totals: Vec<TotalLevel> = values.iter().filter_map(total).collect();
+    if totals.is_empty() {
+        return Some((values.iter().map(number).collect(), None));
+    }
+    let compared = Compared::of(&totals.iter().collect::<Vec<_>>()).ok()?;
+    let doubted = !compared.all || !compared.hold_loudest;
+    let ends = compared.bands.map(ThirdOctaveBand::nominal_frequency);
+    let bands = MeanBands { ends, doubt: doubted.then(|| compared.range()) };
+    Some((compared.levels, Some(bands)))
+}
+
+/// Returns the mean of values; `None` without any, and of levels that cannot be compared.
+fn mean_of(values: &[Value]) -> Option<BandedMean> {
+    let (values, bands) = over_common(&values.iter().collect::<Vec<_>>())?;
+    Some((Mean::of(values)?, bands))
+}
+
+/// Returns the means of each combination over the bands that all runs vouch for.
+fn means_to_draw(found: &[Values]) -> Vec<BTreeMap<Quantity, BandedMean>> {
+    let mut drawn = vec![BTreeMap::new(); found.len()];
+    let quantities: BTreeSet<&Quantity> = found.iter().flat_map(|(_, _, values)| values.keys()).collect();
+    for quantity in quantities {
+        let all: Vec<&Value> = found.iter().filter_map(|(_, _, values)| values.get(quantity)).flatten().collect();
+        let Some((levels, bands)) = over_common(&all) else { continue };
+        let mut levels = levels.into_iter();
+        for (means, (_, _, values)) in drawn.iter_mut().zip(found) {
+            let count = values.get(quantity).map_or(0, Vec::len);
+            if let Some(mean) = Mean::of(levels.by_ref().take(count)) {
+                means.insert(quantity.clone(), (mean, bands.clone()));
+            }
+        }
+    }
+    drawn
+}
+
 /// One combination of what is varied, seeds left out.
 #[derive(Clone, Debug)]
 pub(crate) struct RepeatedRow {
@@ -73,11 +139,13 @@ pub(crate) struct RepeatedRow {
     pub values: Vec<String>,
     /// How many runs were asked for.
     pub planned: usize,
-    means: BTreeMap<Quantity, Mean>,
+    means: BTreeMap<Quantity, BandedMean>,
+    /// The same over the bands that all runs vouch for, which pictures hold against each other.
+    drawn: BTreeMap<Quantity, BandedMean>,
 }
 
 /// A combination, how many runs it was to have, and what they have found.
-type Values = (Vec<String>, usize, BTreeMap<Quantity, Vec<f64>>);
+type Values = (Vec<String>, usize, BTreeMap<Quantity, Vec<Value>>);
 
 /// Findings of a sweep.
 #[derive(Clone, Debug, Default)]
@@ -113,11 +181,12 @@ impl RepeatedTable {
                 found[row].2.entry(quantity).or_default().push(value);
             }
         }
-        let row = |(values, planned, found): Values| {
-            let mean = |(quantity, values): (Quantity, Vec<f64>)| Some((quantity, Mean::of(values)?));
-            RepeatedRow { values, planned, means: found.into_iter().filter_map(mean).collect() }
+        let drawn = means_to_draw(&found);
+        let row = |((values, planned, found), drawn): (Values, BTreeMap<Quantity, BandedMean>)| {
+            let mean = |(quantity, values): (Quantity, Vec<Value>)| Some((quantity, mean_of(&values)?));
+            RepeatedRow { values, planned, means: found.into_iter().filter_map(mean).collect(), drawn }
         };
-        let rows: Vec<RepeatedRow> = found.into_iter().map(row).collect();
+        let rows: Vec<RepeatedRow> = found.into_iter().zip(drawn).map(row).collect();
         let mut quantities: Vec<Quantity> = rows.iter().flat_map(|row| row.means.keys().cloned()).collect();
         quantities.sort_unstable();
         quantities.dedup();
@@ -132,42 +201,52 @@ impl RepeatedTable {
         let row = |row: &RepeatedRow| -> Vec<String> {
             let cell = |quantity: &&Quantity| {
                 let decimals = if quantity.rank.0 == RESISTANCE { 5 } else { 2 };
-                row.means.get(*quantity).map_or("-".to_owned(), |mean| mean.text(decimals))
+                row.means.get(*quantity).map_or("-".to_owned(), |(mean, bands)| {
+                    let doubt = bands.as_ref().and_then(|bands| bands.doubt.as_ref());
+                    let [least, range] =
+                        doubt.map_or_else(Default::default, |range| ["at least ".to_owned(), format!(", {range}")]);
+                    format!("{least}{}{range}", mean.text(decimals))
+                })
             };
-            let runs = row.means.values().map(|mean| mean.runs).max().unwrap_or(0);
+            let runs = row.means.values().map(|(mean, _)| mean.runs).max().unwrap_or(0);
             let runs = if runs == row.planned { runs.to_string() } else { format!("{runs} of {}", row.planned) };
             row.values.iter().cloned().chain([runs]).chain(shown.iter().map(cell)).collect()
         };
         let mut report = Report::default();
         report.table(aligned(header, self.rows.iter().map(row)));
-        if self.rows.iter().any(|row| row.means.values().any(|mean| mean.interval.is_some())) {
+        if self.rows.iter().any(|row| row.means.values().any(|(mean, _)| mean.interval.is_some())) {
             report.text("means over seeds +- half of their 95 % interval\n");
         }
         report
     }
 
     /// Returns every mean, with the columns that say which.
-    fn lines(&self) -> impl Iterator<Item = (&RepeatedRow, &Quantity, &Mean)> {
+    fn lines(&self) -> impl Iterator<Item = (&RepeatedRow, &Quantity, &BandedMean)> {
         self.rows.iter().flat_map(|row| row.means.iter().map(move |(quantity, mean)| (row, quantity, mean)))
     }
 
     /// Returns every mean as CSV: the factors, quantity, unit, runs, mean, half its 95 % interval, lowest and highest
-    /// value.
+    /// value, and of an overall level its lowest and highest band and 1 where it is a lower bound.
     pub(crate) fn csv(&self) -> String {
         let columns = ["quantity", "unit", "runs", "mean", "interval_95", "lowest", "highest"];
+        let columns = columns.into_iter().chain(["lowest_hz", "highest_hz", "lower_bound"]);
         let header = self.factors.iter().cloned().chain(columns.map(str::to_owned));
-        let line = |(row, quantity, mean): (&RepeatedRow, &Quantity, &Mean)| -> Vec<String> {
+        let line = |(row, quantity, (mean, bands)): (&RepeatedRow, &Quantity, &BandedMean)| -> Vec<String> {
             let interval = mean.interval.map_or_else(String::new, |interval| interval.to_string());
             let [middle, lowest, highest] = [mean.mean, mean.lowest, mean.highest].map(|number| number.to_string());
             let names = [quantity.name.clone(), quantity.unit.to_owned(), mean.runs.to_string()];
-            row.values.iter().cloned().chain(names).chain([middle, interval, lowest, highest]).collect()
+            let numbers = [middle, interval, lowest, highest];
+            let bands = bands.as_ref().map_or_else(Default::default, |MeanBands { ends, doubt }| {
+                [ends[0].to_string(), ends[1].to_string(), u8::from(doubt.is_some()).to_string()]
+            });
+            row.values.iter().cloned().chain(names).chain(numbers).chain(bands).collect()
         };
         table::csv(header, self.lines().map(line))
     }
 
     /// Returns the same as JSON: an array of objects.
     pub(crate) fn to_json(&self) -> Value {
-        let line = |(row, quantity, mean): (&RepeatedRow, &Quantity, &Mean)| {
+        let line = |(row, quantity, (mean, bands)): (&RepeatedRow, &Quantity, &BandedMean)| {
             let factors: serde_json::Map<String, Value> = self
                 .factors
                 .iter()
@@ -180,6 +259,9 @@ impl RepeatedTable {
             json!({
                 "factors": factors, "quantity": quantity.name, "unit": quantity.unit, "runs": mean.runs,
                 "mean": mean.mean, "interval_95": mean.interval, "lowest": mean.lowest, "highest": mean.highest,
+                "lowest_hz": bands.as_ref().map(|bands| bands.ends[0]),
+                "highest_hz": bands.as_ref().map(|bands| bands.ends[1]),
+                "lower_bound": bands.as_ref().map(|bands| bands.doubt.is_some()),
             })
         };
         self.lines().map(line).collect()
@@ -257,7 +339,7 @@ impl RepeatedTable {
         let (factor, labels) = (&self.factors[column], self.labels(column));
         let (x, places) = axis_of(factor, &labels);
         let point = |quantity: &Quantity, row: &RepeatedRow| {
-            let mean = row.means.get(quantity)?;
+            let (mean, _) = row.drawn.get(quantity)?;
             let place = labels.iter().position(|label| *label == row.values[column])?;
             Some((places[place], mean.mean, mean.interval.unwrap_or(0.0)))
         };
@@ -271,12 +353,21 @@ impl RepeatedTable {
         let ends = ends.flat_map(|&(_, level, half)| [level - half, level + half]);
         let drawn = DRAWN.into_iter().find(|(rank, ..)| all.iter().any(|(_, quantity, _)| quantity.rank.0 == *rank));
         let (_, short, axis) = drawn.unwrap_or(DRAWN[0]);
+        // Where bands are missing the axis names those that are there.
+        let bands =
+            all.iter().flat_map(|(_, quantity, rows)| rows.iter().filter_map(move |row| row.drawn.get(*quantity)));
+        let mut doubts: Vec<&String> = bands.filter_map(|(_, bands)| bands.as_ref()?.doubt.as_ref()).collect();
+        doubts.sort_unstable();
+        doubts.dedup();
+        let axis = [axis.to_owned()].into_iter().chain(doubts.into_iter().cloned()).collect::<Vec<_>>().join(", ");
         let y = Axis::linear_around(axis, ends);
         PointPlot { title: &format!("{short} against {factor}: {title}"), x, y, series }.to_svg()
     }
 
+    /// Returns the quantities that can be drawn: levels that cannot be compared are not.
     fn quantities_of(&self, rank: u8) -> impl Iterator<Item = &Quantity> {
-        self.quantities.iter().filter(move |quantity| quantity.rank.0 == rank)
+        let is_drawn = move |quantity: &&Quantity| self.rows.iter().any(|row| row.drawn.contains_key(*quantity));
+        self.quantities.iter().filter(move |quantity| quantity.rank.0 == rank).filter(is_drawn)
     }
 
     /// Returns a factor's values, each once.
@@ -312,24 +403,24 @@ fn of_sound(quantity: &Quantity) -> String {
 }
 
 /// Lists the findings of a run; of bands those that it vouches for.
-fn quantities(done: &Done) -> Vec<(Quantity, f64)> {
+fn quantities(done: &Done) -> Vec<(Quantity, Value)> {
     let mut found = Vec::new();
     let mut add = |rank: (u8, i32), name: &str, unit, value| {
         found.push((Quantity { rank, name: name.to_owned(), unit }, value));
     };
     let known = || done.levels.iter().filter(|level| level.valid);
-    let power: f64 = known().map(|level| 10.0_f64.powf(0.1 * level.level)).sum();
-    if power > 0.0 {
-        add((FORCE, 0), OVERALL, FORCE_UNIT, 10.0 * power.log10());
+    if let Some(force) = TotalLevel::of(done.levels.clone()).filter(|force| force.level.is_finite()) {
+        add((FORCE, 0), OVERALL, FORCE_UNIT, Value::Total(force));
     }
     for (index, (name, level)) in done.sound.iter().enumerate() {
-        add((SOUND, index as i32), &done.label_of(name), SOUND_UNIT, *level);
+        add((SOUND, index as i32), &done.label_of(name), SOUND_UNIT, Value::Total(level.clone()));
     }
     if let Some(resistance) = done.rolling_resistance {
-        add((RESISTANCE, 0), "rolling resistance", "coefficient", resistance.coefficient);
+        add((RESISTANCE, 0), "rolling resistance", "coefficient", Value::Number(resistance.coefficient));
     }
     for level in known() {
-        add((BAND, level.band.0), &format!("force, {} Hz", level.band.nominal_frequency()), FORCE_UNIT, level.level);
+        let name = format!("force, {} Hz", level.band.nominal_frequency());
+        add((BAND, level.band.0), &name, FORCE_UNIT, Value::Number(level.level));
     }
     found
 }
@@ -346,6 +437,7 @@ fn axis_of(factor: &str, labels: &[&str]) -> (Axis, Vec<f64>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::response::BandLevel;
     use crate::study::sweep::variants::Choice;
 
     #[test]
@@ -362,6 +454,39 @@ mod tests {
         assert_eq!(mean.text(1), "2.0 +- 2.5");
     }
 
+    /// Returns the sum of bands that are loudest at 800 Hz, vouched for up to one of them; those up to 2 kHz have a level.
+    fn sum(valid_to: i32, level: f64) -> TotalLevel {
+        let made = |valid_to: i32, loudest: f64| {
+            let band = |n: i32| {
+                let level = loudest - 4.0 * f64::from((n + 1).abs());
+                BandLevel { band: ThirdOctaveBand(n), mean_square: 1.0, level, valid: n <= valid_to }
+            };
+            TotalLevel::of((-16..=4).map(band).collect()).unwrap()
+        };
+        made(valid_to, level - made(3, 0.0).level)
+    }
+
+    #[test]
+    fn means_are_over_the_bands_that_all_seeds_vouch_for_and_pictures_over_those_of_all_runs() {
+        let mut runs = heard(1);
+        let (_, done) = &mut runs[0];
+        done.as_mut().unwrap().sound[1].1 = sum(-11, 56.0);
+        done.as_mut().unwrap().sound[0].1 = sum(-11, 0.0).at_most(11.5);
+        let table = RepeatedTable::of(&runs);
+        let text = table.report().to_string();
+        // Seeds of 56 and 57 dB(A) whose bands of 25 to 80 Hz have as much less each.
+        assert!(text.contains("at least ") && text.contains("25 Hz - 80 Hz") && !text.contains("11.5"), "{text}");
+        let csv = table.csv();
+        let row = csv.lines().find(|row| row.contains("50,far")).unwrap();
+        assert!(row.ends_with(",25,80,1"), "{row}");
+        let other = csv.lines().find(|row| row.contains("80,far")).unwrap();
+        assert!(other.ends_with(",25,2000,0"), "{other}");
+        // Maxima of different bands have no mean: the other speed alone does, and no picture holds them together.
+        assert!(!csv.contains("50,near") && csv.contains("80,near"), "{csv}");
+        let curves = table.curves("t").unwrap().concat();
+        assert!(curves.contains("25 Hz - 80 Hz") && !curves.contains("near"), "{curves}");
+    }
+
     /// Returns every combination of some loads and speeds with two seeds, heard by two receivers.
     fn heard(loads: u32) -> Vec<(Label, Option<Done>)> {
         let mut runs = Vec::new();
@@ -376,7 +501,7 @@ mod tests {
                 choice(SPEED, speed.to_string(), false),
             ];
             let level = 0.01 * load + 0.5 * speed + seed;
-            let sound = vec![("near".to_owned(), 20.0 + level), ("far".to_owned(), level)];
+            let sound = vec![("near".to_owned(), sum(3, 20.0 + level)), ("far".to_owned(), sum(3, level))];
             let label = Label { name: String::new(), group: String::new(), speed, choices };
             runs.push((label, Some(Done { sound, ..Done::default() })));
         }

@@ -11,19 +11,22 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use serde::{Deserialize, Serialize};
 
 use crate::counters::{self, Stage};
+use crate::effects::stored::{NamedLevels, levels};
 use crate::plan::Plan;
 use crate::plan::models::fetch;
 use crate::response::BandLevel;
 use crate::results::folder::ResultsFolder;
 use crate::results::inputs::{Input, Inputs};
 use crate::results::pass_by::PassBySummary;
-use crate::results::sound::{RatedLevel, ReceiverSummary};
+use crate::results::read_table::Table;
+use crate::results::sound::{RatedLevel, ReceiverSummary, SOUND_COLUMN, SOUND_FILE};
 use crate::results::spectra::{SPECTRA_FILE, read_force_levels};
 use crate::results::summary::{FrictionSummary, LoadResult, RollingResistance, SUMMARY_FILE};
 use crate::results::unfinished::{forget_abandoned, unfinished};
 use crate::run::checkpoint::Checkpoint;
 use crate::run::{self, Progress, RunError, RunOptions};
 use crate::scene::History;
+use crate::sound::TotalLevel;
 use crate::storage::input::{self, TABLE_BYTES};
 use crate::study::sweep::variants::Variant;
 use crate::study::trial::UNIT;
@@ -54,8 +57,9 @@ pub(crate) struct Done {
     pub friction: Option<FrictionSummary>,
     /// The load and how well it was met.
     pub load: Option<LoadResult>,
-    /// A-weighted level at each receiver \[dB(A)\]: the maximum of the pass-by where the tyre passes, else the mean.
-    pub sound: Vec<(String, f64)>,
+    /// A-weighted level at each receiver \[dB(A)\], with its bands: the maximum of the pass-by where the tyre passes,
+    /// else the mean.
+    pub sound: Vec<(String, TotalLevel)>,
     /// The receivers that the tyre passes.
     #[serde(default)]
     pub passed: Vec<String>,
@@ -75,27 +79,39 @@ impl Outcome {
 }
 
 impl Done {
-    /// Takes the findings from the levels and the summary of a results folder.
-    pub(crate) fn new(found: bool, levels: Vec<BandLevel>, summary: &serde_json::Value) -> Self {
+    /// Takes the findings from the levels of the force, the A-weighted ones at the receivers and the summary of a results
+    /// folder.
+    pub(crate) fn new(
+        found: bool,
+        levels: Vec<BandLevel>,
+        heard: &[(String, Vec<BandLevel>)],
+        summary: &serde_json::Value,
+    ) -> Self {
         let outcome = &summary["outcome"];
         let receivers = serde_json::from_value(summary["sound"]["receivers"].clone());
         let receivers: Vec<ReceiverSummary> = receivers.unwrap_or_default();
-        let rated: Vec<RatedLevel> = receivers.iter().map(ReceiverSummary::rated).collect();
+        let rated: Vec<RatedLevel> = receivers
+            .iter()
+            .map(|receiver| {
+                let bands = heard.iter().find(|(name, _)| *name == receiver.name);
+                receiver.rated(bands.map_or(&[][..], |(_, bands)| bands))
+            })
+            .collect();
         Self {
             found,
             levels,
             rolling_resistance: serde_json::from_value(outcome["rolling_resistance"].clone()).ok(),
             friction: serde_json::from_value(outcome["friction"].clone()).ok(),
             load: serde_json::from_value(outcome["load"].clone()).ok(),
-            sound: rated.iter().filter_map(|rated| Some((rated.name.clone(), rated.level?))).collect(),
+            sound: rated.iter().filter_map(|rated| Some((rated.name.clone(), rated.level.clone()?))).collect(),
             pass_bys: receivers.into_iter().filter_map(|heard| Some((heard.name, heard.pass_by?))).collect(),
             passed: rated.into_iter().filter(|rated| rated.passed).map(|rated| rated.name).collect(),
         }
     }
 
     /// Returns the level at a receiver \[dB(A)\].
-    pub(crate) fn level_at(&self, receiver: &str) -> Option<f64> {
-        self.sound.iter().find(|(name, _)| name == receiver).map(|(_, level)| *level)
+    pub(crate) fn level_at(&self, receiver: &str) -> Option<&TotalLevel> {
+        self.sound.iter().find(|(name, _)| name == receiver).map(|(_, level)| level)
     }
 
     /// Returns the passages at a receiver.
@@ -216,12 +232,19 @@ fn finished(variant: &Variant, target: &Path, known: &mut Inputs) -> Option<Outc
     if !same || recorded != known.of(&variant.plan.scene).ok()? {
         return None;
     }
-    Some(Outcome::Done(Done::new(true, read_levels(&folder)?, &summary)))
+    Some(Outcome::Done(Done::new(true, read_levels(&folder)?, &read_heard(&folder), &summary)))
 }
 
 /// Returns a folder's levels.
 fn read_levels(folder: &Path) -> Option<Vec<BandLevel>> {
     read_force_levels(&input::read_text(&folder.join(SPECTRA_FILE), TABLE_BYTES).ok()?)
+}
+
+/// Returns the A-weighted levels at a folder's receivers; none without.
+fn read_heard(folder: &Path) -> NamedLevels {
+    let text = input::read_text(&folder.join(SOUND_FILE), TABLE_BYTES).ok();
+    let table = text.and_then(|text| Table::parse(&text).ok());
+    table.and_then(|table| levels(&table, SOUND_COLUMN)).unwrap_or_default()
 }
 
 /// Returns a folder's summary.
@@ -246,7 +269,8 @@ fn carry_out(variant: &Variant, target: &Path, threads: usize, stop: &AtomicBool
         // As written, so that a sweep that finds it finished says the same.
         Ok(report) => {
             let levels = read_levels(&report.folder).unwrap_or_default();
-            Outcome::Done(Done::new(false, levels, &read_summary(&report.folder).unwrap_or_default()))
+            let summary = read_summary(&report.folder).unwrap_or_default();
+            Outcome::Done(Done::new(false, levels, &read_heard(&report.folder), &summary))
         }
         Err(RunError::Interrupted { .. }) => Outcome::Stopped,
         Err(error) => Outcome::Failed(error),

@@ -7,7 +7,7 @@ use crate::results::pass_by::PassBySummary;
 use crate::results::plots::{Axis, LinePlot, PlotError, Series};
 use crate::results::summary::RollingResistance;
 use crate::results::table::{self, Report, aligned, numbers, optional};
-use crate::sound::SpeedCoefficient;
+use crate::sound::{Compared, SpeedCoefficient, TotalLevel};
 use crate::study::sweep::friction_curves::friction_rows;
 use crate::study::sweep::run::Done;
 use crate::study::sweep::variants::Label;
@@ -98,13 +98,39 @@ impl SweepBlock {
         heard.into_iter().flatten().map(|(name, _)| name.clone()).collect()
     }
 
-    /// Tells how the level at a receiver grows with the speed, about 80 km/h.
-    fn growth_at(&self, receiver: &str) -> Option<SpeedCoefficient> {
+    /// Tells how the level at a receiver grows with the speed, about 80 km/h, over the bands that all runs vouch for.
+    ///
+    /// # Errors
+    /// Why that is not known; nothing where there are too few speeds.
+    fn growth_at(&self, receiver: &str) -> Result<(SpeedCoefficient, Compared), String> {
         let pairs = self.speeds.iter().zip(&self.found);
-        SpeedCoefficient::fit(
-            pairs.filter_map(|(&speed, done)| Some((speed, done.level_at(receiver)?))),
-            REFERENCE_SPEED,
-        )
+        let (speeds, levels): (Vec<f64>, Vec<&TotalLevel>) =
+            pairs.filter_map(|(&speed, done)| Some((speed, done.level_at(receiver)?))).unzip();
+        let line =
+            |levels: &[f64]| SpeedCoefficient::fit(speeds.iter().copied().zip(levels.iter().copied()), REFERENCE_SPEED);
+        let own: Vec<f64> = levels.iter().map(|level| level.level).collect();
+        line(&own).ok_or_else(String::new)?;
+        let compared = Compared::for_growth(&levels)?;
+        Ok((line(&compared.levels).ok_or_else(String::new)?, compared))
+    }
+
+    /// Returns the row of the bands of the levels at a receiver.
+    fn bands_at(&self, receiver: &str) -> Vec<String> {
+        let range = |done: &Done| done.level_at(receiver).map_or("-".to_owned(), TotalLevel::range);
+        let ranges = self.found.iter().map(range);
+        ["  bands".to_owned()].into_iter().chain(ranges).chain([String::new()]).collect()
+    }
+
+    /// Tells of a growth of the level at a receiver that is not known, or not of all bands of its levels.
+    fn doubt_at(&self, receiver: &str) -> Option<String> {
+        match self.growth_at(receiver) {
+            Ok((_, compared)) if compared.all => None,
+            Ok((_, compared)) => {
+                Some(format!("{receiver}: dB/decade over {}, which all speeds have\n", compared.range()))
+            }
+            Err(why) if why.is_empty() => None,
+            Err(why) => Some(format!("{receiver}: no dB/decade: {why}\n")),
+        }
     }
 
     /// Returns the rows of a pass-by's passages and of the standard error of their mean; none of another receiver.
@@ -175,8 +201,8 @@ impl SweepBlock {
         let heard = self.receivers();
         if !heard.is_empty() {
             let row = |name: &String| -> Vec<String> {
-                let level = |done: &Done| done.level_at(name).map_or("-".to_owned(), |level| format!("{level:.1}"));
-                let growth = self.growth_at(name).map_or("-".to_owned(), |growth| match growth.slope_interval {
+                let level = |done: &Done| done.level_at(name).map_or("-".to_owned(), TotalLevel::text);
+                let growth = self.growth_at(name).map_or("-".to_owned(), |(growth, _)| match growth.slope_interval {
                     Some(interval) => format!("{:.1} +- {interval:.1}", growth.slope.decibels_per_decade),
                     None => format!("{:.1}", growth.slope.decibels_per_decade),
                 });
@@ -185,10 +211,12 @@ impl SweepBlock {
             };
             let header = header("dB(A) at").chain(["dB/decade".to_owned()]);
             report.text("\n");
-            let rows = heard.iter().flat_map(|name| [row(name)].into_iter().chain(self.statistics(name)));
+            let rows =
+                heard.iter().flat_map(|name| [row(name), self.bands_at(name)].into_iter().chain(self.statistics(name)));
             report.table(aligned(header, rows));
             let longer = heard.iter().filter_map(|name| self.longest_missing(name));
             longer.for_each(|told| report.text(told));
+            heard.iter().filter_map(|name| self.doubt_at(name)).for_each(|told| report.text(told));
         }
         for (speed, done) in columns() {
             if let Some(load) = done.missed_load() {
@@ -199,26 +227,43 @@ impl SweepBlock {
     }
 }
 
+/// Columns of the error and the bands of a level, and the highest band that the growth is of.
+const BANDS: [&str; 5] = ["level_error_db", "lowest_hz", "highest_hz", "lower_bound", "growth_highest_hz"];
+
 /// Returns the levels at the receivers as CSV: one row per group, receiver and speed, with the regression L = L_ref + b
 /// lg(v/v_ref);
 /// `None` without receivers.
 pub(crate) fn sound_csv(blocks: &[SweepBlock]) -> Option<String> {
     let names = ["group", "receiver", "speed_kmh", "level_db_a", "growth_db_per_decade", "level_at_80_kmh_db_a"];
-    let header = names.into_iter().chain(["passages", "standard_error_db"]);
+    let header = names.into_iter().chain(["passages", "standard_error_db"]).chain(BANDS);
     let mut rows: Vec<Vec<String>> = Vec::new();
     for block in blocks {
         for receiver in block.receivers() {
-            let growth = block.growth_at(&receiver).map_or_else(Default::default, |growth| {
-                [growth.slope.decibels_per_decade, growth.reference_level].map(|number| number.to_string())
-            });
+            let growth = block.growth_at(&receiver);
+            let common = optional(growth.as_ref().ok().map(|(_, compared)| compared.highest_hz()));
+            let growth = growth.map_or_else(
+                |_| Default::default(),
+                |(growth, _)| {
+                    [growth.slope.decibels_per_decade, growth.reference_level].map(|number| number.to_string())
+                },
+            );
             for (speed, done) in block.speeds.iter().zip(&block.found) {
                 let Some(level) = done.level_at(&receiver) else { continue };
                 let names = [block.group.clone(), receiver.clone()];
-                let numbers = [*speed, level].map(|number| number.to_string());
+                let numbers = [*speed, level.level].map(|number| number.to_string());
+                let covered = level.covered();
+                let bands = [
+                    optional(level.error),
+                    optional(covered.map(|bands| bands.lowest)),
+                    optional(covered.map(|bands| bands.highest)),
+                    optional(covered.map(|bands| u8::from(bands.lower_bound))),
+                    common.clone(),
+                ];
                 let passed = done.pass_by(&receiver);
                 let passages = optional(passed.map(|pass_by| pass_by.passages));
                 let error = optional(passed.and_then(|pass_by| pass_by.standard_error));
-                rows.push(names.into_iter().chain(numbers).chain(growth.clone()).chain([passages, error]).collect());
+                let statistics = [passages, error].into_iter().chain(bands);
+                rows.push(names.into_iter().chain(numbers).chain(growth.clone()).chain(statistics).collect());
             }
         }
     }
@@ -284,6 +329,38 @@ mod tests {
     use super::*;
     use crate::results::summary::LoadResult;
 
+    /// Returns the maximum of a pass-by whose bands are loudest at 800 Hz, vouched for up to one of them.
+    fn heard(valid_to: i32, level: f64) -> TotalLevel {
+        let band = |n: i32| {
+            let level = 60.0 - 4.0 * f64::from((n + 1).abs());
+            BandLevel { band: ThirdOctaveBand(n), mean_square: 1.0, level, valid: n <= valid_to }
+        };
+        TotalLevel::of((-16..=4).map(band).collect()).unwrap().at_most(level)
+    }
+
+    #[test]
+    fn maxima_of_bands_below_the_loudest_have_no_growth_and_say_so() {
+        let SweepBlock { group, speeds, found, .. } = block();
+        let with = |levels: [TotalLevel; 3]| {
+            let mut found = found.clone();
+            for (done, level) in found.iter_mut().zip(levels) {
+                done.sound = vec![("beside".to_owned(), level)];
+            }
+            SweepBlock::new(&group, speeds.clone(), found)
+        };
+        // Slices at each speed vouch for 25 to 80 Hz: 14.8 dB(A) and less, the faster the less.
+        let low = with([15.0, 14.8, 11.5].map(|level| heard(-11, level)));
+        let told = low.report().to_string();
+        assert!(told.contains("at least 14.8") && told.contains("25 Hz - 80 Hz"), "{told}");
+        assert!(told.contains("no dB/decade: the common bands, 25 Hz - 80 Hz, do not reach the loudest"), "{told}");
+        let table = sound_csv(&[low]).unwrap();
+        let row: Vec<&str> = table.lines().nth(2).unwrap().rsplit(',').take(5).collect();
+        assert_eq!((row, table.contains("80,14.8,,,")), (vec!["", "1", "80", "25", ""], true), "{table}");
+        // Maxima of other bands at one speed.
+        let apart = with([heard(3, 68.0), heard(3, 70.0), heard(-11, 11.5)]).report().to_string();
+        assert!(apart.contains("beside: no dB/decade: maxima of different bands"), "{apart}");
+    }
+
     fn block() -> SweepBlock {
         let speeds = vec![50.0, 80.0, 130.0];
         let level =
@@ -295,7 +372,7 @@ mod tests {
         found[1].rolling_resistance = Some(RollingResistance { coefficient: 0.0125, force: 37.5, power: 833.0 });
         found[2].load = Some(LoadResult { wanted: 3000.0, relative_error: 0.04, tolerance: 0.01, met: false });
         for (done, speed) in found.iter_mut().zip(&speeds) {
-            done.sound = vec![("beside".to_owned(), 70.0 + 35.0 * (speed / 80.0_f64).log10())];
+            done.sound = vec![("beside".to_owned(), heard(3, 70.0 + 35.0 * (speed / 80.0_f64).log10()))];
             done.passed = vec!["beside".to_owned()];
             // A single passage at the lowest speed, two that differ by 2 dB at the others.
             let maxima = if *speed < 60.0 { vec![70.0] } else { vec![69.0, 71.0] };

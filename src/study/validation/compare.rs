@@ -7,6 +7,7 @@ use super::row::{Group, Row};
 use crate::numeric::straight_line::StraightLine;
 use crate::response::ThirdOctaveBand;
 use crate::scene::NamedTexture;
+use crate::sound::{Compared as TotalsCompared, TotalLevel};
 
 /// Roads whose difference stands for hot rolled asphalt less stone mastic asphalt.
 const COARSE_LESS_FINE: [NamedTexture; 2] = [NamedTexture::ChipSeal, NamedTexture::StoneMastic8];
@@ -54,6 +55,7 @@ impl Table<'_> {
             title: quantity.title.clone(),
             unit: quantity.unit.clone(),
             computed: value.filter(|value| value.is_finite()),
+            is_lower_bound: false,
             range: [quantity.lowest, quantity.highest],
             sets: quantity.sets,
             spread: quantity.spread.clone(),
@@ -111,6 +113,7 @@ impl Table<'_> {
             title: format!("{} Hz", band.nominal_frequency()),
             unit: widening.unit.clone(),
             computed: computed.filter(|value| value.is_finite()),
+            is_lower_bound: false,
             range,
             sets: self.published.sets.len(),
             spread: format!("+-{} {}: {}", widening.spread, widening.unit, widening.reason),
@@ -123,11 +126,19 @@ impl Table<'_> {
     fn levels(&self) -> Vec<Row> {
         let mut rows = Vec::new();
         let runs = [0, 1, 2].map(|speed| self.run(ROAD, speed));
-        let level = |speed: usize| runs[speed].and_then(|run| run.coast_by);
+        let level = |speed: usize| runs[speed].and_then(|run| run.coast_by.as_ref());
         for (speed, name) in ["level_50", "level_80", "level_110"].into_iter().enumerate() {
-            rows.extend(self.single(Group::Levels, Compared::Level, name, None, level(speed)));
+            let total = level(speed);
+            let is_lower_bound = total.is_some_and(TotalLevel::is_lower_bound);
+            let found = self.single(Group::Levels, Compared::Level, name, None, total.map(|total| total.level));
+            rows.extend(
+                found.into_iter().map(|row| self.explained(Row { is_lower_bound, ..row }, Compared::Level, None)),
+            );
         }
-        let growth = level(0).zip(level(2)).map(|(slow, fast)| (fast - slow) / decades());
+        let growth = level(0).zip(level(2)).and_then(|(slow, fast)| {
+            let totals = TotalsCompared::for_growth(&[slow, fast]).ok()?;
+            Some((totals.levels[1] - totals.levels[0]) / decades())
+        });
         rows.extend(self.single(Group::Levels, Compared::Growth, "overall_growth", None, growth));
         let loudest = runs[1].and_then(|run| {
             let known = bands().filter_map(|band| Some((band, run.coast_by_band(band)?)));
@@ -142,7 +153,7 @@ impl Table<'_> {
         }
         rows.extend(loudest_row);
         for speed in 0..3 {
-            let less = runs[speed].and_then(|run| Some(run.cpx? - run.coast_by?));
+            let less = runs[speed].and_then(|run| less(run.cpx.as_ref()?, run.coast_by.as_ref()?));
             let found = self.single(Group::Levels, Compared::Receivers, "cpx_less_coast_by", None, less);
             rows.extend(found.into_iter().map(|row| {
                 let title = format!("{}, {} km/h", row.title, PUBLISHED_SPEEDS[speed]);
@@ -154,7 +165,8 @@ impl Table<'_> {
 
     fn roads(&self) -> Vec<Row> {
         let [fine, dense] = [NamedTexture::StoneMastic8, ROAD].map(|texture| self.run(texture, 1));
-        let less = fine.zip(dense).and_then(|(fine, dense)| Some(fine.coast_by? - dense.coast_by?));
+        let less = fine.zip(dense);
+        let less = less.and_then(|(fine, dense)| self::less(fine.coast_by.as_ref()?, dense.coast_by.as_ref()?));
         let mut rows = self.single(Group::Roads, Compared::Roads, "sma_less_dac", None, less);
         let [coarse, fine] = COARSE_LESS_FINE.map(|texture| self.run(texture, 1));
         for (name, octave) in OCTAVES {
@@ -185,6 +197,11 @@ impl Table<'_> {
     }
 }
 
+/// Returns a level less another one over common bands \[dB\]; `None` where they cannot be compared.
+fn less(one: &TotalLevel, other: &TotalLevel) -> Option<f64> {
+    TotalsCompared::difference(one, other).ok().map(|(difference, _)| difference)
+}
+
 /// Returns the level of all bands together; `None` where one is not known.
 fn energy_of(run: &HeardRun, bands: std::ops::RangeInclusive<i32>) -> Option<f64> {
     let levels: Option<Vec<f64>> = bands.map(|band| run.coast_by_band(ThirdOctaveBand(band))).collect();
@@ -196,6 +213,7 @@ mod tests {
     use std::collections::BTreeMap;
 
     use super::*;
+    use crate::response::BandLevel;
     use crate::study::validation::published::is_compared;
     use crate::study::validation::row::{Verdict, summaries};
 
@@ -206,12 +224,37 @@ mod tests {
         HeardRun {
             texture,
             speed_kmh: PUBLISHED_SPEEDS[speed],
-            coast_by: Some(70.0 + grown),
-            cpx: Some(98.0 + grown),
+            coast_by: Some(total(4, 70.0 + grown).at_most(70.0 + grown)),
+            cpx: Some(total(4, 98.0 + grown)),
             coast_by_bands: bands.clone(),
             cpx_bands: bands,
             rolling_resistance: Some(30.0 + 2.0e3 * texture.depth()[0]),
         }
+    }
+
+    /// Returns a sum of bands that fall from 200 Hz on, vouched for up to one of them.
+    fn total(valid_to: i32, level: f64) -> TotalLevel {
+        let band = |n: i32| {
+            let level = 60.0 - 4.0 * f64::from(n);
+            BandLevel { band: ThirdOctaveBand(n), mean_square: 1.0, level, valid: n <= valid_to }
+        };
+        TotalLevel { level, ..TotalLevel::of((-7..=4).map(band).collect()).unwrap() }
+    }
+
+    #[test]
+    fn levels_of_few_bands_are_bounds_and_their_differences_are_not_known() {
+        let published = Published::embedded();
+        let mut few = measured();
+        few.runs[2].coast_by = Some(total(-6, 11.5).at_most(11.5));
+        let rows = rows(&few, &published);
+        let unknown = |title: &str| {
+            let row = rows.iter().find(|row| row.title == title).unwrap();
+            row.verdict() == Verdict::Unknown
+        };
+        assert!(unknown("growth of coast-by, L_AFmax, 50 to 110 km/h"));
+        assert!(unknown("cpx less coast-by, L_AFmax, 110 km/h"));
+        let bounds: Vec<&Row> = rows.iter().filter(|row| row.is_lower_bound).collect();
+        assert!(bounds.len() == 1 && bounds[0].verdict() == Verdict::Unknown, "{bounds:?}");
     }
 
     fn measured() -> Measured {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicBool;
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use thiserror::Error;
 
 use super::missing::Lacks;
@@ -14,6 +14,7 @@ use crate::planning::settled;
 use crate::response::{BandLevel, ThirdOctaveBand};
 use crate::run::RunError;
 use crate::scene::{DEFAULT, LoadedScene, NamedTexture, Scene, SceneError, Setting};
+use crate::sound::TotalLevel;
 use crate::study::loads::Standing;
 use crate::study::sweep::{Axes, SweepError, variants};
 use crate::study::trial::{Trial, Trials};
@@ -51,15 +52,22 @@ pub(crate) struct HeardRun {
     /// Speed \[km/h\].
     pub speed_kmh: f64,
     /// Maximum of the coast-by, time weighting F \[dB(A)\].
-    pub coast_by: Option<f64>,
+    #[serde(serialize_with = "level_alone")]
+    pub coast_by: Option<TotalLevel>,
     /// Level close to the tyre \[dB(A)\].
-    pub cpx: Option<f64>,
+    #[serde(serialize_with = "level_alone")]
+    pub cpx: Option<TotalLevel>,
     /// A-weighted valid third octaves along the coast-by line, by band number \[dB(A)\].
     pub coast_by_bands: BTreeMap<i32, f64>,
     /// The same close to the tyre.
     pub cpx_bands: BTreeMap<i32, f64>,
     /// Rolling resistance \[N\], where the tread law has one.
     pub rolling_resistance: Option<f64>,
+}
+
+#[allow(clippy::ref_option)]
+fn level_alone<S: Serializer>(total: &Option<TotalLevel>, serializer: S) -> Result<S::Ok, S::Error> {
+    total.as_ref().map(|total| total.level).serialize(serializer)
 }
 
 impl HeardRun {
@@ -79,7 +87,7 @@ impl HeardRun {
         };
         let heard = trial.heard();
         let of = |passed: bool| heard.iter().find(|(rated, _)| rated.passed == passed);
-        let level = |passed| of(passed).and_then(|(rated, _)| rated.level);
+        let level = |passed| of(passed).and_then(|(rated, _)| rated.level.clone());
         let bands = |passed| of(passed).map_or_else(BTreeMap::new, |(_, levels)| valid(&levels.a_weighted));
         Self {
             texture,

@@ -70,6 +70,8 @@ pub(crate) struct Row {
     pub unit: String,
     /// Computed value; absent where the runs do not give it.
     pub computed: Option<f64>,
+    /// True if it is a lower bound: bands that matter may be missing.
+    pub is_lower_bound: bool,
     /// Lowest and highest published value.
     pub range: [f64; 2],
     /// Number of sets of published values.
@@ -103,8 +105,9 @@ impl Row {
     pub(crate) fn verdict(&self) -> Verdict {
         let [lowest, highest] = self.range;
         match self.computed {
-            Some(value) if value < lowest => Verdict::Below(lowest - value),
             Some(value) if value > highest => Verdict::Above(value - highest),
+            _ if self.is_lower_bound => Verdict::Unknown,
+            Some(value) if value < lowest => Verdict::Below(lowest - value),
             Some(value) if value.is_finite() => Verdict::Inside,
             _ => Verdict::Unknown,
         }
@@ -160,6 +163,7 @@ mod tests {
             title: "level".to_owned(),
             unit: "dB".to_owned(),
             computed,
+            is_lower_bound: false,
             range: [-1.0, 3.0],
             sets: 2,
             spread: String::new(),
@@ -176,6 +180,9 @@ mod tests {
         assert_eq!((outside(Some(-3.5)), outside(Some(5.0))), (Some(-2.5), Some(2.0)));
         assert_eq!((outside(None), outside(Some(f64::NAN))), (None, None));
         assert_eq!(row(Some(f64::NAN)).verdict(), Verdict::Unknown);
+        // A lower bound may lie anywhere above.
+        let bound = |value| Row { is_lower_bound: true, ..row(Some(value)) }.verdict();
+        assert_eq!([bound(-3.5), bound(0.0), bound(5.0)], [Verdict::Unknown, Verdict::Unknown, Verdict::Above(2.0)]);
     }
 
     #[test]

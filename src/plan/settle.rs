@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::front::{FrontRow, STATED_TO};
 use super::resolution::{Need, Resolution};
+use super::stated::Unstated;
 use crate::scene::{
     Axle, Diagnostic, History, LoadedScene, Numerics, OF_SLICES, Road, Scene, SceneError, Switch, Zone, short,
 };
@@ -19,6 +20,9 @@ pub(crate) struct Choice {
     /// Why.
     pub reason: String,
 }
+
+/// Keys that choose a row of the table.
+const WISHES: [&str; 2] = ["numerics.preset", "numerics.accuracy"];
 
 /// Decides every setting of a scene; gives it, and the choices.
 ///
@@ -79,6 +83,11 @@ fn settle(mut settling: Settling<'_>) -> Result<(Scene, Vec<Choice>), SceneError
         settling.take_resolution(Need { highest, row })?;
         if let Some(row) = row {
             settling.take_cells_along(row, highest);
+            // What the scene keeps of its own may take the row's error away.
+            if let Err(why @ Unstated::Coarser(_)) = FrontRow::stated_error(&settling.scene) {
+                let wish = settling.choices.iter_mut().find(|choice| WISHES.contains(&choice.key));
+                wish.into_iter().for_each(|wish| wish.reason = why.to_string());
+            }
             // A wish beside keys that are all given has chosen nothing.
             if settling.choices.len() == 1 {
                 settling.choices.clear();

@@ -110,10 +110,12 @@ mod tests {
             let settings: Vec<Setting> =
                 wishes.lines().filter(|line| !line.is_empty()).flat_map(Setting::parse).collect();
             let loaded = Scene::from_str_with(&text, "scene", &settings).unwrap();
-            FrontRow::stated_error(&decide(&loaded).unwrap().0).map(|(_, error)| error.to_bits())
+            let (scene, choices) = decide(&loaded).unwrap();
+            let told = choices.into_iter().find(|choice| choice.key == "numerics.preset").unwrap().reason;
+            (FrontRow::stated_error(&scene).map(|(_, error)| error.to_bits()), told)
         };
-        assert_eq!(preset("slices", ""), Ok(1.0_f64.to_bits()));
-        assert_eq!(preset("cells", ""), Ok(3.0_f64.to_bits()));
+        assert_eq!(preset("slices", "").0, Ok(1.0_f64.to_bits()));
+        assert_eq!(preset("cells", "").0, Ok(3.0_f64.to_bits()));
         for (zone, key, value) in [
             ("slices", "contact.cells_across", "20"),
             ("slices", "contact.slice_tolerance", "1e-6"),
@@ -123,7 +125,9 @@ mod tests {
             ("cells", "contact.cells_across", "20"),
             ("cells", "numerics.contact_tolerance", "1e-4"),
         ] {
-            assert_eq!(preset(zone, &format!("{key}={value}")), Err(Unstated::Coarser(key)), "{key} = {value}");
+            let (found, told) = preset(zone, &format!("{key}={value}"));
+            assert_eq!(found, Err(Unstated::Coarser(key)), "{key} = {value}");
+            assert!(told.contains("not known") && told.contains(key), "{told}");
         }
     }
 }

@@ -49,7 +49,7 @@ fn rows_are_the_lines_through_the_levels_that_the_runs_have_written() {
     let made = program(place, &["emission", "s"]);
     let told = text(&made.stdout);
     assert!(made.status.success(), "{}", text(&made.stderr));
-    for word in ["one: CNOSSOS-EU", "four: Nord2000", "UN R117", "(", "of one tyre", "rows in s/emission.csv"] {
+    for word in ["one: CNOSSOS-EU", "four: Nord2000", "UN R117", "(", "rows in s/emission.csv"] {
         assert!(told.contains(word), "{word}: {told}");
     }
     let found = rows(&place.join("s/emission.csv"));
@@ -88,9 +88,11 @@ fn rows_are_the_lines_through_the_levels_that_the_runs_have_written() {
         let [one, four] = ["one", "four"].map(|receiver| number(of(receiver, model, band), 6));
         assert!((one - four).abs() < 0.01, "{model}: {one} and {four}");
     }
-    let [one, four] = ["one", "four"].map(|receiver| of(receiver, "un-r117", ""));
-    assert_eq!((&one[5], &four[5], &one[4], &one[11], &one[12]), ("1", "4", "80", "2", "75"));
-    assert!((number(four, 6) - number(one, 6) - 10.0 * 4.0_f64.log10()).abs() < 0.1, "{one:?} {four:?}");
+    // Maxima of bands up to 250 Hz at most make no line: the loudest is above.
+    assert!(found.iter().all(|row| &row[2] != "un-r117"), "{told}");
+    for receiver in ["one", "four"] {
+        assert!(told.contains(&format!("{receiver}: no line of UN R117: ")), "{told}");
+    }
     assert!(found.iter().all(|row| &row[1] != "along"), "it is not passed");
     // Bands above what is radiated are given, but not valid.
     let high = found.iter().filter(|row| &row[2] == "nord2000" && row[3].parse::<f64>().unwrap() > 300.0);

@@ -79,8 +79,8 @@ impl Outcome {
 }
 
 impl Done {
-    /// Takes the findings from the levels of the force, the A-weighted ones at the receivers and the summary of a results
-    /// folder.
+    /// Takes the findings from the levels of the force, the A-weighted ones at the receivers and the summary of a
+    /// results folder.
     pub(crate) fn new(
         found: bool,
         levels: Vec<BandLevel>,

@@ -454,7 +454,7 @@ mod tests {
         assert_eq!(mean.text(1), "2.0 +- 2.5");
     }
 
-    /// Returns the sum of bands that are loudest at 800 Hz, vouched for up to one of them; up to 2 kHz they have a level.
+    /// Returns the sum of bands that are loudest at 800 Hz, vouched for up to one; up to 2 kHz they have a level.
     fn sum(valid_to: i32, level: f64) -> TotalLevel {
         let made = |valid_to: i32, loudest: f64| {
             let band = |n: i32| {

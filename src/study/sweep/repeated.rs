@@ -7,7 +7,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use serde_json::{Value, json};
+use serde_json::{Value as Json, json};
 
 use crate::numeric::quantile_of_student;
 use crate::response::ThirdOctaveBand;
@@ -245,9 +245,9 @@ impl RepeatedTable {
     }
 
     /// Returns the same as JSON: an array of objects.
-    pub(crate) fn to_json(&self) -> Value {
+    pub(crate) fn to_json(&self) -> Json {
         let line = |(row, quantity, (mean, bands)): (&RepeatedRow, &Quantity, &BandedMean)| {
-            let factors: serde_json::Map<String, Value> = self
+            let factors: serde_json::Map<String, Json> = self
                 .factors
                 .iter()
                 .cloned()

@@ -27,6 +27,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         circumference: 1.95,
         width: 0.2,
         contact_width: 0.12,
+        load_index: None,
         crown_radius: None,
         sides: Sides::Supported,
         curvature: false,

@@ -18,6 +18,7 @@ use crate::results::ResultsError;
 use crate::results::summary::SUMMARY_FILE;
 use crate::run::{Progress, RunError};
 use crate::scene::Setting;
+use crate::study::calibration::calibrated;
 use crate::study::effects::{LONGEST, compare};
 use crate::study::loads::{Standing, rolling};
 use crate::study::radiation::{LOWEST, Radiator, asked_frequencies};
@@ -121,7 +122,8 @@ pub(super) fn effects(
         loaded.check_time_domain()?;
         let duration = duration.unwrap_or(loaded.scene.rolling.duration.min(LONGEST));
         within("duration", &[duration], f64::MIN_POSITIVE, f64::MAX)?;
-        Ok(compare(loaded, duration, &watched.stop, &mut watched)?.csv())
+        let costs = calibrated(&watched.stop)?;
+        Ok(compare(loaded, duration, &costs, &watched.stop, &mut watched)?.csv())
     })
 }
 

@@ -267,13 +267,19 @@ mod tests {
             let ReceiverPlace::Position { position } = scene.receivers[0].place else { panic!() };
             position
         };
-        assert_eq!(place(""), [1.0, 2.0, 0.5]);
-        assert_eq!(place("offset = [0.5, -4, 1]"), [1.5, -2.0, 1.5]);
-        // An array that stands upright beside the road: its y becomes the height.
-        assert_eq!(place("rotation_deg = [90, 0, 0]"), [1.0, -0.5, 2.0]);
-        assert_eq!(place("rotation_deg = [0, 90, 0]\noffset = [0, 0, 1]"), [0.5, 2.0, 0.0]);
-        assert_eq!(place("rotation_deg = 90"), [-2.0, 1.0, 0.5], "one angle is about the vertical");
-        assert_eq!(place("rotation_deg = [90, 0, -90]\noffset = [0, 1, 0]"), [-0.5, 0.0, 2.0], "x before z");
+        // An array that stands upright beside the road: its y becomes the height. One angle is about the vertical; turns
+        // about x come before those about z.
+        for (keys, expected) in [
+            ("", [1.0, 2.0, 0.5]),
+            ("offset = [0.5, -4, 1]", [1.5, -2.0, 1.5]),
+            ("rotation_deg = [90, 0, 0]", [1.0, -0.5, 2.0]),
+            ("rotation_deg = [0, 90, 0]\noffset = [0, 0, 1]", [0.5, 2.0, 0.0]),
+            ("rotation_deg = 90", [-2.0, 1.0, 0.5]),
+            ("rotation_deg = [90, 0, -90]\noffset = [0, 1, 0]", [-0.5, 0.0, 2.0]),
+        ] {
+            let found = place(keys);
+            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-15), "{keys}: {found:?}");
+        }
         let turned = place("rotation_deg = 30");
         let expected = [3.0_f64.sqrt() / 2.0 - 1.0, 0.5 + 3.0_f64.sqrt(), 0.5];
         assert!(turned.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-15), "{turned:?}");

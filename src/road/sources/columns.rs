@@ -190,8 +190,8 @@ fn rejoined(words: &[&str], cells: usize) -> Option<Vec<String>> {
 /// Returns the unit that a title states: in brackets, or as its last word.
 fn unit_of(title: &str) -> Option<LengthUnit> {
     let bracket = title.split(['(', '[']).skip(1).find_map(|rest| LengthUnit::of_word(rest.split([')', ']']).next()?));
-    let words = || title.split(|sign: char| !sign.is_alphanumeric()).filter(|word| !word.is_empty());
-    bracket.or_else(|| words().last().filter(|_| words().count() > 1).and_then(LengthUnit::of_word))
+    let mut words = title.split(|sign: char| !sign.is_alphanumeric()).filter(|word| !word.is_empty());
+    bracket.or_else(|| words.next_back().filter(|_| words.next().is_some()).and_then(LengthUnit::of_word))
 }
 
 /// Returns a title in lower case without its unit.
@@ -363,7 +363,7 @@ impl<const N: usize> Columns<N> {
             let unit = self.units[role].metres();
             let first = values(role).next().map_or(f64::NAN, |first| (first / unit).round());
             let is_count = |(index, value): (usize, f64)| (value / unit - first - index as f64).abs() < 1e-6;
-            let counts = (first == 0.0 || first == 1.0) && values(role).enumerate().all(is_count);
+            let counts = (0.0..=1.0).contains(&first) && values(role).enumerate().all(is_count);
             if counts && values(role).count() >= FEWEST_COUNTED {
                 let (column, title) = (self.numbers[role] + 1, self.titles[role].clone().unwrap_or_default());
                 return Err(FileFault::Counter { column, title: excerpt(&title), role: self.roles[role].name });

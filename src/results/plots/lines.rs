@@ -21,7 +21,7 @@ const HEIGHT: i32 = 300;
 const STRIPS: usize = 120;
 
 /// Range drawn as a band: place, lower and upper end of each of its points.
-type Range<'a> = &'a [(f64, [f64; 2])];
+type Band<'a> = &'a [(f64, [f64; 2])];
 
 /// One curve.
 #[derive(Clone, Debug)]
@@ -68,11 +68,11 @@ impl LinePlot<'_> {
     ///
     /// # Errors
     /// [`PlotError::Draw`].
-    pub(crate) fn to_svg_over(&self, name: &str, range: Range) -> Result<String, PlotError> {
+    pub(crate) fn to_svg_over(&self, name: &str, range: Band) -> Result<String, PlotError> {
         self.drawn(Some((name, range)), |_, _| true)
     }
 
-    fn drawn(&self, range: Option<(&str, Range)>, vouched: impl Fn(usize, usize) -> bool) -> Result<String, PlotError> {
+    fn drawn(&self, range: Option<(&str, Band)>, vouched: impl Fn(usize, usize) -> bool) -> Result<String, PlotError> {
         let listed: Vec<(usize, &str)> =
             self.series.iter().map(|series| series.name).enumerate().filter(|(_, name)| !name.is_empty()).collect();
         let Layout { frame, bottom } = Layout::new(self.title, [&self.x, &self.y], [0, HEIGHT], EDGE);
@@ -116,7 +116,7 @@ impl LinePlot<'_> {
     }
 
     /// Returns a range as SVG: a polygon along its lower ends and back along its upper ones.
-    fn band(&self, frame: &Frame, range: Range) -> String {
+    fn band(&self, frame: &Frame, range: Band) -> String {
         let at = |x: f64, y: f64| {
             let (across, up) = (self.x.place(x).clamp(0.0, 1.0), self.y.place(y).clamp(0.0, 1.0));
             format!("{},{}", frame.across(across), frame.up(up))

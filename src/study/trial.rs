@@ -445,7 +445,7 @@ mod tests {
 
     #[test]
     fn an_observer_comes_back_with_all_steps_of_the_same_run() {
-        let small = [("numerics.elements", "64"), ("rolling.warm_up", "0.02"), ("rolling.duration", "0.02")];
+        let small = [("numerics.elements", "64"), ("rolling.warm_up", "0.03"), ("rolling.duration", "0.02")];
         let scene = scene(&edit(PLATE, &small)).scene;
         let (stop, mut progress) = (AtomicBool::new(false), Unwatched);
         let mut trials = Trials::new(0.08, &stop, &mut progress);

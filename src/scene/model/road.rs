@@ -389,9 +389,9 @@ fn profile(table: &mut Table<'_>) -> Option<ProfileRoad> {
         if table.has(key) {
             sound = table
                 .complain(key, Problem::moved("road.columns", "a table with columns = [\"distance\", \"height\"]"));
+            table.pass(&[key]);
         }
     }
-    table.pass(&OLD_COLUMNS);
     let read = sound.and(ProfileRoad::read(table));
     match table.peek("range", &RANGE) {
         Some(Some([begin, end])) if begin >= end => {

@@ -315,7 +315,7 @@ fn numerics() -> impl Strategy<Value = Numerics> {
                 fmax: None,
                 preset: None,
                 accuracy: None,
-                elements: 2 * half,
+                elements: 16 + 2 * (half % 400_000),
                 substeps,
                 time_rule,
                 history: history.0,

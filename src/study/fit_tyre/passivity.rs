@@ -12,6 +12,7 @@ use thiserror::Error;
 
 use super::measured::Point;
 use super::misfit::{DECIBELS, Uncertainty};
+use crate::scene::short;
 
 /// Standard deviations beyond which a phase is outside +-90 degrees.
 const BEYOND: f64 = 3.0;
@@ -121,11 +122,11 @@ pub(super) fn judge(points: &[Point], uncertainty: Uncertainty, computed: &[Comp
             .min_by(|a, b| a.frequency.total_cmp(&b.frequency))
             .map_or((0.0, 0.0), |point| (point.frequency, point.mobility.arg().to_degrees()));
         let evidence = format!(
-            "its real part is below 0 by more than its uncertainty at {} of {} values, first at {:.6} Hz (phase {:.0} \
+            "its real part is below 0 by more than its uncertainty at {} of {} values, first at {} Hz (phase {:.0} \
              degrees, uncertain by {} degrees), so that the tyre would give off power",
             outside.len(),
             points.len(),
-            first.0,
+            short((100.0 * first.0).round() / 100.0),
             first.1,
             uncertainty.phase
         );

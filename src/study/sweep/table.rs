@@ -390,7 +390,7 @@ mod tests {
         let cells = |line: String| line.split_whitespace().rev().take(3).map(str::to_owned).collect::<Vec<_>>();
         assert_eq!(cells(statistics("standard error")), ["1.0", "1.0", "-"], "{text}");
         assert!(
-            text.contains("beside, 80 km/h: mean of 2 passages, standard error 1.0 dB; for 0.5 dB, some 5.4 s more")
+            text.contains("beside, 130 km/h: mean of 2 passages, standard error 1.0 dB; for 0.5 dB, some 5.4 s more")
         );
         assert!(text.contains("0.01250") && text.contains("37.50") && text.contains("833.0"), "{text}");
         assert!(text.contains("130 km/h *") && text.contains("* 130 km/h: the mean force is +4.00 % off"), "{text}");

@@ -117,7 +117,14 @@ fn not_finite_and_too_large() {
     refused("duration = 1.5", "duration = -inf", 20, "rolling.duration", "-inf is not a finite", "above 0 s");
     refused("duration = 1.5", "duration = 1e999", 20, "rolling.duration", "1e999 is too large", "fits");
     refused("duration = 1.5", "duration = 1.5\nstart = nan", 21, "rolling.start", "NaN is not", "a finite number m");
-    refused("elements = 512", "elements = 99999999999999999999", 25, "numerics.elements", "too large", "64 bits");
+    refused(
+        "elements = 512",
+        "elements = 99999999999999999999",
+        25,
+        "numerics.elements",
+        "too large",
+        "at most 1000000",
+    );
     axle_refused("{ load = nan }", "rolling.axle.load", "NaN", "above 0 N");
 }
 

@@ -223,7 +223,7 @@ fn plans_refuse_what_cells_cannot_do_and_nothing_else() {
     check(&cells(64, 4, MADE, INDENTED, direct)).unwrap();
     let hold = check(&cells(64, 4, MADE, INDENTED, "time_rule = \"first-order-hold\"")).unwrap_err();
     assert!(hold.contains("numerics.time_rule") && hold.contains("sdirk2"), "{hold}");
-    let many = check(&cells(64, 30_000, MADE, INDENTED, "")).unwrap_err();
+    let many = check(&cells(64, 10_000, MADE, INDENTED, "memory_limit = 0.1")).unwrap_err();
     assert!(many.contains("contact.cells_across") && many.contains("fewer cells"), "{many}");
 }
 

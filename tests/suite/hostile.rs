@@ -155,7 +155,7 @@ fn pipes_devices_and_folders_are_no_input() {
         let tyre = format!("tyre = \"{name}\"\n{}", without(&smooth, &["tyre"]));
         fs::write(here.join("tyre.toml"), tyre).unwrap();
         refused(here, &["--allow-outside", "run", "tyre.toml"], &["tyre", name]);
-        for more in ["kind = \"profile\"", "kind = \"opencrg\"", "kind = \"grid\"\ndx = 0.001\ndy = 0.001"] {
+        for more in ["kind = \"profile\"", "kind = \"opencrg\"", "kind = \"grid\""] {
             fs::write(here.join("road.toml"), with_road(&format!("{more}\nfile = \"{name}\""))).unwrap();
             refused(here, &["--allow-outside", "road", "road.toml"], &["road.file", name]);
         }

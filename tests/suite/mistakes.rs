@@ -156,7 +156,7 @@ const COMMANDS: [(&str, &[&str], &[&str]); 20] = [
         &["is no setting", "KEY=VALUE"],
     ),
     ("a command with a slip", &["chek", "scene.toml"], &["'chek'", "'check'"]),
-    ("a scene that is not there", &["run", "scen.toml"], &["scen.toml", "No such file"]),
+    ("a scene that is not there", &["run", "scen.toml"], &["scen.toml", "there is no file"]),
 ];
 
 #[test]

@@ -131,7 +131,8 @@ fn measured(criterion: &mut Criterion) {
         let rows = (METRES / lattice.dx) as usize;
         let map = |columns: usize, dy: f64, first_y: f64| {
             let heights = profile.iter().flat_map(|z| vec![*z; columns]).collect();
-            RoadHeightMap { path: "bench".into(), dx: spacing, dy, first_y, columns, heights }
+            let origins = Vec::new();
+            RoadHeightMap { path: "bench".into(), dx: spacing, dy, first_y, columns, heights, origins }
         };
         let level = Resampled::new(map(1, 0.0, 0.0), lattice, AtEnd::Repeat);
         let by_column = Resampled::new(map(lattice.columns, lattice.dy, lattice.y(0)), lattice, AtEnd::Repeat);

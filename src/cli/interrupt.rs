@@ -36,7 +36,9 @@ enum Request {
     First,
     /// The first one, come another way.
     Same,
-    /// One more, or one that no part of the command would see.
+    /// The first one, which no part of the command would see.
+    Unseen,
+    /// One more.
     Further,
 }
 
@@ -51,6 +53,10 @@ impl Interrupt {
         ctrlc::set_handler(move || match shared.request(Instant::now()) {
             Request::First => tell("\nstopping after this step and keeping what there is (again: stop at once)"),
             Request::Same => {}
+            Request::Unseen => {
+                tell(&CliError::Interrupted { kept: None }.to_string());
+                std::process::exit(i32::from(INTERRUPTED));
+            }
             // What is written has a name that says that it is not finished.
             Request::Further => std::process::exit(i32::from(INTERRUPTED)),
         })
@@ -62,7 +68,7 @@ impl Interrupt {
     fn request(&self, at: Instant) -> Request {
         let first = *self.first.get_or_init(|| at);
         if !self.asked.swap(true, Ordering::Relaxed) {
-            if self.looked_at.load(Ordering::Relaxed) { Request::First } else { Request::Further }
+            if self.looked_at.load(Ordering::Relaxed) { Request::First } else { Request::Unseen }
         } else if at.saturating_duration_since(first) < SAME_REQUEST {
             Request::Same
         } else {
@@ -94,6 +100,6 @@ mod tests {
 
     #[test]
     fn a_command_that_looks_at_no_flag_ends_at_the_first_request() {
-        assert_eq!(Interrupt::default().request(Instant::now()), Request::Further);
+        assert_eq!(Interrupt::default().request(Instant::now()), Request::Unseen);
     }
 }

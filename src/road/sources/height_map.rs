@@ -43,7 +43,7 @@ pub struct HeightMap {
     /// Row-major heights \[m\], rows x columns, finite.
     pub heights: Vec<f64>,
     /// Origin of each of them; empty where all were measured.
-    pub(crate) origins: Vec<HeightOrigin>,
+    pub origins: Vec<HeightOrigin>,
 }
 
 impl HeightMap {

@@ -31,7 +31,7 @@ const REFERENCE_SURFACE: [f64; 2] = [0.5e-3, 0.2e-3];
 
 /// Origin of a height.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum HeightOrigin {
+pub enum HeightOrigin {
     /// A measurement.
     #[default]
     Measured,

@@ -233,7 +233,7 @@ fn what_cannot_be_swept_is_answered_before_anything_runs() {
     let failing = output(place, &["scene.toml", "--speed", "80", "--load", "3000,1e9", "--out", "s"]);
     let message = text(&failing.stderr);
     assert_eq!(failing.status.code(), Some(1), "{message}");
-    assert!(message.contains("1000000000N-80kmh: no axle height carries") && message.contains("1 of 2"), "{message}");
+    assert!(message.contains("rolling.axle.load: no axle height carries") && message.contains("1 of 2"), "{message}");
     assert!(place.join("s/3000N-80kmh/summary.json").exists() && place.join("s/sweep.csv").exists());
 }
 

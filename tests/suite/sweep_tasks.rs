@@ -160,7 +160,7 @@ fn damaged_and_foreign_folders_are_refused_and_mended_by_writing_again() {
         assert_refused(&collect(place), "it is truncated");
         let other = [&whole[..8], &9_u32.to_le_bytes(), &whole[12..]].concat();
         fs::write(path, other).unwrap();
-        assert_refused(&collect(place), "it has format version 9, this program reads 1");
+        assert_refused(&collect(place), "it has format version 9, this program reads 2");
         fs::remove_file(path).unwrap();
         // What is done stays.
         assert_done(&sweep(place, &["--tasks", "t"]));
@@ -224,7 +224,7 @@ fn a_task_that_fails_leaves_the_others_and_its_reason() {
     let failed = task(place, "0..1");
     let message = text(&failed.stderr);
     assert_eq!(failed.status.code(), Some(1), "{message}");
-    assert!(message.contains("task 1 (1000000000N-80kmh): failed: no axle height carries"), "{message}");
+    assert!(message.contains("task 1 (1000000000N-80kmh): failed: 1000000000N-80kmh:27:8: rolling.axle.load: no axle height carries"), "{message}");
     let collected = collect(place);
     let message = text(&collected.stderr);
     assert_eq!(collected.status.code(), Some(1), "{message}");

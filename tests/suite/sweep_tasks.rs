@@ -224,7 +224,9 @@ fn a_task_that_fails_leaves_the_others_and_its_reason() {
     let failed = task(place, "0..1");
     let message = text(&failed.stderr);
     assert_eq!(failed.status.code(), Some(1), "{message}");
-    assert!(message.contains("task 1 (1000000000N-80kmh): failed: 1000000000N-80kmh:27:8: rolling.axle.load: no axle height carries"), "{message}");
+    for part in ["task 1 (1000000000N-80kmh): failed: ", "rolling.axle.load: no axle height carries"] {
+        assert!(message.contains(part), "{message}");
+    }
     let collected = collect(place);
     let message = text(&collected.stderr);
     assert_eq!(collected.status.code(), Some(1), "{message}");

@@ -54,7 +54,11 @@ fn the_file_of_a_tyre_is_checked_and_described_and_no_scene_to_be_run() {
     let few = ["--waves=2", "--lateral=1", "--highest=150", "--loads=300", "--points=4", "--patch=20"];
     let described = tyrewave(folder.path(), &[&["tyre", "plate.toml"][..], &few].concat());
     let told = text(&described.stdout);
-    assert!(described.status.success() && told.starts_with("Tyre of plate.toml\n"), "{told}{}", text(&described.stderr));
+    assert!(
+        described.status.success() && told.starts_with("Tyre of plate.toml\n"),
+        "{told}{}",
+        text(&described.stderr)
+    );
     assert!(folder.path().join("results/plate-tyre/tyre.json").is_file());
     // A mistake in it is told with its place there.
     let wrong = toml::to_string(&plate_tyre()).unwrap().replacen("width =", "widht =", 1);

@@ -11,7 +11,7 @@ use crate::performance::judge::{Effort, Side, judge};
 use crate::performance::program::Program;
 use crate::performance::record::RecordedWorkload;
 use crate::performance::report::{JSON_HEAD, MARKDOWN_HEAD};
-use crate::performance::{Measurement, PerformanceError, Record, Workload, instructions, measure};
+use crate::performance::{Measurement, PerformanceError, Record, Work, Workload, instructions, measure, measure_scene};
 use clap::{Args, Subcommand};
 
 use super::context::{Context, print};
@@ -25,8 +25,8 @@ const RECORDS: &str = "profiles/record";
 const ACCEPTED: &str = "profiles/accepted.toml";
 
 const EXAMPLES: &str = "\
-A fixed set of workloads (smooth, rough, high_speed, long_rollout, half_space_slices, direct_history, compliance, \
-influence), each with exact counters and a physical value that it must find. Counters are compared exactly; times only \
+A fixed set of workloads (smooth, rough, high_speed, long_rollout, half_space_slices, direct_history, cells, sound, \
+compliance, influence), each with exact counters and a physical value that it must find. Counters are compared exactly; times only \
 between two programs that are run in turn, A B B A, on one thread, with the ratio of every stage and its interval, of \
 each workload and of all pooled; so are instructions of every stage, exactly, where valgrind is installed. The verdict \
 says how many pairs of runs and counts of instructions it rests on: as many as fit into --budget.
@@ -35,6 +35,7 @@ Examples:
   tyrewave profile record                              writes profiles/record/INSTRUCTIONS.json
   tyrewave profile compare                             this program against the committed record: results and counters
   tyrewave profile compare old/tyrewave new/tyrewave   two programs: results, counters and the time of every stage
+  tyrewave profile compare old/tyrewave --scene my_scene.toml    the same for a scene of your own, of a second or so
   tyrewave profile compare old/tyrewave --markdown performance.md --json-file performance.json
   tyrewave profile measure rough                       one workload, as JSON";
 
@@ -58,11 +59,14 @@ pub(crate) enum ProfileAction {
     /// Gone: `cargo bench` and `tyrewave study` show costs against sizes.
     #[command(hide = true)]
     Scaling,
-    /// Do one workload and print what it took as JSON: what `compare` asks of each program.
+    /// Do one workload, or roll a scene, and print what it took as JSON: what `compare` asks of each program.
     Measure {
         /// The workload.
-        #[arg(value_parser = by_name(Workload::ALL, Workload::name))]
-        workload: Workload,
+        #[arg(value_parser = by_name(Workload::ALL, Workload::name), required_unless_present = "scene")]
+        workload: Option<Workload>,
+        /// The scene, instead.
+        #[arg(long, value_name = "SCENE", conflicts_with = "workload")]
+        scene: Option<PathBuf>,
     },
 }
 
@@ -99,6 +103,10 @@ pub(crate) struct CompareArguments {
     /// Only these workloads.
     #[arg(long = "workload", value_name = "NAME", value_parser = by_name(Workload::ALL, Workload::name))]
     pub workloads: Vec<Workload>,
+    /// Roll this scene, with two programs, beside the workloads that are named or instead of all of them. Their mean
+    /// forces must agree within 0.1 %.
+    #[arg(long, value_name = "SCENE")]
+    pub scene: Option<PathBuf>,
     /// File of the changes of counters that are wanted.
     #[arg(long, value_name = "FILE", default_value = ACCEPTED)]
     pub accepted: PathBuf,
@@ -124,8 +132,10 @@ impl ProfileArguments {
                  cost against sizes"
                     .to_owned(),
             )),
-            ProfileAction::Measure { workload } => {
-                let measurement = measure(workload, context.interrupt.flag())?;
+            ProfileAction::Measure { workload, scene } => {
+                let stop = context.interrupt.flag();
+                let scene = scene.unwrap_or_default();
+                let measurement = workload.map_or_else(|| measure_scene(&scene, stop), |work| measure(work, stop))?;
                 print(&format!("{}\n", serde_json::to_string(&measurement).unwrap_or_default()))
             }
         }
@@ -154,7 +164,7 @@ impl RecordArguments {
                 if context.interrupt.flag().load(Ordering::Relaxed) {
                     return Err(PerformanceError::Interrupted.into());
                 }
-                measured.push(program.measure(workload)?);
+                measured.push(program.measure(&Work::Fixed(workload))?);
             }
             let found = &measured[0].found;
             if !found.is_right() {
@@ -163,7 +173,7 @@ impl RecordArguments {
             }
             let recorded = RecordedWorkload::new(&measured, None);
             native.insert(workload.name().to_owned(), recorded.clone());
-            let by_tool = if counts { instructions::count(&program, workload) } else { None };
+            let by_tool = if counts { instructions::count(&program, &Work::Fixed(workload)) } else { None };
             if context.interrupt.flag().load(Ordering::Relaxed) {
                 return Err(PerformanceError::Interrupted.into());
             }
@@ -210,20 +220,27 @@ impl CompareArguments {
         let first = Side::of(self.first.map_or_else(committed, Ok)?)?;
         let second = Side::of(self.second.map_or_else(this_program, Ok)?)?;
         let accepted = AcceptedChanges::read(&self.accepted)?;
-        let workloads = if self.workloads.is_empty() { Workload::ALL.to_vec() } else { self.workloads };
         let programs = matches!((&first, &second), (Side::Program(_), Side::Program(_)));
+        if self.scene.is_some() && !programs {
+            let wrong =
+                "a record knows no scenes: `--scene` takes two programs, `profile compare OLD NEW --scene SCENE`";
+            return Err(CliError::Usage(wrong.to_owned()));
+        }
+        let all = self.workloads.is_empty() && self.scene.is_none();
+        let mut works = Work::fixed(if all { &Workload::ALL } else { &self.workloads });
+        works.extend(self.scene.map(Work::Scene));
         let instructions = !self.no_instructions && instructions::can_count();
         let effort =
             Effort { pairs: self.pairs as usize, instructions, budget: Duration::from_secs(self.budget.into()) };
         // A second batch only where it is needed: the bar may end early.
         let steps = if programs { 2 * effort.pairs + 1 + usize::from(instructions) } else { 1 };
-        let progress = context.bar("comparing", (workloads.len() * steps) as u64);
-        let mut watch = |workload: Workload| {
-            progress.set_message(workload.name());
+        let progress = context.bar("comparing", (works.len() * steps) as u64);
+        let mut watch = |work: &Work| {
+            progress.set_message(work.to_string());
             progress.inc(1);
         };
         let stop = context.interrupt.flag();
-        let verdict = judge(&first, &second, &workloads, &accepted, effort, stop, &mut watch)?;
+        let verdict = judge(&first, &second, &works, &accepted, effort, stop, &mut watch)?;
         progress.finish_and_clear();
         if let Some(file) = markdown {
             file.complete(&verdict.markdown())?;

@@ -16,7 +16,7 @@ pub(crate) enum PerformanceError {
     #[error("workload {workload}: {source}")]
     Run {
         /// Its name.
-        workload: &'static str,
+        workload: String,
         /// Why.
         source: Box<RunError>,
     },

@@ -11,7 +11,7 @@ use std::process::{Command, Stdio};
 
 use super::measure::{Measurement, name};
 use super::program::Program;
-use super::workload::Workload;
+use super::workload::Work;
 use crate::counters::Stage;
 
 /// Places of the sources, more special ones first, and their stages.
@@ -58,12 +58,12 @@ pub(crate) fn can_count() -> bool {
     version.is_ok_and(|status| status.success())
 }
 
-/// Returns the instructions of a workload, and what the program measured meanwhile: its times mean nothing, and its
+/// Returns the instructions of some work, and what the program measured meanwhile: its times mean nothing, and its
 /// vectors are those of the processor that the tool imitates. `None` if they could not be counted.
-pub(crate) fn count(program: &Program, workload: Workload) -> Option<(Instructions, Measurement)> {
+pub(crate) fn count(program: &Program, work: &Work) -> Option<(Instructions, Measurement)> {
     let file = program.scratch().ok()?.join("callgrind.out");
     let out = format!("--callgrind-out-file={}", file.display());
-    let output = program.run(&["valgrind", "--tool=callgrind", "--dump-line=yes", &out], workload).ok()?;
+    let output = program.run(&["valgrind", "--tool=callgrind", "--dump-line=yes", &out], work).ok()?;
     let counted = std::fs::read_to_string(&file).ok();
     let _ = std::fs::remove_file(&file);
     if !output.status.success() {

@@ -25,7 +25,7 @@ use super::program::{Program, in_turn};
 use super::ratio::{Ratio, are_enough, stage_times};
 use super::record::{Record, RecordedWorkload};
 use super::verdict::{Change, DOUBT, LEAST_SHARE, StageVerdict, Verdict, WorkloadVerdict};
-use super::workload::Workload;
+use super::workload::Work;
 
 /// One of the two.
 #[derive(Debug)]
@@ -74,18 +74,18 @@ const FOR_PAIRS: f64 = 0.7;
 /// Counting instructions takes so many times as long as the work alone, as a rule.
 const COUNTING: f64 = 80.0;
 
-/// Judges `second` by `first`. `watch` is called with the workload at every step of the work.
+/// Judges `second` by `first`. `watch` is called at every step with the work that is done. A record knows no scenes.
 ///
 /// # Errors
 /// [`PerformanceError`].
 pub(crate) fn judge(
     first: &Side,
     second: &Side,
-    workloads: &[Workload],
+    works: &[Work],
     accepted: &AcceptedChanges,
     effort: Effort,
     stop: &AtomicBool,
-    watch: &mut dyn FnMut(Workload),
+    watch: &mut dyn FnMut(&Work),
 ) -> Result<Verdict, PerformanceError> {
     let mut verdict = Verdict {
         first: first.path().clone(),
@@ -102,8 +102,8 @@ pub(crate) fn judge(
         let for_pairs = if effort.instructions { effort.budget.mul_f64(FOR_PAIRS) } else { effort.budget };
         let mut batch = |pairs: usize, until: Duration| -> Result<Vec<Timed>, PerformanceError> {
             let until = begin + until;
-            let runs = in_turn(programs, workloads, pairs, until, stop, watch)?;
-            Ok(workloads.iter().zip(&runs).map(|(&workload, runs)| Timed::new(workload, runs)).collect())
+            let runs = in_turn(programs, works, pairs, until, stop, watch)?;
+            Ok(works.iter().zip(&runs).map(|(work, runs)| Timed::new(work, runs)).collect())
         };
         // One of each beforehand: files are read and the tyre is fitted.
         batch(1, Duration::ZERO)?;
@@ -124,8 +124,8 @@ pub(crate) fn judge(
             confirm(&mut verdict.stages, &pooled(&second));
         }
         if effort.instructions {
-            for (&workload, found) in workloads.iter().zip(&mut verdict.workloads) {
-                watch(workload);
+            for (work, found) in works.iter().zip(&mut verdict.workloads) {
+                watch(work);
                 if stop.load(Ordering::Relaxed) {
                     return Err(PerformanceError::Interrupted);
                 }
@@ -134,7 +134,7 @@ pub(crate) fn judge(
                     continue;
                 }
                 // Counts do not mind each other: side by side where there are two processors.
-                let count = |program: &Program| instructions::count(program, workload);
+                let count = |program: &Program| instructions::count(program, work);
                 if let (Some((a, _)), Some((b, _))) = rayon::join(|| count(programs[0]), || count(programs[1])) {
                     found.instructions = Some((a.all, b.all));
                     for row in &mut found.stages {
@@ -145,36 +145,36 @@ pub(crate) fn judge(
         }
         let counted = verdict.workloads.iter().filter(|found| found.instructions.is_some()).count();
         verdict.times_judged = pairs.iter().all(|&pairs| are_enough(pairs, DOUBT));
-        verdict.is_undecided = !verdict.times_judged && counted < workloads.len();
+        verdict.is_undecided = !verdict.times_judged && counted < works.len();
         verdict.evidence = format!(
             "results, counters, times of every stage in {} pairs of runs{}, and the instructions (exact) of {counted} \
              of {} workloads",
             pairs.iter().map(usize::to_string).collect::<Vec<_>>().join(" and "),
             if verdict.times_judged { "" } else { " (too few to judge by)" },
-            workloads.len()
+            works.len()
         );
         return Ok(verdict);
     }
-    for &workload in workloads {
-        watch(workload);
+    for work in works {
+        watch(work);
         if stop.load(Ordering::Relaxed) {
             return Err(PerformanceError::Interrupted);
         }
-        verdict.workloads.extend(by_counters(first, second, workload, accepted)?);
+        verdict.workloads.extend(by_counters(first, second, work, accepted)?);
     }
     Ok(verdict)
 }
 
 /// Returns a side's cost of a workload, its instructions and compiler; `None` for a record that does not know
 /// it.
-fn taken(side: &Side, workload: Workload) -> Result<Option<(RecordedWorkload, String, String)>, PerformanceError> {
+fn taken(side: &Side, work: &Work) -> Result<Option<(RecordedWorkload, String, String)>, PerformanceError> {
     Ok(match side {
         Side::Record(_, record) => record
             .workloads
-            .get(workload.name())
+            .get(&work.to_string())
             .map(|found| (found.clone(), record.stamp.instruction_set.clone(), record.stamp.compiler.clone())),
         Side::Program(program) => {
-            let measurement = program.measure(workload)?;
+            let measurement = program.measure(work)?;
             let set = measurement.instruction_set.clone();
             Some((RecordedWorkload::new(&[measurement], None), set, String::new()))
         }
@@ -184,30 +184,33 @@ fn taken(side: &Side, workload: Workload) -> Result<Option<(RecordedWorkload, St
 fn by_counters(
     first: &Side,
     second: &Side,
-    workload: Workload,
+    work: &Work,
     accepted: &AcceptedChanges,
 ) -> Result<Option<WorkloadVerdict>, PerformanceError> {
-    let (Some((a, set_a, compiler_a)), Some((b, set_b, compiler_b))) =
-        (taken(first, workload)?, taken(second, workload)?)
+    let (Some((a, set_a, compiler_a)), Some((b, set_b, compiler_b))) = (taken(first, work)?, taken(second, work)?)
     else {
         return Ok(None);
     };
     let instructions = a.instructions.zip(b.instructions).filter(|_| compiler_a == compiler_b);
-    let differences = differences(workload.name(), &a, &b, accepted, set_a != set_b);
-    Ok(Some(WorkloadVerdict { instructions, ..WorkloadVerdict::new(workload, differences, b.found) }))
+    let differences = differences(&work.to_string(), &a, &b, accepted, set_a != set_b);
+    Ok(Some(WorkloadVerdict { instructions, ..WorkloadVerdict::new(work, differences, b.found) }))
 }
 
-/// A workload by both programs, pair by pair: what they measured first, and the times \[s\] of the stages that both
+/// Work by both programs, pair by pair: what they measured first, and the times \[s\] of the stages that both
 /// have.
 struct Timed {
-    workload: Workload,
+    work: Work,
     first: [Measurement; 2],
     stages: Vec<(String, [Vec<f64>; 2])>,
 }
 
 impl Timed {
-    fn new(workload: Workload, runs: &[Vec<Measurement>; 2]) -> Self {
-        let first = runs.each_ref().map(|runs| runs[0].clone());
+    fn new(work: &Work, runs: &[Vec<Measurement>; 2]) -> Self {
+        let mut first = runs.each_ref().map(|runs| runs[0].clone());
+        if matches!(work, Work::Scene(_)) {
+            // Nothing but the first program says what the second must find.
+            first[1].found.expected = first[0].found.value;
+        }
         let names = first[0].blocks.keys().filter(|stage| first[1].blocks.contains_key(*stage));
         let stages = names.map(|stage| {
             let [a, b] = runs.each_ref().map(|runs| -> Vec<&[Option<u64>]> {
@@ -216,7 +219,7 @@ impl Timed {
             let (a, b) = stage_times(&a, &b);
             (stage.clone(), [a, b])
         });
-        Self { workload, stages: stages.collect(), first }
+        Self { work: work.clone(), stages: stages.collect(), first }
     }
 
     /// Returns all stages together.
@@ -239,13 +242,9 @@ impl Timed {
 
     fn verdict(&self, accepted: &AcceptedChanges) -> WorkloadVerdict {
         let [a, b] = self.first.each_ref().map(|run| RecordedWorkload::new(std::slice::from_ref(run), None));
-        let differences = differences(self.workload.name(), &a, &b, accepted, false);
+        let differences = differences(&self.work.to_string(), &a, &b, accepted, false);
         let stages = self.stages();
-        WorkloadVerdict {
-            whole: Some(self.whole()),
-            stages,
-            ..WorkloadVerdict::new(self.workload, differences, b.found)
-        }
+        WorkloadVerdict { whole: Some(self.whole()), stages, ..WorkloadVerdict::new(&self.work, differences, b.found) }
     }
 }
 

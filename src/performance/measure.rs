@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::fmt;
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -18,7 +19,7 @@ use crate::counters::machine::instruction_set;
 use crate::counters::process::thread_cpu_time;
 use crate::counters::{Counter, Meter, Stage, Watch};
 use crate::plan::Plan;
-use crate::run::{RunError, Simulation};
+use crate::run::{Results, RunError, Simulation};
 use crate::scene::{History, LoadedScene, PLATE, Scene, Tyre};
 use crate::tyre::influence::{Field, InfluenceSum, Projection, Truncation};
 use crate::tyre::poles::{FitOptions, fit_unless_stopped};
@@ -154,10 +155,33 @@ fn undisturbed(mut times: Vec<u64>, taken: u64) -> Option<Vec<u64>> {
 /// Errors of the run or the fit; [`PerformanceError::Interrupted`].
 pub(crate) fn measure(workload: Workload, stop: &AtomicBool) -> Result<Measurement, PerformanceError> {
     match workload.scene()? {
-        Some(loaded) => rolled(workload, &loaded, stop),
+        Some(loaded) => {
+            let Rolled { counters, results, blocks } = Rolled::of(workload.name(), &loaded, stop)?;
+            Ok(Measurement::new(workload, counters, value(workload, &results), blocks))
+        }
         None if workload == Workload::Compliance => compliance(),
         None => influence(stop),
     }
+}
+
+/// Largest relative difference between the mean forces that two programs find for a scene of the user's.
+const OF_SCENES: f64 = 1e-3;
+
+/// Rolls the scene of a file on this thread. Nothing says what it must find: another program's mean force does.
+///
+/// # Errors
+/// As [`measure`]; [`PerformanceError::Nonsense`] for a scene that rolls too shortly for a mean force.
+pub(crate) fn measure_scene(path: &Path, stop: &AtomicBool) -> Result<Measurement, PerformanceError> {
+    let (name, mut loaded) = (path.display().to_string(), Scene::load(path)?);
+    loaded.scene.outputs.plots = false;
+    let Rolled { counters, results, blocks } = Rolled::of(&name, &loaded, stop)?;
+    let value = results.mean_force.ok_or_else(|| PerformanceError::Nonsense {
+        path: path.to_owned(),
+        wrong: "it rolls too shortly for a mean force".to_owned(),
+        right: "a longer rolling.duration",
+    })?;
+    let found = Found { what: "mean force [N]".to_owned(), value, expected: value, tolerance: OF_SCENES };
+    Ok(Measurement { workload: name, instruction_set: instruction_set().to_owned(), counters, found, blocks })
 }
 
 /// Returns the name that results use for a stage or a counter.
@@ -168,47 +192,60 @@ pub(super) fn name<T: Serialize>(value: &T) -> String {
     }
 }
 
-/// Returns the force of a rolling workload by which it is judged \[N\]: its mean where it stands still or is
-/// controlled, its variation elsewhere.
-fn force(workload: Workload, results: &crate::run::Results) -> f64 {
-    let force = match workload {
+/// Returns the value by which a rolling workload is judged: its mean force where it stands still or is controlled, the
+/// pressure where it is heard, the variation of the force elsewhere.
+pub(crate) fn value(workload: Workload, results: &Results) -> f64 {
+    let value = match workload {
         Workload::Smooth => results.mean_force,
+        Workload::Sound => {
+            let heard = results.sound.as_ref().and_then(|sound| sound.receivers.first());
+            heard.map(|receiver| receiver.spectrum.mean_square().sqrt())
+        }
         _ => results.rms_force_variation,
     };
-    force.unwrap_or(f64::NAN)
+    value.unwrap_or(f64::NAN)
 }
 
-fn rolled(workload: Workload, loaded: &LoadedScene, stop: &AtomicBool) -> Result<Measurement, PerformanceError> {
-    let failed = |source: RunError| match source {
-        RunError::Interrupted { .. } => PerformanceError::Interrupted,
-        source => PerformanceError::Run { workload: workload.name(), source: Box::new(source) },
-    };
-    let plan = Plan::of(loaded).map_err(|error| failed(error.into()))?;
-    let mut run = Simulation::begin_watched(loaded, &plan, stop, Watch::EVERY).map_err(failed)?;
-    let mut blocks = Stage::OF_A_STEP.map(|stage| (name(&stage), Vec::new()));
-    let (mut before, mut clock) = (run.spent(), BlockClock::start());
-    while run.step().map_err(failed)?.is_some() {
-        if run.next_step().is_multiple_of(STEPS_OF_A_BLOCK) {
-            let now = run.spent();
-            let times = now.iter().zip(before).map(|(now, before)| nanoseconds(*now - before)).collect();
-            let times = undisturbed(times, clock.taken());
-            for (block, (_, blocks)) in blocks.iter_mut().enumerate() {
-                blocks.push(times.as_ref().map(|times| times[block]));
-            }
-            (before, clock) = (run.spent(), BlockClock::start());
-            if stop.load(Ordering::Relaxed) {
-                return Err(PerformanceError::Interrupted);
+/// A scene that was rolled.
+struct Rolled {
+    counters: BTreeMap<String, u64>,
+    results: Results,
+    blocks: Blocks,
+}
+
+impl Rolled {
+    fn of(title: &str, loaded: &LoadedScene, stop: &AtomicBool) -> Result<Self, PerformanceError> {
+        let failed = |source: RunError| match source {
+            RunError::Interrupted { .. } => PerformanceError::Interrupted,
+            source => PerformanceError::Run { workload: title.to_owned(), source: Box::new(source) },
+        };
+        let plan = Plan::of(loaded).map_err(|error| failed(error.into()))?;
+        let mut run = Simulation::begin_watched(loaded, &plan, stop, Watch::EVERY).map_err(failed)?;
+        let mut blocks = Stage::OF_A_STEP.map(|stage| (name(&stage), Vec::new()));
+        let (mut before, mut clock) = (run.spent(), BlockClock::start());
+        while run.step().map_err(failed)?.is_some() {
+            if run.next_step().is_multiple_of(STEPS_OF_A_BLOCK) {
+                let now = run.spent();
+                let times = now.iter().zip(before).map(|(now, before)| nanoseconds(*now - before)).collect();
+                let times = undisturbed(times, clock.taken());
+                for (block, (_, blocks)) in blocks.iter_mut().enumerate() {
+                    blocks.push(times.as_ref().map(|times| times[block]));
+                }
+                (before, clock) = (run.spent(), BlockClock::start());
+                if stop.load(Ordering::Relaxed) {
+                    return Err(PerformanceError::Interrupted);
+                }
             }
         }
+        let results = run.finish();
+        let mut counters = counters(&results.meter);
+        if loaded.scene.numerics.history == History::Modal {
+            // A kept model takes none.
+            counters.remove(&name(&Counter::ComplianceEvaluations));
+        }
+        let blocks = blocks.into_iter().filter(|(_, blocks)| blocks.iter().flatten().any(|&time| time > 0));
+        Ok(Self { counters, blocks: blocks.collect(), results })
     }
-    let results = run.finish();
-    let mut counters = counters(&results.meter);
-    if loaded.scene.numerics.history == History::Modal {
-        // A kept model takes none.
-        counters.remove(&name(&Counter::ComplianceEvaluations));
-    }
-    let blocks = blocks.into_iter().filter(|(_, blocks)| blocks.iter().flatten().any(|&time| time > 0));
-    Ok(Measurement::new(workload, counters, force(workload, &results), blocks.collect()))
 }
 
 /// Returns all that a meter counted and the work of the stages of a step.

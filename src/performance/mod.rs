@@ -1,6 +1,6 @@
 //! Performance from commit to commit: what fixed pieces of work cost, recorded and compared.
 //!
-//! 1. [`mod@workload`]: the pieces of work, each with a physical value that it must find;
+//! 1. [`mod@workload`]: the pieces of work, each with a physical value that it must find, and scenes of the user's;
 //! 2. [`mod@measure`]: one of them done in this process: exact counters, time of every stage in short blocks;
 //! 3. [`mod@record`]: all of them as a file, stamped with what they were measured on; [`instructions`] counted where a
 //!    counting tool is there;
@@ -28,6 +28,6 @@ pub(crate) mod workload;
 mod error;
 
 pub(crate) use error::PerformanceError;
-pub(crate) use measure::{Measurement, measure};
+pub(crate) use measure::{Measurement, measure, measure_scene};
 pub(crate) use record::Record;
-pub(crate) use workload::Workload;
+pub(crate) use workload::{Work, Workload};

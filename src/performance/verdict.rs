@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::changes::Difference;
 use super::measure::Found;
 use super::ratio::Ratio;
-use super::workload::Workload;
+use super::workload::Work;
 
 /// Probability that the interval of one batch misses its median: a stage that is called changed has passed it twice.
 pub(crate) const DOUBT: f64 = 1e-3;
@@ -140,9 +140,9 @@ impl StageVerdict {
 }
 
 impl WorkloadVerdict {
-    /// Judges a workload by results and counters alone.
-    pub(super) fn new(workload: Workload, differences: Vec<Difference>, found: Found) -> Self {
-        let (workload, right) = (workload.name().to_owned(), found.is_right());
+    /// Judges some work by results and counters alone.
+    pub(super) fn new(work: &Work, differences: Vec<Difference>, found: Found) -> Self {
+        let (workload, right) = (work.to_string(), found.is_right());
         Self { workload, differences, right, found, instructions: None, whole: None, stages: Vec::new() }
     }
 

@@ -9,6 +9,7 @@ use std::sync::atomic::AtomicBool;
 use serde_json::Value;
 use tyrewave::counters::machine::instruction_set;
 use tyrewave::performance::changes::{AcceptedChanges, differences};
+use tyrewave::performance::measure::value;
 use tyrewave::performance::record::RecordedWorkload;
 use tyrewave::performance::{Record, Workload, measure};
 use tyrewave::plan::Plan;
@@ -88,11 +89,10 @@ fn the_workloads_must_find_what_the_other_history_finds() {
         let mut run = Simulation::begin(&loaded, &plan, &AtomicBool::new(false)).unwrap();
         while run.step().unwrap().is_some() {}
         let results = run.finish();
-        let truth = workload.truth();
-        let value =
-            if workload == Workload::Smooth { results.mean_force } else { results.rms_force_variation }.unwrap();
+        let (truth, value) = (workload.truth(), value(workload, &results));
         println!("{}: {} = {value}, {:.1} s", workload.name(), truth.what, begin.elapsed().as_secs_f64());
-        if (value - truth.expected).abs() > 1e-9 * value {
+        // NaN is wrong, too.
+        if !((value - truth.expected).abs() <= 1e-9 * value) {
             wrong.push(format!("{}: {value} instead of {}", workload.name(), truth.expected));
         }
     }
@@ -157,6 +157,20 @@ fn comparisons_end_with_the_right_exit_code() {
     let itself = itself.to_str().unwrap();
     let (code, text) = run(&[itself, itself, "--workload", "compliance", "--budget", "1"]);
     assert!(code == 5 && text.contains("(too few to judge by)") && text.contains("0 of 1 workloads"), "{text}");
+    // A scene of one's own: between programs alone.
+    let scene = place.path().join("mine.toml");
+    let text = fs::read_to_string(folder().join("scenes/plate.toml")).unwrap();
+    let short = [
+        ("elements = 512", "elements = 96"),
+        ("duration = 18.0", "duration = 0.2"),
+        ("warm_up = 0.5", "warm_up = 0.1"),
+    ];
+    fs::write(&scene, short.iter().fold(text, |text, (from, to)| text.replace(from, to))).unwrap();
+    let scene = scene.to_str().unwrap();
+    let (code, text) = run(&[itself, itself, "--scene", scene, "--pairs", "12", "--no-instructions"]);
+    assert!(code == 0 && text.contains("mine.toml") && text.contains("1 workloads: results right"), "{text}");
+    let (code, text) = run(&[record.to_str().unwrap(), itself, "--scene", scene]);
+    assert!(code == 2 && text.contains("a record knows no scenes"), "{text}");
     // A program that does not measure is told apart from one that is worse.
     let (code, text) = run(&[if cfg!(windows) { "cmd" } else { "/bin/false" }, "--workload", "compliance"]);
     assert!(code == 1 && text.contains("profile measure"), "{text}");

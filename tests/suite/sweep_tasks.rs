@@ -148,7 +148,7 @@ fn damaged_and_foreign_folders_are_refused_and_mended_by_writing_again() {
     let place = folder.path();
     ["0", "1", "2"].iter().for_each(|number| assert_done(&task(place, number)));
     let [manifest, tasks] = ["t/manifest", "t/shard-0000/tasks"].map(|name| place.join(name));
-    for path in [&manifest, &tasks] {
+    for (path, version) in [(&manifest, 1), (&tasks, 2)] {
         let whole = fs::read(path).unwrap();
         let shown = path.file_name().unwrap().to_str().unwrap();
         damage(path);
@@ -160,7 +160,7 @@ fn damaged_and_foreign_folders_are_refused_and_mended_by_writing_again() {
         assert_refused(&collect(place), "it is truncated");
         let other = [&whole[..8], &9_u32.to_le_bytes(), &whole[12..]].concat();
         fs::write(path, other).unwrap();
-        assert_refused(&collect(place), "it has format version 9, this program reads 2");
+        assert_refused(&collect(place), &format!("it has format version 9, this program reads {version}"));
         fs::remove_file(path).unwrap();
         // What is done stays.
         assert_done(&sweep(place, &["--tasks", "t"]));
@@ -230,7 +230,9 @@ fn a_task_that_fails_leaves_the_others_and_its_reason() {
     let collected = collect(place);
     let message = text(&collected.stderr);
     assert_eq!(collected.status.code(), Some(1), "{message}");
-    assert!(message.contains("1 of 2 tasks are missing") && message.contains("failed: no axle height"), "{message}");
+    for part in ["1 of 2 tasks are missing", "failed: ", "rolling.axle.load: no axle height"] {
+        assert!(message.contains(part), "{message}");
+    }
 }
 
 #[test]

@@ -5,6 +5,7 @@ use super::tread_pattern::taken_pattern;
 use super::values::Decisions;
 use crate::road::Lattice;
 use crate::scene::{PatchAir, Road, Scene, SliceCoupling, Slices, Switch, Tread, Tyre, Zone};
+use crate::tyre::tread_pattern::map::{TreadCells, TreadMap};
 
 pub(super) const ZONE: Row = Row {
     title: "contact in three dimensions",
@@ -113,10 +114,14 @@ fn texture(scene: &Scene, decisions: &mut Decisions) -> Decided {
         (decisions.slices, decisions.cells_across) = (Slices::None, Some(cells_across(scene)));
         return Decided { on: true, form: "heights of cells".to_owned(), reason };
     }
-    if taken_pattern(scene).is_some() {
-        let across = scene.contact.cells_across.unwrap_or_else(|| square_cells(&scene.tyre, scene.numerics.elements));
+    if let Some(pattern) = taken_pattern(scene) {
+        let (elements, along) =
+            (scene.numerics.elements, decisions.cells_along.or(scene.contact.cells_along).unwrap_or(1));
+        let across = scene.contact.cells_across.unwrap_or_else(|| {
+            let square = TreadCells { columns: elements * along, across: square_cells(&scene.tyre, elements) };
+            TreadMap::fewest_across(pattern, scene, square)
+        });
         (decisions.slices, decisions.cells_across) = (Slices::Winkler, Some(across));
-        let along = decisions.cells_along.or(scene.contact.cells_along).unwrap_or(1);
         decisions.cells_along = Some(along);
         let reason = "the tread has a pattern".to_owned();
         return Decided { on: true, form: "springs all over each slice".to_owned(), reason };

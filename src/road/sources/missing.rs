@@ -2,7 +2,7 @@
 //!
 //! 1. Cells that are empty, NaN, or a word that instruments and programs write for nothing; and what the scene names.
 //! 2. Where the scene names nothing: a number that recurs exactly is none where it lies so far outside all others as
-//!    these reach ([`outlying`]). One that lies among them, but every time far from its neighbours ([`isolated`]), is
+//!    these reach, and steeply beside them ([`outlying`]). One that lies among them, but every time far from its neighbours ([`isolated`]), is
 //!    refused: only the user knows. Both are told by name where the scene names other numbers.
 
 use std::collections::BTreeMap;
@@ -93,16 +93,17 @@ pub(super) fn mark(
     }
     let in_file = |value: f64| significant(value / unit);
     if named.is_some() {
-        if let Some((value, count)) = outlying(heights).or_else(|| isolated(heights, columns, place)) {
+        if let Some((value, count)) = outlying(heights, columns, &place).or_else(|| isolated(heights, columns, &place))
+        {
             notes.push(RoadNote::NotNamedMissing { value: in_file(value), count });
         }
         return Ok(());
     }
-    while let Some((value, _)) = outlying(heights) {
+    while let Some((value, _)) = outlying(heights, columns, &place) {
         let count = clear(heights, is(value));
         notes.push(RoadNote::TakenForMissing { value: in_file(value), count });
     }
-    match isolated(heights, columns, place) {
+    match isolated(heights, columns, &place) {
         Some((value, count)) => Err(FileFault::StandsForNone { value: in_file(value), count }),
         None => Ok(()),
     }
@@ -145,9 +146,32 @@ impl Lowest {
     }
 }
 
-/// Returns the lowest or highest height and how often it occurs, where it recurs and is farther from all others than
-/// these are from each other.
-fn outlying(heights: &[f64]) -> Option<(f64, usize)> {
+/// A measured height and its row.
+type Height = (usize, f64);
+
+/// Calls with each two measured heights that follow each other in a column.
+fn each_pair(heights: &[f64], columns: usize, mut call: impl FnMut(Height, Height)) {
+    for column in 0..columns {
+        let rows = heights.iter().skip(column).step_by(columns).copied().enumerate();
+        let mut last: Option<Height> = None;
+        for height in rows.filter(|(_, height)| !height.is_nan()) {
+            if let Some(last) = last {
+                call(last, height);
+            }
+            last = Some(height);
+        }
+    }
+}
+
+/// Tells whether two heights are steeper than a road.
+fn is_steep(place: &impl Fn(usize) -> f64, (a, low): Height, (b, high): Height) -> bool {
+    let distance = place(b) - place(a);
+    distance > 0.0 && (high - low).abs() >= STEEPEST * distance
+}
+
+/// Returns the lowest or highest height and how often it occurs, where it recurs, is farther from all others than these
+/// are from each other, and every one of its runs along the road is steeper than a road on either side.
+fn outlying(heights: &[f64], columns: usize, place: &impl Fn(usize) -> f64) -> Option<(f64, usize)> {
     let lowest = Lowest::of(heights.iter().copied());
     let highest = Lowest::of(heights.iter().map(|height| -height));
     let found = |this: &Lowest, other: &Lowest| {
@@ -156,38 +180,25 @@ fn outlying(heights: &[f64]) -> Option<(f64, usize)> {
         (this.count >= FEWEST[0] && is_far).then_some(this.count)
     };
     let low = found(&lowest, &highest).map(|count| (lowest.value, count));
-    low.or_else(|| found(&highest, &lowest).map(|count| (-highest.value, count)))
+    let (value, count) = low.or_else(|| found(&highest, &lowest).map(|count| (-highest.value, count)))?;
+    let mut is_apart = true;
+    each_pair(heights, columns, |before, after| {
+        let is_side = (before.1.to_bits() == value.to_bits()) != (after.1.to_bits() == value.to_bits());
+        is_apart &= !is_side || is_steep(place, before, after);
+    });
+    is_apart.then_some((value, count))
 }
 
 /// Returns a number and how often it occurs, where it recurs and every one of its runs along the road is steeper than a
 /// road on either side.
-fn isolated(heights: &[f64], columns: usize, place: impl Fn(usize) -> f64) -> Option<(f64, usize)> {
-    let rows = heights.len() / columns;
-    let is_steep = |(a, low): (usize, f64), (b, high): (usize, f64)| {
-        let distance = place(b) - place(a);
-        distance > 0.0 && (high - low).abs() >= STEEPEST * distance
-    };
-    // Calls with each two measured heights that follow each other in a column.
-    let pairs = |call: &mut dyn FnMut((usize, f64), (usize, f64))| {
-        for column in 0..columns {
-            let mut last: Option<(usize, f64)> = None;
-            for row in 0..rows {
-                let height = heights[row * columns + column];
-                if !height.is_nan() {
-                    if let Some(last) = last {
-                        call(last, (row, height));
-                    }
-                    last = Some((row, height));
-                }
-            }
-        }
-    };
+fn isolated(heights: &[f64], columns: usize, place: &impl Fn(usize) -> f64) -> Option<(f64, usize)> {
     let mut occurrences = BTreeMap::new();
     let (mut steep, mut all) = (0, 0);
-    pairs(&mut |before, after| {
+    each_pair(heights, columns, |before, after| {
+        let is_steep = is_steep(place, before, after);
         all += 1;
-        steep += usize::from(is_steep(before, after));
-        if occurrences.len() < MOST_NUMBERS && is_steep(before, after) {
+        steep += usize::from(is_steep);
+        if occurrences.len() < MOST_NUMBERS && is_steep {
             *occurrences.entry(before.1.to_bits()).or_insert(0_usize) += 1;
             *occurrences.entry(after.1.to_bits()).or_insert(0) += 1;
         }
@@ -197,9 +208,9 @@ fn isolated(heights: &[f64], columns: usize, place: impl Fn(usize) -> f64) -> Op
     if occurrences.is_empty() || occurrences.len() >= MOST_NUMBERS || 2 * steep > all {
         return None;
     }
-    pairs(&mut |before, after| {
+    each_pair(heights, columns, |before, after| {
         // A side that is not steep: the number is a height.
-        if before.1.to_bits() != after.1.to_bits() && !is_steep(before, after) {
+        if before.1.to_bits() != after.1.to_bits() && !is_steep(place, before, after) {
             occurrences.remove(&before.1.to_bits());
             occurrences.remove(&after.1.to_bits());
         }
@@ -287,6 +298,10 @@ mod tests {
         let mut heights: Vec<f64> = with(0.0, usize::MAX).iter().map(|height| (height * 1e4).round() / 1e4).collect();
         assert_eq!(marked(&mut heights, None).unwrap(), []);
         assert_eq!(missing(&heights), 0);
+        // Slots of one depth in a plane, as wide as they are far from steep.
+        let slot = |row: usize| if row % 6 < 3 { 1e-16 * (row % 3) as f64 } else { -0.5e-3 };
+        let mut slots: Vec<f64> = (0..200).map(slot).collect();
+        assert_eq!(marked(&mut slots, None).unwrap(), []);
         let mut plane = vec![0.0; 100];
         assert_eq!(marked(&mut plane, None).unwrap(), []);
     }

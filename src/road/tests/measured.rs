@@ -244,7 +244,7 @@ fn faulty_profiles_are_refused_with_the_place() {
     let directory = Road::Profile(profile(folder.path().to_owned()));
     assert!(matches!(refused(&directory, line()), RoadError::File { fault: RoadFileFault(FileFault::Io(_)), .. }));
     let captif = fault(
-        b"Road Name\tCAPTIF\t\n*****DATA*****\t\t\nData Point No:\tDistance (m)\tDepth (m)\n1\t0.0\t1.0\n2\tx\t1.0\n",
+        b"Road Name\tCAPTIF\t\n*****DATA*****\t\t\nData Point No:\tDistance (m)\tDepth (mm)\n1\t0.0\t1.0\n2\tx\t1.0\n",
     );
     assert!(
         matches!(

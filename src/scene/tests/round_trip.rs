@@ -238,7 +238,7 @@ fn sidewall() -> impl Strategy<Value = Sidewall> {
 
 /// Returns its radius as a part of the tyre's, its depth as a part of that.
 fn cavity() -> impl Strategy<Value = Cavity> {
-    (0.01..0.99_f64, 0.01..0.99_f64, positive(), positive(), 0.0..1e-3_f64).prop_map(
+    (0.01..0.99_f64, 0.01..0.99_f64, positive(), 200.0..1e3_f64, 0.0..1e-3_f64).prop_map(
         |(radius, depth, density, sound_speed, relaxation)| Cavity { radius, depth, density, sound_speed, relaxation },
     )
 }
@@ -415,7 +415,14 @@ fn scene() -> impl Strategy<Value = Scene> {
         },
     );
     ("\\PC{0,20}", tyre(), road(), rolling(), contact(), effects(), numerics(), outputs, sound()).prop_map(
-        |(title, tyre, road, rolling, contact, mut effects, numerics, mut outputs, (mut receivers, mut radiation))| {
+        |(title, tyre, road, mut rolling, contact, mut effects, numerics, mut outputs, sound)| {
+            let (mut receivers, mut radiation) = sound;
+            if let Some(Inflation { pressure }) = &tyre.inflation
+                && let Axle::Load { load, .. } | Axle::Mass { load, .. } = &mut rolling.axle
+            {
+                // What the pressure bears on 0.6 to 60 % of the circumference.
+                *load = (6e-5 * *load * pressure * tyre.contact_width * tyre.circumference).max(0.1);
+            }
             // A tyre that is not larger than life, its shoulders smaller than itself.
             let reach = tyre.width + 2.0 * tyre.radius();
             receivers.retain(|_| reach < 9.0);

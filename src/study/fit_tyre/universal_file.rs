@@ -358,14 +358,14 @@ fn is_followed(rest: &[u8], length: usize) -> bool {
 }
 
 /// Returns the lengths that binary values may have by record 7: abscissas are single, or double in files of some
-/// writers.
+/// writers, and so are ordinates that record 7 calls single.
 fn value_bytes(records: &[&[u8]]) -> Vec<usize> {
     let Some(form) = records.get(6) else { return Vec::new() };
     let [kind, count, even] = [0, 10, 20].map(|begin| number::<usize>(form, begin, 10).unwrap_or(0));
-    // Some writers give the real numbers of other functions, which are passed over, in double precision always.
     let ordinates: &[usize] = match kind {
         2 => &[4, 8],
-        4 | 5 => &[8],
+        4 => &[8],
+        5 => &[8, 16],
         6 => &[16],
         _ => return Vec::new(),
     };
@@ -380,12 +380,11 @@ fn samples(form: &[u8], values: &Values<'_>) -> Result<Vec<Sample>, String> {
     let kind: u32 = number(form, 0, 10).ok_or_else(|| missing("ordinate data type"))?;
     let count: usize = number(form, 10, 10).ok_or_else(|| missing("number of values"))?;
     let even = number::<i64>(form, 20, 10).ok_or_else(|| missing("abscissa spacing"))? == 1;
-    let double = match kind {
-        5 => false,
-        6 => true,
+    match kind {
+        5 | 6 => {}
         2 | 4 => return Err("its values are real: a mobility has a phase".to_owned()),
         _ => return Err(format!("record 7: ordinate data type {kind}, not 5 or 6 (complex)")),
-    };
+    }
     let columns = if even { 2 } else { 3 };
     let wanted = count.checked_mul(columns).ok_or_else(|| missing("plausible number of values"))?;
     let numbers = match values {
@@ -394,7 +393,7 @@ fn samples(form: &[u8], values: &Values<'_>) -> Result<Vec<Sample>, String> {
             read.map_err(|word| format!("{word:?} among its values is no number"))?
         }
         Values::Binary(..) if count == 0 => Vec::new(),
-        Values::Binary(bytes, binary) => binary_numbers(bytes, *binary, count, columns, double)?,
+        Values::Binary(bytes, binary) => binary_numbers(bytes, *binary, count, columns)?,
     };
     if numbers.len() != wanted || count == 0 {
         return Err(format!("{} numbers follow, and record 7 counts {count} values ({wanted} numbers)", numbers.len()));
@@ -411,24 +410,21 @@ fn samples(form: &[u8], values: &Values<'_>) -> Result<Vec<Sample>, String> {
     Ok(numbers.chunks_exact(2).enumerate().map(at).collect())
 }
 
-/// Returns the numbers of a binary block; frequencies are single in the format, and double in files of some writers.
-fn binary_numbers(
-    bytes: &[u8],
-    binary: Binary,
-    count: usize,
-    columns: usize,
-    double: bool,
-) -> Result<Vec<f64>, String> {
+/// Returns the numbers of a binary block. Its length says in what precision they are: frequencies are single in the
+/// format, and double in files of some writers; these also call values single that are double.
+fn binary_numbers(bytes: &[u8], binary: Binary, count: usize, columns: usize) -> Result<Vec<f64>, String> {
     if !binary.ieee {
         return Err("its numbers are not IEEE 754 (field 2 of the identifier)".to_owned());
     }
-    let ordinate = if double { 8 } else { 4 };
     let row = bytes.len() / count;
-    let abscissa = match columns {
-        2 => 0,
-        _ => row.saturating_sub(2 * ordinate),
+    let (abscissa, ordinate) = match (columns, row) {
+        _ if row * count != bytes.len() => (0, 0),
+        (2, 8 | 16) => (0, row / 2),
+        (3, 12 | 16) => (row - 8, 4),
+        (3, 20 | 24) => (row - 16, 8),
+        _ => (0, 0),
     };
-    if row * count != bytes.len() || row != abscissa + 2 * ordinate || !matches!(abscissa, 0 | 4 | 8) {
+    if ordinate == 0 {
         return Err(format!("{} bytes of values, and record 7 counts {count} values", bytes.len()));
     }
     let number = |bytes: &[u8]| match (<[u8; 4]>::try_from(bytes), <[u8; 8]>::try_from(bytes)) {

@@ -407,7 +407,7 @@ mod tests {
         assert_eq!((&rows[1][8], &rows[1][9], &rows[1][10], &rows[0][8]), ("0.0125", "37.5", "833", ""));
         assert_eq!((&rows[0][12], &rows[2][12]), ("", "0"));
         let svg = growth_plot(&[block()], "t").unwrap().unwrap();
-        assert!(svg.contains("per decade of speed"), "{svg}");
+        assert!(svg.contains("Growth of the force level") && svg.contains("of speed]"), "{svg}");
         assert_eq!(growth_plot(&[], "t").unwrap(), None);
         assert!(!svg.contains("#BEBEBE") && !text.contains("(30.00)"));
         assert!(

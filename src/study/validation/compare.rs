@@ -197,9 +197,11 @@ impl Table<'_> {
     }
 }
 
-/// Returns a level less another one over common bands \[dB\]; `None` where they cannot be compared.
+/// Returns a level less another one \[dB\]; `None` where their common bands do not reach the loudest one: what is
+/// published is of whole levels.
 fn less(one: &TotalLevel, other: &TotalLevel) -> Option<f64> {
-    TotalsCompared::difference(one, other).ok().map(|(difference, _)| difference)
+    let compared = TotalsCompared::for_growth(&[one, other]).ok()?;
+    Some(compared.levels[0] - compared.levels[1])
 }
 
 /// Returns the level of all bands together; `None` where one is not known.
@@ -232,10 +234,10 @@ mod tests {
         }
     }
 
-    /// Returns a sum of bands that fall from 200 Hz on, vouched for up to one of them.
+    /// Returns a sum of bands that are loudest at 800 Hz, vouched for up to one of them.
     fn total(valid_to: i32, level: f64) -> TotalLevel {
         let band = |n: i32| {
-            let level = 60.0 - 4.0 * f64::from(n);
+            let level = 60.0 - 4.0 * f64::from((n + 1).abs());
             BandLevel { band: ThirdOctaveBand(n), mean_square: 1.0, level, valid: n <= valid_to }
         };
         TotalLevel { level, ..TotalLevel::of((-7..=4).map(band).collect()).unwrap() }

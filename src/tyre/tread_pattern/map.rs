@@ -118,7 +118,7 @@ impl TreadMap {
         });
         let mut finer: Vec<TreadCells> = finer.into_iter().flatten().collect();
         finer.sort_by_key(|cells| cells.columns * cells.across);
-        let holds = |cells: &TreadCells| Self::laid(pattern, scene, *cells).is_ok_and(|map| !map.is_off());
+        let holds = |cells: &TreadCells| Self::holds(pattern, scene, *cells);
         let Some(TreadCells { columns, across }) = finer.into_iter().take(TRIED).find(holds) else {
             return "finer cells, or grooves of whole cells".to_owned();
         };
@@ -127,6 +127,18 @@ impl TreadMap {
             Zone::Slices => format!("numerics.elements times contact.cells_along = {columns}"),
         };
         format!("contact.cells_across = {across} with {round}, or grooves of whole cells")
+    }
+
+    /// Returns the fewest cells across, from those given to twice as many, on which the share of void is not off; those
+    /// given where there are none.
+    pub(crate) fn fewest_across(pattern: &TreadPattern, scene: &Scene, cells: TreadCells) -> usize {
+        let holds = |across: &usize| Self::holds(pattern, scene, TreadCells { across: *across, ..cells });
+        (cells.across..=2 * cells.across).find(holds).unwrap_or(cells.across)
+    }
+
+    /// Tells whether the share of void is not off on some cells.
+    fn holds(pattern: &TreadPattern, scene: &Scene, cells: TreadCells) -> bool {
+        Self::laid(pattern, scene, cells).is_ok_and(|map| !map.is_off())
     }
 
     /// Lays a scene's pattern over cells, whatever its share of void is there.

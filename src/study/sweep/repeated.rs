@@ -412,8 +412,9 @@ fn quantities(done: &Done) -> Vec<(Quantity, Value)> {
     if let Some(force) = TotalLevel::of(done.levels.clone()).filter(|force| force.level.is_finite()) {
         add((FORCE, 0), OVERALL, FORCE_UNIT, Value::Total(force));
     }
-    for (index, (name, level)) in done.sound.iter().enumerate() {
-        add((SOUND, index as i32), &done.label_of(name), SOUND_UNIT, Value::Total(level.clone()));
+    // In the order of their names: a run may be too short for some.
+    for (name, level) in &done.sound {
+        add((SOUND, 0), &done.label_of(name), SOUND_UNIT, Value::Total(level.clone()));
     }
     if let Some(resistance) = done.rolling_resistance {
         add((RESISTANCE, 0), "rolling resistance", "coefficient", Value::Number(resistance.coefficient));

@@ -26,16 +26,17 @@ const ACCEPTED: &str = "profiles/accepted.toml";
 
 const EXAMPLES: &str = "\
 A fixed set of workloads (smooth, rough, high_speed, long_rollout, half_space_slices, direct_history, cells, sound, \
-compliance, influence), each with exact counters and a physical value that it must find. Counters are compared exactly; times only \
-between two programs that are run in turn, A B B A, on one thread, with the ratio of every stage and its interval, of \
-each workload and of all pooled; so are instructions of every stage, exactly, where valgrind is installed. The verdict \
-says how many pairs of runs and counts of instructions it rests on: as many as fit into --budget.
+compliance, influence), each with exact counters and a physical value that it must find. Counters are compared \
+exactly; times only between two programs that are run in turn, A B B A, on one thread, with the ratio of every stage \
+and its interval, of each workload and of all pooled; so are instructions of every stage, exactly, where valgrind is \
+installed. The verdict says how many pairs of runs and counts of instructions it rests on: as many as fit into \
+--budget.
 
 Examples:
   tyrewave profile record                              writes profiles/record/INSTRUCTIONS.json
   tyrewave profile compare                             this program against the committed record: results and counters
   tyrewave profile compare old/tyrewave new/tyrewave   two programs: results, counters and the time of every stage
-  tyrewave profile compare old/tyrewave --scene my_scene.toml    the same for a scene of your own, of a second or so
+  tyrewave profile compare old/tyrewave --scene my.toml   the same on a scene of your own, of a second or so
   tyrewave profile compare old/tyrewave --markdown performance.md --json-file performance.json
   tyrewave profile measure rough                       one workload, as JSON";
 
